@@ -1,0 +1,1 @@
+"""Coverage-driven verification of robot code in human-robot interaction, as a pytest plugin."""
