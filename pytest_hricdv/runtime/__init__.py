@@ -1,0 +1,19 @@
+"""Virtual time for blocking robot nodes, a typed message bus, and the record of a run."""
+
+from pytest_hricdv.runtime.bus import Bus, NodeBus, Subscription, topic_of
+from pytest_hricdv.runtime.kernel import Kernel, KernelError, Node, World
+from pytest_hricdv.runtime.record import Record, RecordedMessage, Recorder
+
+__all__ = [
+    "Bus",
+    "Kernel",
+    "KernelError",
+    "Node",
+    "NodeBus",
+    "Record",
+    "RecordedMessage",
+    "Recorder",
+    "Subscription",
+    "World",
+    "topic_of",
+]

@@ -1,0 +1,124 @@
+"""A typed message bus in virtual time. A message's class is its topic, so a type checker sees who talks to whom."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections import deque
+from collections.abc import Iterable
+from typing import Any, Generic, TypeVar
+
+from pytest_hricdv.runtime.kernel import Kernel, Node
+from pytest_hricdv.runtime.record import Recorder, Value
+
+M = TypeVar("M")
+
+
+def topic_of(kind: type[object]) -> str:
+    """The topic's name: the class name in snake case (`HumanReady` -> `human_ready`)."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", kind.__name__).lower()
+
+
+class Subscription(Generic[M]):
+    """A queue of the messages of one topic since the subscription began (or since `clear`)."""
+
+    def __init__(self, bus: Bus, kind: type[M]) -> None:
+        self._bus = bus
+        self._kind = kind
+        self._queue: deque[M] = deque()
+        self._waiting: Node | None = None
+
+    def poll(self) -> M | None:
+        """The oldest message not yet taken, or None; never blocks."""
+        return self._queue.popleft() if self._queue else None
+
+    def wait(self, timeout_s: float) -> M | None:
+        """Block until a message is there, at most `timeout_s`; None on time-out."""
+        if not self._queue:
+            self._waiting = self._bus.kernel.current()
+            self._bus.kernel.block(timeout_s)
+            self._waiting = None
+        return self.poll()
+
+    def clear(self) -> None:
+        """Forget what has come so far: only messages from now on count."""
+        self._queue.clear()
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._bus.drop(self._kind, self)
+
+    def deliver(self, message: M) -> None:
+        """Called by the bus."""
+        self._queue.append(message)
+        if self._waiting is not None:
+            self._bus.kernel.wake(self._waiting)
+
+
+class Bus:
+    """Delivers frozen dataclass messages to all subscribers at the instant of publication, and records them.
+
+    Args:
+        kernel: whose clock stamps the messages.
+        kinds: the message classes that exist here; any other is refused.
+        recorder: where messages are recorded.
+    """
+
+    def __init__(self, kernel: Kernel, kinds: Iterable[type[Any]], recorder: Recorder) -> None:
+        self.kernel = kernel
+        self.recorder = recorder
+        self._fields = {kind: tuple(f.name for f in dataclasses.fields(kind)) for kind in kinds}
+        self._subscriptions: dict[type[Any], list[Subscription[Any]]] = {kind: [] for kind in self._fields}
+
+    def port(self, sender: str) -> NodeBus:
+        """The bus as one node sees it."""
+        return NodeBus(self, sender)
+
+    def subscribe(self, kind: type[M]) -> Subscription[M]:
+        """Listen to one kind of message from now on. Raises TypeError for a kind that was not declared."""
+        subscription = Subscription(self, self._declared(kind))
+        self._subscriptions[kind].append(subscription)
+        return subscription
+
+    def has_subscribers(self, kind: type[Any]) -> bool:
+        """True when someone listens: a publisher may stay silent otherwise."""
+        return bool(self._subscriptions[self._declared(kind)])
+
+    def publish(self, sender: str, message: object) -> None:
+        """Deliver and record a message. Raises TypeError for a kind that was not declared."""
+        kind = self._declared(type(message))
+        fields: dict[str, Value] = {name: getattr(message, name) for name in self._fields[kind]}
+        self.recorder.message(self.kernel.now_s, sender, topic_of(kind), fields)
+        for subscription in tuple(self._subscriptions[kind]):
+            subscription.deliver(message)
+
+    def drop(self, kind: type[Any], subscription: Subscription[Any]) -> None:
+        """Called by `Subscription.close`."""
+        if subscription in self._subscriptions[kind]:
+            self._subscriptions[kind].remove(subscription)
+
+    def _declared(self, kind: type[M]) -> type[M]:
+        if kind not in self._fields:
+            known = ", ".join(sorted(k.__name__ for k in self._fields))
+            raise TypeError(f"{kind.__name__} is not a message of this bus; declared are {known}")
+        return kind
+
+
+class NodeBus:
+    """The bus bound to one sender's name."""
+
+    def __init__(self, bus: Bus, sender: str) -> None:
+        self._bus = bus
+        self.sender = sender
+
+    def publish(self, message: object) -> None:
+        """Send a message in this node's name."""
+        self._bus.publish(self.sender, message)
+
+    def subscribe(self, kind: type[M]) -> Subscription[M]:
+        """Listen to one kind of message."""
+        return self._bus.subscribe(kind)
+
+    def has_subscribers(self, kind: type[Any]) -> bool:
+        """True when someone listens to this kind."""
+        return self._bus.has_subscribers(kind)

@@ -1,0 +1,201 @@
+"""Virtual time: blocking nodes as greenlets, resumed in the order of their due times.
+
+A node is ordinary blocking Python. When it sleeps or waits it hands control to the kernel, which brings the world
+forward to the next due time and resumes whoever is due then. Nothing runs in parallel and nothing looks at a wall
+clock, so a run is a pure function of its inputs.
+
+Time is counted in whole microseconds, so that sums of durations are exact and two nodes that are due together stay
+together; ties are resolved by the order in which the waits began.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import Protocol
+
+from greenlet import GreenletExit, greenlet
+
+US_PER_S = 1_000_000
+
+
+class KernelError(Exception):
+    """A node failed or misused the kernel; the text names the node and the simulated time."""
+
+
+class World(Protocol):
+    """What lies between the nodes' waits: physics, or anything else that goes on by itself."""
+
+    def advance(self, target_us: int) -> int:
+        """Go forward at most to `target_us` and return the time reached (us).
+
+        Returning early says that something happened that nodes should see at once.
+        """
+
+    def observe(self) -> None:
+        """Publish what happened; the kernel's clock stands at the time that `advance` returned."""
+
+
+class Node:
+    """One blocking activity; made by `Kernel.spawn`."""
+
+    def __init__(self, name: str, body: Callable[[], None]) -> None:
+        self.name = name
+        self.ended = False
+        self._greenlet = greenlet(body)
+        self._wait = 0  # number of the wait in force; an older heap entry is stale
+        self._woken = False
+
+
+class Kernel:
+    """Runs nodes in virtual time, with an optional world in between.
+
+    >>> kernel = Kernel()
+    >>> _ = kernel.spawn("a", lambda: (kernel.sleep(1.5), print(kernel.now_s)))
+    >>> kernel.run(limit_s=10.0)
+    'idle'
+    """
+
+    def __init__(self, *, max_resumes_at_one_instant: int = 100_000) -> None:
+        self.now_us = 0
+        self.world: World | None = None
+        self._hub: greenlet | None = None
+        self._nodes: list[Node] = []
+        self._due: list[tuple[int, int, Node, int]] = []
+        self._ready: deque[Node] = deque()
+        self._order = 0
+        self._stop: str | None = None
+        self._max_resumes = max_resumes_at_one_instant
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time, in seconds."""
+        return self.now_us / US_PER_S
+
+    def spawn(self, name: str, body: Callable[[], None]) -> Node:
+        """Start `body` as a node at the present simulated instant."""
+        node = Node(name, body)
+        self._nodes.append(node)
+        self._ready.append(node)
+        return node
+
+    def sleep(self, duration_s: float) -> None:
+        """Block the calling node for `duration_s` seconds of simulated time.
+
+        Raises:
+            KernelError: called from outside a node, or a duration that is negative or not finite.
+        """
+        self.block(duration_s)
+
+    def block(self, timeout_s: float | None = None) -> bool:
+        """Block the calling node until `wake`, at most `timeout_s`; True when it was woken, False on time-out."""
+        node = self._running()
+        node._wait += 1
+        node._woken = False
+        if timeout_s is not None:
+            if not (math.isfinite(timeout_s) and timeout_s >= 0):
+                raise KernelError(f"{node.name} at {self.now_s:.3f} s: cannot wait for {timeout_s!r} s")
+            self._order += 1
+            due_us = self.now_us + round(timeout_s * US_PER_S)
+            heapq.heappush(self._due, (due_us, self._order, node, node._wait))
+        assert self._hub is not None
+        self._hub.switch()
+        return node._woken
+
+    def wake(self, node: Node) -> None:
+        """Make a blocked node runnable at the present instant; without effect on one that is runnable already."""
+        if not node.ended and not node._woken:
+            node._woken = True
+            node._wait += 1
+            self._ready.append(node)
+
+    def current(self) -> Node:
+        """The node that is running now. Raises KernelError outside of any node."""
+        return self._running()
+
+    def stop(self, reason: str) -> None:
+        """End the run once the present instant is over; `run` returns `reason`."""
+        self._stop = self._stop or reason
+
+    def run(self, limit_s: float) -> str:
+        """Run until a stop, until nothing is left to do, or until `limit_s` (absolute simulated seconds).
+
+        Returns:
+            The reason given to `stop`, "idle" when no node can ever run again, or "limit".
+
+        Raises:
+            KernelError: a node raised (its own exception is the cause), or nodes woke each other without end.
+        """
+        self._hub = greenlet.getcurrent()
+        self._stop = None
+        limit_us = round(limit_s * US_PER_S)
+        while True:
+            self._run_ready()
+            if self._stop is not None:
+                return self._stop
+            self._drop_stale()
+            if not self._due and self.world is None:
+                return "idle"
+            due_us = self._due[0][0] if self._due else limit_us
+            self._advance(min(due_us, limit_us))
+            if self.now_us >= limit_us and not self._ready and (not self._due or self._due[0][0] > limit_us):
+                return "limit"
+            self._collect_due()
+
+    def close(self) -> None:
+        """End every node that still blocks (their `finally` clauses run)."""
+        self._hub = greenlet.getcurrent()
+        for node in self._nodes:
+            if not node.ended and node._greenlet:
+                node._greenlet.throw(GreenletExit)
+            node.ended = True
+
+    def _running(self) -> Node:
+        here = greenlet.getcurrent()
+        for node in self._nodes:
+            if node._greenlet is here:
+                return node
+        raise KernelError("only a node may block: start the activity with Kernel.spawn")
+
+    def _run_ready(self) -> None:
+        resumes = 0
+        while self._ready:
+            resumes += 1
+            node = self._ready.popleft()
+            if resumes > self._max_resumes:
+                raise KernelError(f"{node.name} at {self.now_s:.3f} s: nodes wake each other without time passing")
+            self._resume(node)
+
+    def _resume(self, node: Node) -> None:
+        if node.ended:
+            return
+        try:
+            node._greenlet.switch()
+        except Exception as error:
+            node.ended = True
+            raise KernelError(f"{node.name} failed at {self.now_s:.3f} s: {type(error).__name__}: {error}") from error
+        node.ended = node._greenlet.dead
+
+    def _advance(self, target_us: int) -> None:
+        if self.world is None:
+            self.now_us = max(self.now_us, target_us)
+            return
+        while self.now_us < target_us and not self._ready and self._stop is None:
+            reached_us = self.world.advance(target_us)
+            if not self.now_us < reached_us <= target_us:
+                raise KernelError(f"world at {self.now_us} us, asked for {target_us} us, went to {reached_us} us")
+            self.now_us = reached_us
+            self.world.observe()
+
+    def _collect_due(self) -> None:
+        while self._due and self._due[0][0] <= self.now_us:
+            _, _, node, wait = heapq.heappop(self._due)
+            if wait == node._wait and not node.ended:
+                node._wait += 1
+                self._ready.append(node)
+
+    def _drop_stale(self) -> None:
+        while self._due and (self._due[0][3] != self._due[0][2]._wait or self._due[0][2].ended):
+            heapq.heappop(self._due)
