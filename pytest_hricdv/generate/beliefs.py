@@ -1,0 +1,95 @@
+"""The belief space: what the steering agent can be told, in the groups it is chosen from."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from .error import GenerateError, nearest
+
+_ATOM = re.compile(r"[a-z]\w*\Z", re.ASCII)
+START = "start"
+
+
+@dataclass(frozen=True)
+class BeliefSpace:
+    """All beliefs that a subset is chosen from.
+
+    Args:
+        start: the beliefs with which a subset begins (one of them is in every subset that a method draws).
+        groups: the other beliefs, by the name of their group; a balanced subset has one of each group.
+        naming: groups whose chosen belief appears in a test's id next to the start belief.
+
+    Raises:
+        GenerateError: no start belief, an empty group, a belief listed twice, a belief that is no AgentSpeak atom,
+            or a name in `naming` that is no group.
+    """
+
+    start: tuple[str, ...]
+    groups: Mapping[str, tuple[str, ...]] = field(hash=False)
+    naming: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", tuple(self.start))
+        object.__setattr__(self, "groups", {name: tuple(group) for name, group in self.groups.items()})
+        object.__setattr__(self, "naming", tuple(self.naming))
+        if START in self.groups:
+            raise GenerateError(f"group {START!r}: the start beliefs have this name already; expected another one")
+        home: dict[str, str] = {}
+        for name, group in {START: self.start, **self.groups}.items():
+            if not group:
+                raise GenerateError(f"group {name!r} of beliefs is empty; expected at least one belief")
+            for belief in group:
+                _claim(belief, name, home)
+        for name in self.naming:
+            if name not in self.groups:
+                raise GenerateError(f"naming group {name!r} is no group of this space{nearest(name, self.groups)}")
+
+    @property
+    def beliefs(self) -> tuple[str, ...]:
+        """Every belief, in declared order: start beliefs first, then group by group."""
+        return (*self.start, *self.others)
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """The beliefs outside the start group, in declared order."""
+        return tuple(belief for group in self.groups.values() for belief in group)
+
+    @cached_property
+    def _rank(self) -> dict[str, int]:
+        return {belief: rank for rank, belief in enumerate(self.beliefs)}
+
+    def subset(self, beliefs: Iterable[str]) -> tuple[str, ...]:
+        """The subset in declared order. A subset is a set: its one order makes its one run of the model.
+
+        Raises:
+            GenerateError: a belief is not of this space, or is given twice.
+        """
+        rank = self._rank
+        given = list(beliefs)
+        for belief in given:
+            if belief not in rank:
+                raise GenerateError(f"belief {belief!r} is not in the belief space{nearest(belief, rank)}")
+        if len(set(given)) != len(given):
+            twice = sorted({belief for belief in given if given.count(belief) > 1})
+            raise GenerateError(f"belief {twice[0]!r} is given twice in one subset")
+        return tuple(sorted(given, key=rank.__getitem__))
+
+    def aim(self, beliefs: Iterable[str]) -> str:
+        """What a subset aims at, short: its start belief and what it has of the naming groups, as in `leg1-bored`."""
+        shown = {*self.start, *(belief for name in self.naming for belief in self.groups[name])}
+        return "-".join(belief for belief in self.subset(beliefs) if belief in shown) or "no-start"
+
+
+def _claim(belief: str, group: str, home: dict[str, str]) -> None:
+    """Note that a belief lives in a group; refuse it if it is malformed or lives elsewhere."""
+    if not _ATOM.match(belief):
+        raise GenerateError(
+            f"group {group!r}: {belief!r} is no belief; expected an AgentSpeak atom: a lower-case letter, then "
+            "letters, digits or underscores"
+        )
+    if belief in home:
+        raise GenerateError(f"belief {belief!r} is in group {home[belief]!r} and in group {group!r}; expected it once")
+    home[belief] = group

@@ -1,0 +1,131 @@
+"""Concrete tests: an abstract test whose actions have their parameters, sampled from declared ranges.
+
+Paper: section on concretization; in coverage-driven verification this is constrained random generation.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+from .abstract import AbstractTest, command_of
+from .error import GenerateError, nearest
+from .sampler import Sampler
+from .stream import canonical, derive_seed, stream
+
+Parameters = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Concretization:
+    """How abstract commands become concrete.
+
+    Args:
+        commands: for each command line that can be enacted, the samplers of its parameters by name (with the unit in
+            the name, as in `hold_s`); an empty mapping for a command without parameters.
+        run: the samplers of what is drawn once per run.
+
+    Raises:
+        GenerateError: a command that is not in the one spelling of the text format, or a sampler that is none.
+    """
+
+    commands: Mapping[str, Mapping[str, Sampler]] = field(hash=False)
+    run: Mapping[str, Sampler] = field(default_factory=dict, hash=False)
+
+    def __post_init__(self) -> None:
+        for command, samplers in self.commands.items():
+            if command_of(command) != command:
+                raise GenerateError(f"concretization of {command!r}: expected the spelling {command_of(command)!r}")
+            _check_samplers(f"concretization of {command!r}", samplers)
+        _check_samplers("concretization of a run", self.run)
+
+
+def _check_samplers(where: str, samplers: Mapping[str, Sampler]) -> None:
+    for name, sampler in samplers.items():
+        if not isinstance(sampler, Sampler):
+            raise GenerateError(f"{where}: parameter {name!r} is {sampler!r}; expected a Range, Chance or Constant")
+
+
+@dataclass(frozen=True)
+class ConcreteAction:
+    """One action: its command line and its parameters by name."""
+
+    command: str
+    parameters: Parameters = field(default_factory=dict, hash=False)
+
+
+@dataclass(frozen=True)
+class ConcreteTest:
+    """All that a run needs, as data: a run is a function of this and of the code under test."""
+
+    id: str
+    suite: str
+    seed: int
+    actions: tuple[ConcreteAction, ...]
+    run: Parameters = field(default_factory=dict, hash=False)
+
+    def to_json(self) -> str:
+        """Canonical JSON; floats are exact."""
+        actions = [[action.command, dict(action.parameters)] for action in self.actions]
+        return canonical(
+            {"id": self.id, "suite": self.suite, "seed": self.seed, "actions": actions, "run": dict(self.run)}
+        )
+
+    @classmethod
+    def from_json(cls, text: str) -> ConcreteTest:
+        """The test that `to_json` wrote.
+
+        Raises:
+            GenerateError: the text is not such a test.
+        """
+        try:
+            data = json.loads(text)
+            actions = tuple(ConcreteAction(command, _floats(given)) for command, given in data["actions"])
+            return cls(str(data["id"]), str(data["suite"]), int(data["seed"]), actions, _floats(data["run"]))
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise GenerateError(f"not a concrete test: {error!r}; expected what ConcreteTest.to_json writes") from error
+
+
+def _floats(parameters: Mapping[str, float]) -> dict[str, float]:
+    return {str(name): float(value) for name, value in parameters.items()}
+
+
+def variant(test: AbstractTest, k: int) -> AbstractTest:
+    """The k-th concretization's test: itself for k = 0, else with an id and a seed derived from its own."""
+    if k < 0:
+        raise GenerateError(f"concretization number {k}: expected at least 0")
+    return test if k == 0 else replace(test, id=f"{test.id}-k{k}", seed=derive_seed("variant", test.seed, k))
+
+
+def expand(tests: Iterable[AbstractTest], concretizations: int) -> tuple[AbstractTest, ...]:
+    """Each test `concretizations` times, variants side by side; ids for k = 0 are unchanged.
+
+    Raises:
+        GenerateError: fewer than one concretization.
+    """
+    if concretizations < 1:
+        raise GenerateError(f"{concretizations} concretizations of a test: expected at least 1")
+    return tuple(variant(test, k) for test in tests for k in range(concretizations))
+
+
+def concretize(test: AbstractTest, concretization: Concretization, k: int = 0) -> ConcreteTest:
+    """Sample a test's parameters.
+
+    Each parameter of each action has a stream of its own, from the test's seed, the action's place and the parameter's
+    name: declaring another parameter, or changing another's range, leaves it as it was.
+
+    Raises:
+        GenerateError: a command of the test has no declared ranges.
+    """
+    test = variant(test, k)
+    actions = []
+    for place, command in enumerate(test.lines):
+        samplers = concretization.commands.get(command)
+        if samplers is None:
+            known = nearest(command, concretization.commands)
+            raise GenerateError(f"test {test.id}: no ranges are declared for command {command!r}{known}")
+        drawn = {name: each.sample(stream(test.seed, place, command, name)) for name, each in samplers.items()}
+        actions.append(ConcreteAction(command, drawn))
+    run = {name: each.sample(stream(test.seed, "run", name)) for name, each in concretization.run.items()}
+    return ConcreteTest(test.id, test.suite, test.seed, tuple(actions), run)

@@ -1,0 +1,117 @@
+"""Tests from files: text files, folders of them, or a JSON file of recorded runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .abstract import AbstractTest, command_of
+from .error import GenerateError, nearest
+from .identity import Draft, identify, slug
+from .method import Context, spread
+from .suite import Generation, Suite
+from .text import actions_aim, parse_tests
+
+
+@dataclass(frozen=True)
+class Files:
+    """Abstract tests that exist already.
+
+    `path` is a text file (see `text`), a folder with text files (`*.txt`, also further down), or a JSON file
+    `{suite: [{"n": 1, "steps": [command, ...]}, ...]}` in which entries without steps (null) are left out and counted.
+    Tests without an id get one from their content and the name of the file they are in, or of their suite in JSON.
+    """
+
+    path: Path
+
+    @property
+    def name(self) -> str:
+        """The file's or the folder's name, in the characters of an id."""
+        return slug(self.path.stem if self.path.is_file() else self.path.resolve().name)
+
+    def generate(self, context: Context) -> Suite:
+        """Read the tests; with `Context.tests`, that many of them, evenly spaced.
+
+        The suite is called as its tests say, if they all say the same, else as the file.
+
+        Raises:
+            GenerateError: nothing there to read, or something in it is wrong; with file, line and column.
+        """
+        notes: list[str] = []
+        if self.path.suffix == ".json" and self.path.is_file():
+            tests = tuple(_from_json(self.path, context, notes))
+        else:
+            tests = tuple(self._from_text(context))
+        if not tests:
+            raise GenerateError(f"{self.path}: no tests in it; expected at least one")
+        if context.tests is not None and context.tests > len(tests):
+            notes.append(f"{context.tests} tests asked for, but {self.path.name} has {len(tests)} only")
+        kept = spread(tests, min(context.tests or len(tests), len(tests)))
+        suites = {test.suite for test in tests}
+        name = suites.pop() if len(suites) == 1 else self.name
+        return Suite.of_tests(name, context.seed, kept, Generation(notes=tuple(notes)))
+
+    def _from_text(self, context: Context) -> Iterator[AbstractTest]:
+        paths = sorted(self.path.rglob("*.txt")) if self.path.is_dir() else [self.path]
+        if not paths:
+            raise GenerateError(f"{self.path}: no text file (*.txt) in this folder; expected at least one")
+        for path in paths:
+            yield from parse_tests(
+                _read(path),
+                file=str(path),
+                suite=slug(path.stem),
+                master_seed=context.seed,
+                known=context.commands,
+            )
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise GenerateError(f"{path}: {error}; expected a file of abstract tests") from error
+
+
+def _from_json(path: Path, context: Context, notes: list[str]) -> Iterator[AbstractTest]:
+    try:
+        data = json.loads(_read(path))
+    except json.JSONDecodeError as error:
+        raise GenerateError(f"{path}:{error.lineno}:{error.colno}: {error.msg}") from None
+    if not isinstance(data, dict):
+        raise GenerateError(f"{path}:1:1: a JSON {type(data).__name__}; expected an object of suites")
+    for suite, entries in data.items():
+        if not isinstance(entries, list):
+            raise GenerateError(f"{path}: suite {suite!r} is {entries!r}; expected a list of tests")
+        drafts = [_draft(path, suite, place, entry, context) for place, entry in enumerate(entries, 1)]
+        told = [draft for draft in drafts if draft is not None]
+        if len(told) < len(drafts):
+            notes.append(f"{suite}: {len(drafts) - len(told)} of {len(drafts)} entries have no steps and are left out")
+        yield from identify(slug(suite), context.seed, told)
+
+
+def _draft(path: Path, suite: str, place: int, entry: Any, context: Context) -> Draft | None:
+    """An entry's draft, or None if its steps were not recorded."""
+    where = f"{path}: suite {suite!r}, entry {place}"
+    if not isinstance(entry, dict) or "steps" not in entry:
+        raise GenerateError(f"{where}: expected an object with 'steps', a list of commands or null")
+    steps = entry["steps"]
+    if steps is None:
+        return None
+    if not isinstance(steps, list) or not all(isinstance(step, str) for step in steps):
+        raise GenerateError(f"{where}: steps {steps!r}; expected a list of commands or null")
+    lines = []
+    for number, step in enumerate(steps, 1):
+        try:
+            command = command_of(step)
+        except GenerateError as error:
+            raise GenerateError(f"{where}, step {number}: {error}{nearest(step, context.commands)}") from None
+        if context.commands and command not in context.commands:
+            raise GenerateError(
+                f"{where}, step {number}: unknown command {command!r}{nearest(command, context.commands)}"
+            )
+        lines.append(command)
+    name = f"{suite} {entry['n']}" if "n" in entry else ""
+    return Draft(actions_aim(lines), (), tuple(lines), {}, " ".join(name.split()))

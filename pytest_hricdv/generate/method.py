@@ -1,0 +1,105 @@
+"""Methods: the ways to generate a suite, behind one protocol."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol, TypeVar
+
+from .abstract import Plans
+from .beliefs import BeliefSpace
+from .error import GenerateError
+from .exploration import Exploration
+from .explorer import Explorer
+from .identity import Draft
+from .model import Model
+from .qlearning import QLearning
+from .suite import Suite
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Context:
+    """What methods generate from. A method takes what it needs and says what it misses.
+
+    Args:
+        model: the BDI agents.
+        space: the beliefs they are steered with.
+        commands: the commands that can be enacted, in the text format.
+        seed: the master seed.
+        tests: how many tests to generate, in place of the method's own number.
+        by_hand: the TOML file of belief subsets written by hand.
+        learning: the parameters of Q-learning.
+        lengths: fewest and most actions of a pseudorandom test; 4 and 19 are those of the original experiment.
+
+    Raises:
+        GenerateError: `tests` or `lengths` make no sense.
+    """
+
+    model: Model | None = None
+    space: BeliefSpace | None = None
+    commands: tuple[str, ...] = ()
+    seed: int = 0
+    tests: int | None = None
+    by_hand: Path | None = None
+    learning: QLearning = field(default_factory=QLearning)
+    lengths: tuple[int, int] = (4, 19)
+
+    def __post_init__(self) -> None:
+        if self.tests is not None and self.tests < 1:
+            raise GenerateError(f"{self.tests} tests: expected at least 1")
+        if not 1 <= self.lengths[0] <= self.lengths[1]:
+            raise GenerateError(f"lengths {self.lengths}: expected 1 <= fewest <= most actions")
+
+    def explorer(self) -> Explorer:
+        """A new explorer of the model.
+
+        Raises:
+            GenerateError: there is no model, or it does not fit the belief space.
+        """
+        if self.model is None:
+            raise GenerateError("this method needs a BDI model, but the testbench has none")
+        return Explorer(self.model, self.beliefs)
+
+    @property
+    def beliefs(self) -> BeliefSpace:
+        """The belief space.
+
+        Raises:
+            GenerateError: there is none.
+        """
+        if self.space is None:
+            raise GenerateError("this method needs a belief space, but the testbench has none")
+        return self.space
+
+
+class Method(Protocol):
+    """One way to generate a suite."""
+
+    @property
+    def name(self) -> str:
+        """What the method, and the suite it generates, is called."""
+
+    def generate(self, context: Context) -> Suite:
+        """The suite; the same for the same context, wherever and whenever.
+
+        Raises:
+            GenerateError: the context lacks something, or something in it makes no sense.
+        """
+
+
+def draft_of(exploration: Exploration, space: BeliefSpace, name: str = "") -> Draft:
+    """The test that a run of the model showed."""
+    plans: Plans = {agent: tuple(sorted(labels)) for agent, labels in sorted(exploration.plans.items())}
+    return Draft(space.aim(exploration.beliefs), exploration.beliefs, exploration.lines, plans, name)
+
+
+def spread(items: Sequence[T], count: int | None) -> list[T]:
+    """`count` of the items, in order: evenly spaced if there are more, over and over if there are fewer."""
+    if count is None or not items:
+        return list(items)
+    if count <= len(items):
+        return [items[place * len(items) // count] for place in range(count)]
+    return [items[place % len(items)] for place in range(count)]

@@ -1,0 +1,40 @@
+"""BDI RL: subsets from a policy learned on the model's plan coverage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .method import Context, draft_of
+from .policy import subsets
+from .qlearning import learn
+from .suite import Generation, Suite
+
+
+@dataclass(frozen=True)
+class ReinforcementLearning:
+    """The paper's BDI RL method: 134 tests unless told otherwise, as many as the policy leads to at most."""
+
+    name: str = "rl"
+
+    def generate(self, context: Context) -> Suite:
+        """Learn, then run the model once for each subset of the policy."""
+        explorer, space, parameters = context.explorer(), context.beliefs, context.learning
+        learned = learn(explorer, space, parameters, context.seed)
+        count = context.tests or parameters.suite_size
+        chosen = subsets(learned.q, space, parameters, count, context.seed)
+        drafts = [draft_of(explorer.explore(subset), space) for subset in chosen]
+        notes = []
+        if len(chosen) < count:
+            notes.append(f"{count} tests asked for, but the policy leads to {len(chosen)} distinct subsets only")
+        if learned.converged_at is None:
+            last = learned.q_delta[-1]
+            notes.append(f"not converged after {learned.iterations} iterations: the last changed a cell by {last:g}")
+        generation = Generation(
+            bdi_runs=explorer.runs,
+            iterations=learned.iterations,
+            converged_at=learned.converged_at,
+            q_delta=learned.q_delta,
+            declared_plans=explorer.plan_labels,
+            notes=tuple(notes),
+        )
+        return Suite.of_drafts(self.name, context.seed, drafts, generation)
