@@ -1,0 +1,33 @@
+# make suite: learn tests from the BDI models and run each against the simulated world, on two workers.
+# make test:  the project's own tests.
+# Both create the environment in $(VENV) first, from nothing but Python 3.11, make and a compiler.
+
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV ?= .venv
+BIN = $(VENV)/bin
+
+.PHONY: suite test lint bench clean
+
+suite: $(VENV)/.installed
+	$(BIN)/pytest --hri-suite=rl -n 2
+
+test: $(VENV)/.installed
+	$(BIN)/pytest -n 2
+
+lint: $(VENV)/.installed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(VENV)/.installed
+	$(BIN)/python -m benchmarks.end_to_end
+
+$(VENV)/.installed: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
+	$(BIN)/python -m pip install --quiet --editable ".[sim]" --group dev
+	touch $@
+
+clean:
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis hri-report

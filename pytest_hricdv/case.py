@@ -1,0 +1,149 @@
+"""One generated test: what `hri_case` is, and how it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from pytest_hricdv.cover.measure import Measurement
+from pytest_hricdv.cover.source import Bits
+from pytest_hricdv.generate import AbstractTest, ConcreteTest, Concretization, concretize
+from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict, Vocabulary
+from pytest_hricdv.runtime import Bus, Kernel, Record, Recorder
+from pytest_hricdv.runtime.record import Value
+from pytest_hricdv.testbench import Outcome, Testbench
+
+
+class MonitorFeed:
+    """Hands the record's events on to the monitors: only what the vocabulary names, numbers as floats."""
+
+    def __init__(self, monitors: MonitorSet, vocabulary: Vocabulary) -> None:
+        self._monitors = monitors
+        self._fields = {topic: dict(fields) for topic, fields in vocabulary.messages.items()}
+        self._signals = frozenset(vocabulary.signals)
+
+    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
+        """See `runtime.record.Listener`."""
+        kinds = self._fields[topic]
+        self._monitors.message(time_s, topic, {name: kind(fields[name]) for name, kind in kinds.items()})
+
+    def signal(self, time_s: float, name: str, value: float | bool) -> None:
+        """See `runtime.record.Listener`. A signal the testbench did not declare is a KeyError."""
+        if name not in self._signals:
+            raise KeyError(f"signal {name!r} is recorded but not declared in the testbench's signals")
+        self._monitors.signal(time_s, name, value)
+
+
+@dataclass
+class Run:
+    """What the testbench's `run` works with: virtual time, bus, record, and the test to enact."""
+
+    test: ConcreteTest
+    kernel: Kernel
+    bus: Bus
+    recorder: Recorder
+    measured: Callable[[Callable[[], None]], Callable[[], None]]
+    """Wrap the body of the node that is the code under test: it is measured in its own greenlet."""
+    next_deadline_s: Callable[[], float | None] = field(repr=False)
+
+    def go(self, limit_s: float) -> str:
+        """Run the nodes up to `limit_s`, then on until no monitor has an open deadline; then end all nodes.
+
+        Returns:
+            Why it ended: what was given to `kernel.stop`, "idle", or "limit".
+        """
+        try:
+            ended = self.kernel.run(limit_s)
+            while (deadline_s := self.next_deadline_s()) is not None and self.kernel.now_s < deadline_s:
+                self.kernel.run(deadline_s)
+        finally:
+            self.kernel.close()
+        return ended
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """What one run gave: outcome, record, a verdict per requirement, and what it covered (None: unmeasured)."""
+
+    test: ConcreteTest
+    outcome: Outcome
+    record: Record
+    sim_s: float
+    verdicts: tuple[Verdict, ...]
+    code: Bits | None
+
+    def verdict(self, requirement: str) -> Verdict:
+        """The verdict of one requirement. Raises KeyError for one that does not exist."""
+        return {verdict.requirement: verdict for verdict in self.verdicts}[requirement]
+
+
+def execute(
+    testbench: Testbench,
+    requirements: tuple[Requirement, ...],
+    test: ConcreteTest,
+    measurement: Measurement,
+    context: str,
+) -> CaseResult:
+    """Run one concrete test: a pure function of the test and the code.
+
+    Args:
+        requirements: of the testbench, loaded.
+        measurement: measures the code under test.
+        context: name of this test's share of the measurement.
+
+    Raises:
+        KernelError: a node failed; the text names it and the simulated time.
+    """
+    recorder = Recorder()
+    monitors = MonitorSet(requirements)
+    recorder.listeners.append(MonitorFeed(monitors, testbench.vocabulary()))
+    kernel = Kernel()
+    run = Run(
+        test=test,
+        kernel=kernel,
+        bus=Bus(kernel, testbench.messages, recorder),
+        recorder=recorder,
+        measured=lambda body: measurement.measured(context, body),
+        next_deadline_s=monitors.next_deadline_s,
+    )
+    outcome = testbench.run(run)
+    verdicts = monitors.finish(kernel.now_s)
+    return CaseResult(test, outcome, recorder.finish(), kernel.now_s, verdicts, measurement.take(context))
+
+
+@dataclass(repr=False)
+class HriCase:
+    """What a test function gets as `hri_case`.
+
+    >>> def test_table_assembly(hri_case):          # doctest: +SKIP
+    ...     hri_case.check(hri_case.run())
+    """
+
+    suite: str
+    abstract: AbstractTest
+    ranges: Concretization
+    result: CaseResult | None = None
+    runner: Callable[[HriCase], CaseResult] | None = None
+    judge: Callable[[HriCase, CaseResult], None] | None = None
+
+    @cached_property
+    def concrete(self) -> ConcreteTest:
+        """The test with its parameters, sampled when first asked for: collecting thousands stays quick."""
+        return concretize(self.abstract, self.ranges)
+
+    def run(self) -> CaseResult:
+        """Run the test in the simulated world, watched by the monitors."""
+        __tracebackhide__ = True
+        assert self.runner is not None, "hri_case can be run only inside its own test"
+        self.result = self.runner(self)
+        return self.result
+
+    def check(self, result: CaseResult) -> None:
+        """Fail, once and with every violation, when a requirement failed that is not a known violation."""
+        __tracebackhide__ = True
+        assert self.judge is not None, "hri_case can be checked only inside its own test"
+        self.judge(self, result)
+
+    def __repr__(self) -> str:
+        return f"<hri_case {self.abstract.id}>"

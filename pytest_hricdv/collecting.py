@@ -1,0 +1,110 @@
+"""Collecting: every generated test becomes one pytest item. Registered in every process when a suite is active."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+
+import pytest
+
+from pytest_hricdv.case import HriCase
+from pytest_hricdv.options import Options
+from pytest_hricdv.suites import Selected, cases, from_text, selected_suites, to_text
+from pytest_hricdv.testbench import Testbench, TestbenchError, checked
+
+WORKER_INPUT = "hricdv_suites"
+ONLY_CASES = "hricdv_only_cases"
+
+
+def worker_input(config: pytest.Config) -> dict[str, object] | None:
+    """What xdist's controller handed to this process; None in the controller, or without xdist."""
+    given: dict[str, object] | None = getattr(config, "workerinput", None)
+    return given
+
+
+def case_of(item: pytest.Item) -> HriCase | None:
+    """The generated test behind an item; None for any other item."""
+    callspec = getattr(item, "callspec", None)
+    case = callspec.params.get("hri_case") if callspec is not None else None
+    return case if isinstance(case, HriCase) else None
+
+
+class Collecting:
+    """Holds the session's testbench and suites, and turns suites into parameters of `hri_case`."""
+
+    def __init__(self, config: pytest.Config, options: Options) -> None:
+        self.config = config
+        self.options = options
+
+    @cached_property
+    def testbench(self) -> Testbench:
+        """The project's testbench. Raises pytest.UsageError when there is none or it lacks a part."""
+        try:
+            candidate = self.config.hook.pytest_hricdv_testbench(config=self.config)
+            return checked(candidate, "pytest_hricdv_testbench")
+        except TestbenchError as error:
+            raise pytest.UsageError(str(error)) from None
+        except Exception as error:
+            raise pytest.UsageError(f"pytest_hricdv_testbench: {_located(error)}") from error
+
+    @cached_property
+    def selected(self) -> list[Selected]:
+        """The suites; generated at most once per session, and never in an xdist worker."""
+        given = worker_input(self.config)
+        if given is not None:
+            return from_text(str(given[WORKER_INPUT]))
+        cache = getattr(self.config, "cache", None)
+        root = self.config.invocation_params.dir
+        return selected_suites(self.options, root, self.testbench, cache, self._say)
+
+    @cached_property
+    def cases(self) -> list[HriCase]:
+        """All cases of the suites, in order."""
+        return cases(self.selected, self.testbench, self.options.concretizations)
+
+    @cached_property
+    def only_cases(self) -> bool:
+        """Leave other items out: a suite was named on the command line, and no paths were."""
+        given = worker_input(self.config)
+        if given is not None:
+            return bool(given[ONLY_CASES])
+        paths_named = self.config.args_source == pytest.Config.ArgsSource.ARGS
+        return self.options.suite_named and not paths_named
+
+    def _say(self, text: str) -> None:
+        reporter = self.config.pluginmanager.get_plugin("terminalreporter")
+        if reporter is not None and self.config.get_verbosity() >= 0:
+            reporter.write_line(text)
+
+    def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
+        """Parametrizes `hri_case`: fixtures, -k, --lf and IDEs then work as with any parametrized test."""
+        if "hri_case" in metafunc.fixturenames:
+            metafunc.parametrize("hri_case", self.cases, ids=[case.abstract.id for case in self.cases])
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_collection_modifyitems(self, config: pytest.Config, items: list[pytest.Item]) -> Iterator[None]:
+        """Leaves out what is no generated test, before -k and --lf choose among the rest."""
+        if self.only_cases:
+            others = [item for item in items if case_of(item) is None]
+            if others:
+                config.hook.pytest_deselected(items=others)
+                items[:] = [item for item in items if case_of(item) is not None]
+        yield
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_configure_node(self, node: object) -> None:
+        """xdist: hands the suites to a worker that is about to start; workers never generate."""
+        given: dict[str, object] = node.workerinput  # type: ignore[attr-defined]
+        given[WORKER_INPUT] = to_text(self.selected)
+        given[ONLY_CASES] = self.only_cases
+
+
+def _located(error: Exception) -> str:
+    """The error with the deepest place of it outside of installed packages, as a user reads it."""
+    trace, place = error.__traceback__, ""
+    while trace is not None:
+        file = trace.tb_frame.f_code.co_filename
+        if "site-packages" not in file and "pytest_hricdv" not in file and not file.startswith("<"):
+            place = f"{file}:{trace.tb_lineno}: "
+        trace = trace.tb_next
+    return f"{place}{type(error).__name__}: {error}"

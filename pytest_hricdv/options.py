@@ -1,0 +1,154 @@
+"""Options: command line over ini, validated before anything runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+KINDS = ("statements", "branches", "plans", "assertions", "cross")
+
+
+@dataclass(frozen=True)
+class Gate:
+    """A lower bound of coverage, in percent; `named` on the command line, where it applies to any selection."""
+
+    kind: str
+    percent: float
+    named: bool
+
+
+@dataclass(frozen=True)
+class Options:
+    """Everything a user can set, after validation. `suites` is empty when no suite is active."""
+
+    suites: str
+    suite_named: bool
+    seed: int
+    tests: int | None
+    concretizations: int
+    report: Path
+    gates: tuple[Gate, ...]
+    known: Mapping[str, str]
+    strict: bool
+    export: Path | None
+    coverage: bool
+
+
+def add_options(parser: pytest.Parser) -> None:
+    """Register the group `hri` and its ini keys."""
+    group = parser.getgroup("hri", "coverage-driven verification of human-robot interaction")
+    group.addoption(
+        "--hri-suite",
+        metavar="NAME|PATH[,...]",
+        help="generate and run these suites: by-hand, bdi-random, rl, pseudorandom, all, or a file or folder of "
+        "abstract tests. Items that do not ask for hri_case are then left out, unless paths are given.",
+    )
+    group.addoption("--hri-seed", metavar="N", help="seed of generation and concretization (default 0)")
+    group.addoption("--hri-tests", metavar="N", help="number of abstract tests per suite (default: the method's own)")
+    group.addoption("--hri-concretizations", metavar="K", help="concrete tests per abstract test (default 1)")
+    group.addoption("--hri-report", metavar="DIR", help="where report.json and index.html go (default hri-report)")
+    group.addoption(
+        "--hri-fail-under",
+        metavar="KIND=PCT",
+        action="append",
+        help=f"fail when a suite covers less; KIND is one of {', '.join(KINDS)}; repeatable",
+    )
+    group.addoption(
+        "--hri-known",
+        metavar="REQUIREMENT",
+        action="append",
+        help="a requirement whose violation is known: reported, but does not fail the run; repeatable",
+    )
+    group.addoption("--hri-strict", action="store_true", default=None, help="let known violations fail, too")
+    group.addoption("--hri-export", metavar="DIR", help="write the suites as text files that --hri-suite=DIR reads")
+    group.addoption("--hri-no-cov", action="store_true", default=None, help="do not measure the code under test")
+    for name, what in (
+        ("suite", "default of --hri-suite"),
+        ("seed", "default of --hri-seed"),
+        ("tests", "default of --hri-tests"),
+        ("concretizations", "default of --hri-concretizations"),
+        ("report", "default of --hri-report"),
+        ("export", "default of --hri-export"),
+    ):
+        parser.addini(f"hri_{name}", what, default="")
+    parser.addini("hri_fail_under", "one KIND=PCT a line; applies when the whole suite is selected", "linelist")
+    parser.addini("hri_known_violations", "one a line, 'R3: reason': reported, but does not fail the run", "linelist")
+    parser.addini("hri_strict", "default of --hri-strict", "bool", default=False)
+    parser.addini("hri_no_cov", "default of --hri-no-cov", "bool", default=False)
+
+
+def read_options(config: pytest.Config) -> Options:
+    """The options in force. Raises pytest.UsageError for one that makes no sense."""
+    return Options(
+        suites=_text(config, "suite"),
+        suite_named=config.getoption("hri_suite") is not None,
+        seed=_integer(config, "seed", 0, least=None) or 0,
+        tests=_integer(config, "tests", None, least=1),
+        concretizations=_integer(config, "concretizations", 1, least=1) or 1,
+        report=config.invocation_params.dir / (_text(config, "report") or "hri-report"),
+        gates=_gates(config),
+        known=_known(config),
+        strict=_flag(config, "strict"),
+        export=config.invocation_params.dir / _text(config, "export") if _text(config, "export") else None,
+        coverage=not _flag(config, "no_cov"),
+    )
+
+
+def _text(config: pytest.Config, name: str) -> str:
+    given = config.getoption(f"hri_{name}")
+    return str(config.getini(f"hri_{name}") if given is None else given).strip()
+
+
+def _flag(config: pytest.Config, name: str) -> bool:
+    given = config.getoption(f"hri_{name}")
+    return bool(config.getini(f"hri_{name}") if given is None else given)
+
+
+def _integer(config: pytest.Config, name: str, default: int | None, least: int | None) -> int | None:
+    text = _text(config, name)
+    if not text:
+        return default
+    try:
+        value = int(text)
+    except ValueError:
+        raise pytest.UsageError(f"--hri-{name}={text}: expected a whole number") from None
+    if least is not None and value < least:
+        raise pytest.UsageError(f"--hri-{name}={text}: expected at least {least}")
+    return value
+
+
+def _gates(config: pytest.Config) -> tuple[Gate, ...]:
+    named: Sequence[str] = config.getoption("hri_fail_under") or ()
+    lines: list[tuple[str, bool]] = [(line, True) for line in named]
+    lines += [(line, False) for line in config.getini("hri_fail_under")]
+    gates: dict[str, Gate] = {}
+    for line, on_command_line in lines:
+        kind, equals, bound = line.partition("=")
+        kind = kind.strip()
+        if not equals or kind not in KINDS:
+            raise pytest.UsageError(f"--hri-fail-under={line}: expected KIND=PCT with KIND in {', '.join(KINDS)}")
+        try:
+            percent = float(bound)
+        except ValueError:
+            raise pytest.UsageError(f"--hri-fail-under={line}: expected a percentage, got {bound!r}") from None
+        if not 0 <= percent <= 100:
+            raise pytest.UsageError(f"--hri-fail-under={line}: expected a percentage from 0 to 100")
+        gates.setdefault(kind, Gate(kind, percent, on_command_line))
+    return tuple(gates.values())
+
+
+def _known(config: pytest.Config) -> dict[str, str]:
+    known: dict[str, Any] = {}
+    for line in config.getini("hri_known_violations"):
+        requirement, colon, reason = line.partition(":")
+        if not colon or not reason.strip():
+            raise pytest.UsageError(f"hri_known_violations: {line!r}: expected 'REQUIREMENT: reason'")
+        known[requirement.strip()] = reason.strip()
+    for given in config.getoption("hri_known") or ():
+        for requirement in given.split(","):
+            known.setdefault(requirement.strip(), "named with --hri-known")
+    return known

@@ -1,0 +1,69 @@
+"""The plugin: options and hooks. Hooks delegate; nothing heavy is imported before a suite is active."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from pytest_hricdv.options import Options
+
+NO_SUITE = "no suite is active: choose one with --hri-suite=NAME|PATH, or with hri_suite in the ini file"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Registers options and ini keys."""
+    from pytest_hricdv.options import add_options
+
+    add_options(parser)
+
+
+def pytest_addhooks(pluginmanager: pytest.PytestPluginManager) -> None:
+    """Registers the hook that hands the testbench over."""
+    from pytest_hricdv import hooks
+
+    pluginmanager.add_hookspecs(hooks)
+
+
+def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) -> None:
+    """Explains `-n` without xdist, which pytest would only call unrecognized."""
+    if early_config.pluginmanager.hasplugin("xdist"):
+        return
+    asked = any(
+        arg == "-n" or arg.startswith(("-n=", "--numprocesses")) or (arg[:2] == "-n" and arg[2:].isdigit())
+        for arg in args
+    )
+    if asked and any(arg.startswith("--hri-") for arg in args):
+        raise pytest.UsageError(
+            "-n needs pytest-xdist, which is not installed or switched off: pip install pytest-xdist"
+        )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Registers the plugin's objects, and only when a suite is active."""
+    from pytest_hricdv.options import read_options
+
+    options = read_options(config)
+    if options.suites:
+        _register(config, options)
+
+
+def _register(config: pytest.Config, options: Options) -> None:
+    from pytest_hricdv.collecting import Collecting, worker_input
+    from pytest_hricdv.reporting import Reporting
+    from pytest_hricdv.running import Running
+
+    collecting = Collecting(config, options)
+    running = Running(collecting)
+    config.pluginmanager.register(collecting, "hricdv-collecting")
+    config.pluginmanager.register(running, "hricdv-running")
+    if worker_input(config) is None:
+        config.pluginmanager.register(Reporting(collecting, running), "hricdv-reporting")
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Without a suite, a test that asks for `hri_case` is skipped with a word on how to choose one."""
+    if "hri_case" in metafunc.fixturenames and not metafunc.config.pluginmanager.hasplugin("hricdv-collecting"):
+        skip = pytest.mark.skip(reason=NO_SUITE)
+        metafunc.parametrize("hri_case", [pytest.param(None, marks=skip)], ids=["no-suite"])

@@ -1,0 +1,160 @@
+"""Reporting: where the results of all workers meet. Registered in the controlling process only."""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+from collections.abc import Iterator
+from importlib.metadata import version
+
+import pytest
+
+from pytest_hricdv.case import HriCase
+from pytest_hricdv.collecting import Collecting, case_of
+from pytest_hricdv.cover.source import CoverError
+from pytest_hricdv.options import KINDS
+from pytest_hricdv.report import files, terminal
+from pytest_hricdv.report.files import ReportError
+from pytest_hricdv.results import Entry, Session, build_report, reached
+from pytest_hricdv.running import ATTRIBUTE, Running
+
+MARKUP: dict[str, dict[str, bool]] = {
+    "title": {"bold": True},
+    "ok": {"green": True},
+    "bad": {"red": True, "bold": True},
+    "warn": {"yellow": True},
+    "dim": {"light": True},
+    "plain": {},
+}
+_DIGEST = re.compile(r"-[0-9a-f]{8,16}(?:-k\d+)?(?=[-\]])")
+
+
+class Reporting:
+    """Collects entries by node id, checks that none is lost, holds the gates, writes the report."""
+
+    def __init__(self, collecting: Collecting, running: Running) -> None:
+        self.collecting = collecting
+        self.running = running
+        self.options = collecting.options
+        self.entries: dict[str, Entry] = {}
+        self.chosen: dict[str, HriCase] = {}
+        self.workers = 0
+        self.report: Entry | None = None
+        self.problems: list[str] = []
+        self._began = time.perf_counter()
+
+    def pytest_report_header(self) -> str:
+        """One line; generates the suites, so that it can say how many tests there are."""
+        suites = self.collecting.selected
+        names = [each.suite.name for each in suites]
+        tests = len(self.collecting.cases)
+        return terminal.header(names, self.options.seed, tests, self.collecting.testbench.name)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_sessionstart(self) -> None:
+        """Finds what is wrong with the testbench, its files and the report folder before any test runs."""
+        _ = self.collecting.selected, self.running.code
+        known = {requirement.id for requirement in self.running.requirements}
+        for requirement in self.options.known:
+            if requirement not in known:
+                names = ", ".join(sorted(known))
+                raise pytest.UsageError(f"known violation of {requirement!r}: no such requirement; there are {names}")
+        if not self.collecting.config.getoption("collectonly"):
+            try:
+                files.prepare(self.options.report)
+            except ReportError as error:
+                raise pytest.UsageError(str(error)) from None
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """Without xdist: notes which tests were chosen."""
+        for item in session.items:
+            case = case_of(item)
+            if case is not None:
+                self.chosen[item.nodeid] = case
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_xdist_node_collection_finished(self, node: object, ids: list[str]) -> None:
+        """With xdist: the controller never collects, so the workers' node ids say what was chosen."""
+        self.workers += 1
+        by_id = {case.abstract.id: case for case in self.collecting.cases}
+        for nodeid in ids:
+            case = _case_named(nodeid, by_id)
+            if case is not None:
+                self.chosen[nodeid] = case
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Takes the entry off a report, wherever it was made; the same test twice counts once."""
+        text = getattr(report, ATTRIBUTE, None)
+        if isinstance(text, str):
+            self.entries[report.nodeid] = json.loads(text)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> Iterator[None]:
+        """After the last test: builds and writes the report, and lets gates fail the session."""
+        result = yield
+        if session.config.getoption("collectonly") or not self.chosen:
+            return result
+        try:
+            self.report = build_report(self._session(), list(self.entries.values()), self.chosen)
+            self.problems += self._gates(self.report)
+            files.write(self.report, self.options.report)
+        except (CoverError, ReportError) as error:
+            self.problems.append(str(error))
+        if self.problems:
+            session.testsfailed += 1
+        return result
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """One section at the end."""
+        if self.report is None and not self.problems:
+            return
+        terminalreporter.section("human-robot interaction")
+        if self.report is not None:
+            for line in terminal.summary(self.report, self.options.report):
+                terminalreporter.write_line(line.text, **MARKUP[line.style])
+        for problem in self.problems:
+            terminalreporter.write_line(f"FAILED {problem}", red=True, bold=True)
+
+    def _session(self) -> Session:
+        measured = self.options.coverage
+        reasons = [entry["unmeasured"] for entry in self.entries.values() if entry["unmeasured"]]
+        return Session(
+            testbench=self.collecting.testbench,
+            requirements=self.running.requirements,
+            selected=tuple(self.collecting.selected),
+            code=self.running.code,
+            unmeasured=reasons[0] if reasons else "no test was measured" if measured else "switched off",
+            known=self.options.known,
+            strict=self.options.strict,
+            version=version("pytest-hricdv"),
+            wall_s=time.perf_counter() - self._began,
+            workers=self.workers or 1,
+        )
+
+    def _gates(self, report: Entry) -> list[str]:
+        ids = {case.abstract.id for case in self.chosen.values()}
+        whole = ids == {case.abstract.id for case in self.collecting.cases}
+        problems = []
+        for gate in sorted(self.options.gates, key=lambda gate: KINDS.index(gate.kind)):
+            if not (gate.named or whole):
+                continue
+            for suite, percent in reached(report, gate.kind):
+                if percent is None:
+                    problems.append(f"suite {suite}: {gate.kind} unmeasured, at least {gate.percent:g} % asked for")
+                elif percent < gate.percent:
+                    problems.append(
+                        f"suite {suite}: {gate.kind} {percent:.2f} %, at least {gate.percent:g} % asked for"
+                    )
+        return problems
+
+
+def _case_named(nodeid: str, by_id: dict[str, HriCase]) -> HriCase | None:
+    """The case whose id stands in the brackets of a node id, among other parameters perhaps."""
+    parameters = nodeid[nodeid.find("[") + 1 :]
+    for match in _DIGEST.finditer(parameters):
+        head = parameters[: match.end()]
+        for start in [0, *(dash.end() for dash in re.finditer("-", head))]:
+            if head[start:] in by_id:
+                return by_id[head[start:]]
+    return None

@@ -1,0 +1,116 @@
+"""Running: what happens around each generated test. Registered where tests run: in workers, or without xdist."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.case import CaseResult, HriCase, execute
+from pytest_hricdv.collecting import Collecting, case_of
+from pytest_hricdv.cover.measure import Measurement, NoMeasurement, choose
+from pytest_hricdv.cover.source import CodeMap, CoverError, map_code
+from pytest_hricdv.monitor import Requirement, RequirementError, load_requirements
+from pytest_hricdv.report import junit, terminal
+from pytest_hricdv.results import Entry, describe, measured
+
+ATTRIBUTE = "hricdv"
+
+
+class Running:
+    """Runs cases, measures them, and sends one JSON text per test along with pytest's own report."""
+
+    def __init__(self, collecting: Collecting) -> None:
+        self.collecting = collecting
+        self.options = collecting.options
+
+    @cached_property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """The testbench's requirements. Raises pytest.UsageError, located, when a text does not parse."""
+        testbench = self.collecting.testbench
+        try:
+            return load_requirements(testbench.requirements, testbench.vocabulary())
+        except (RequirementError, ValueError) as error:
+            raise pytest.UsageError(str(error)) from None
+
+    @cached_property
+    def code(self) -> CodeMap:
+        """What can be covered. Raises pytest.UsageError for code that is not there or a waiver without reason."""
+        try:
+            return map_code(self.collecting.testbench.code, Path(self.collecting.config.rootpath))
+        except CoverError as error:
+            raise pytest.UsageError(str(error)) from None
+
+    @cached_property
+    def measurement(self) -> Measurement:
+        """How the code under test is measured in this process."""
+        if not self.options.coverage:
+            return NoMeasurement("switched off with --hri-no-cov")
+        by_test = getattr(self.collecting.config.option, "cov_context", None) == "test"
+        return choose(self.code, contexts_by_test=by_test)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
+        """Lends the case its runner for the duration of the test, and tells JUnit how it went."""
+        case = case_of(item)
+        if case is None:
+            return (yield)
+        case.result = None
+        case.runner = lambda this: self._run(this, item.nodeid)
+        case.judge = lambda this, result: self._judge(this, result, item.nodeid)
+        try:
+            return (yield)
+        finally:
+            case.runner = case.judge = None
+            item.user_properties.extend(junit.properties(self._entry(case, item.nodeid)))
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self, item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
+        """Attaches the entry to the report of the call: a string, the one kind of data that crosses xdist safely."""
+        report: pytest.TestReport = yield  # type: ignore[assignment]
+        case = case_of(item)
+        if case is not None and call.when == "call":
+            entry = self._entry(case, item.nodeid)
+            entry |= {"outcome": _outcome(report, case), "wall_s": call.duration, "failure": _text(report)}
+            setattr(report, ATTRIBUTE, json.dumps(entry))
+        return report  # type: ignore[return-value]
+
+    def _run(self, case: HriCase, nodeid: str) -> CaseResult:
+        __tracebackhide__ = True
+        testbench = self.collecting.testbench
+        return execute(testbench, self.requirements, case.concrete, self.measurement, f"hricdv|{nodeid}")
+
+    def _judge(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
+        __tracebackhide__ = True
+        failed = [verdict.requirement for verdict in result.verdicts if verdict.verdict == "Failed"]
+        known = {} if self.options.strict else self.options.known
+        if not failed:
+            return
+        if all(requirement in known for requirement in failed):
+            pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed))
+        texts = {each.id: {"title": each.title, "source": each.source, "text": each.text} for each in self.requirements}
+        text = terminal.failure(self._entry(case, nodeid), texts, seed=self.options.seed)
+        pytest.fail(text, pytrace=False)
+
+    def _entry(self, case: HriCase, nodeid: str) -> Entry:
+        result = case.result
+        entry = describe(case, nodeid) | measured(result, self.code, self.requirements)
+        unmeasured = result is not None and result.code is None
+        return entry | {"unmeasured": self.measurement.reason if unmeasured else ""}
+
+
+def _outcome(report: pytest.TestReport, case: HriCase) -> str:
+    if report.outcome == "passed":
+        return "passed" if case.result is not None else "error"
+    if case.result is None:
+        return "error"
+    return "known-violation" if hasattr(report, "wasxfail") else "failed"
+
+
+def _text(report: pytest.TestReport) -> str:
+    if report.outcome == "passed":
+        return ""
+    return str(getattr(report, "wasxfail", "") or report.longreprtext)

@@ -1,0 +1,126 @@
+"""Which suites a session runs: generated once, kept in pytest's cache, handed to xdist workers as text."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.case import HriCase
+from pytest_hricdv.generate import Context, Files, GenerateError, Method, Suite, expand, fingerprint, select
+from pytest_hricdv.options import Options
+from pytest_hricdv.testbench import Testbench
+
+CACHE_FOLDER = "hricdv"
+
+
+@dataclass(frozen=True)
+class Selected:
+    """A suite with what generating it took (s of wall time; 0 and `cached` when it came from the cache)."""
+
+    suite: Suite
+    wall_s: float
+    cached: bool
+
+
+def selected_suites(
+    options: Options, root: Path, testbench: Testbench, cache: Any | None, say: Callable[[str], None]
+) -> list[Selected]:
+    """Generate, or take from the cache, every suite that was asked for.
+
+    Args:
+        root: the folder that paths of suites are relative to.
+        cache: `config.cache`, or None where the cache plugin is off.
+        say: told what is going on when it takes a while.
+
+    Raises:
+        pytest.UsageError: an unknown suite, a missing path, a model or a file that is wrong, or two equal names.
+    """
+    context = Context(
+        model=testbench.model,
+        space=testbench.beliefs,
+        commands=tuple(testbench.concretization.commands),
+        seed=options.seed,
+        tests=options.tests,
+        by_hand=testbench.by_hand,
+    )
+    try:
+        methods = select(options.suites, root)
+        selected = [_generate(method, context, cache, say) for method in methods]
+    except GenerateError as error:
+        raise pytest.UsageError(f"--hri-suite: {error}") from None
+    names = [each.suite.name for each in selected]
+    for name in names:
+        if names.count(name) > 1:
+            raise pytest.UsageError(f"--hri-suite: two suites have the name {name!r}; rename a file or folder")
+    for each in selected:
+        _check_commands(each.suite, testbench)
+    return selected
+
+
+def _generate(method: Method, context: Context, cache: Any | None, say: Callable[[str], None]) -> Selected:
+    if isinstance(method, Files):  # reading files is as quick as reading the cache
+        return Selected(method.generate(context), 0.0, cached=False)
+    key = f"{CACHE_FOLDER}/{fingerprint_of(method, context)}"
+    text = cache.get(key, None) if cache is not None else None
+    if isinstance(text, str):
+        try:
+            return Selected(Suite.from_json(text), 0.0, cached=True)
+        except GenerateError:
+            pass  # written by another version, or cut off: generate again
+    say(f"hricdv: generating suite {method.name} (seed {context.seed}) ...")
+    began = time.perf_counter()
+    suite = method.generate(context)
+    wall_s = time.perf_counter() - began
+    if cache is not None:
+        cache.set(key, suite.to_json())
+    return Selected(suite, wall_s, cached=False)
+
+
+def fingerprint_of(method: Method, context: Context) -> str:
+    """The cache key: everything that a suite depends on."""
+    files = [*context.model.files()] if context.model is not None else []
+    if context.by_hand is not None:
+        files.append(context.by_hand)
+    parameters = {
+        "method": method.name,
+        "tests": context.tests,
+        "commands": list(context.commands),
+        "lengths": list(context.lengths),
+        "learning": repr(context.learning),
+    }
+    return fingerprint(files, context.space, parameters, context.seed)
+
+
+def _check_commands(suite: Suite, testbench: Testbench) -> None:
+    known = testbench.concretization.commands
+    for test in suite.tests:
+        for line in test.lines:
+            if line not in known:
+                commands = ", ".join(known)
+                raise pytest.UsageError(f"suite {suite.name}, test {test.id}: nobody knows {line!r}; known: {commands}")
+
+
+def cases(selected: Iterable[Selected], testbench: Testbench, concretizations: int) -> list[HriCase]:
+    """One case for each concrete test."""
+    ranges = testbench.concretization
+    return [
+        HriCase(each.suite.name, test, ranges)
+        for each in selected
+        for test in expand(each.suite.tests, concretizations)
+    ]
+
+
+def to_text(selected: Iterable[Selected]) -> str:
+    """The suites as text for xdist's `workerinput`."""
+    return json.dumps([[each.suite.to_json(), each.wall_s, each.cached] for each in selected])
+
+
+def from_text(text: str) -> list[Selected]:
+    """The suites that `to_text` wrote."""
+    return [Selected(Suite.from_json(suite), wall_s, cached) for suite, wall_s, cached in json.loads(text)]

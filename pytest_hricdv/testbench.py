@@ -1,0 +1,139 @@
+"""What a user supplies: one frozen object that says what to generate, how to run it, and what must hold."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_type_hints
+
+from pytest_hricdv.cover.cross import Bin, CrossProduct
+from pytest_hricdv.generate import BeliefSpace, Concretization, Model
+from pytest_hricdv.monitor import Vocabulary
+from pytest_hricdv.runtime import topic_of
+
+if TYPE_CHECKING:
+    from pytest_hricdv.case import Run
+
+
+class TestbenchError(Exception):
+    """The testbench is missing, or lacks a part; the text says which and what it is for."""
+
+    __test__ = False
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run went, in the testbench's own words.
+
+    Args:
+        ended: why it ended, for instance "table done".
+        legs: how each turn ended, in order.
+        frozen_s: simulated seconds that passed without physics steps.
+        cross: the bins of the declared cross product that the run hit.
+    """
+
+    ended: str
+    legs: tuple[str, ...] = ()
+    frozen_s: float = 0.0
+    cross: tuple[Bin, ...] = ()
+
+
+@dataclass(frozen=True)
+class Testbench:
+    """A robot's code, its world, and what is asked of them.
+
+    Args:
+        name: shown in reports.
+        model: the BDI model that tests are generated from.
+        beliefs: the belief space that steers the model.
+        concretization: the commands a human can enact, with the ranges of their parameters.
+        requirements: TOML file of requirement texts.
+        messages: frozen dataclasses, the messages on the bus; bool and numeric fields can be named in requirements.
+        signals: physical signals that the world records, name -> bool or float.
+        code: importable names of the packages under test.
+        run: builds world, human, sensors and controller around the given `Run`, runs it, and says how it went.
+        by_hand: TOML file of belief subsets for the suite `by-hand`; None where there is none.
+        cross: the cross product to cover; None where there is none.
+    """
+
+    __test__ = False
+
+    name: str
+    model: Model
+    beliefs: BeliefSpace
+    concretization: Concretization
+    requirements: Path
+    messages: tuple[type[Any], ...]
+    signals: Mapping[str, type[bool] | type[float]] = field(hash=False)
+    code: tuple[str, ...]
+    run: Callable[[Run], Outcome]
+    by_hand: Path | None = None
+    cross: CrossProduct | None = None
+
+    def vocabulary(self) -> Vocabulary:
+        """The names that requirements may use: signals, topics, and the bool and numeric fields of messages."""
+        topics = {topic_of(kind): _field_kinds(kind) for kind in self.messages}
+        return Vocabulary(signals=dict(self.signals), messages=topics)
+
+
+def _field_kinds(kind: type[Any]) -> dict[str, type[bool] | type[float]]:
+    kinds: dict[str, type[bool] | type[float]] = {}
+    for name, hint in get_type_hints(kind).items():
+        if hint is bool:
+            kinds[name] = bool
+        elif hint in (int, float):
+            kinds[name] = float
+    return kinds
+
+
+PARTS: Mapping[str, str] = {
+    "name": "a name for reports",
+    "model": "the BDI model (Model) that tests are generated from",
+    "beliefs": "the belief space (BeliefSpace) that steers the model",
+    "concretization": "the human's commands with the ranges of their parameters (Concretization)",
+    "requirements": "the path of a TOML file of requirement texts",
+    "messages": "the dataclasses of the messages on the bus",
+    "signals": "the physical signals, name -> bool or float",
+    "code": "the names of the packages under test",
+    "run": "a function that runs one concrete test and returns an Outcome",
+}
+
+
+def checked(candidate: object, where: str) -> Testbench:
+    """`candidate` as a testbench.
+
+    Raises:
+        TestbenchError: it is none, or a part is missing or of the wrong kind; `where` is named.
+    """
+    if candidate is None:
+        raise TestbenchError(
+            "no testbench: implement pytest_hricdv_testbench(config) in a conftest.py and return a "
+            "pytest_hricdv.testbench.Testbench"
+        )
+    missing = [f"  {name}: {what}" for name, what in PARTS.items() if not hasattr(candidate, name)]
+    if missing:
+        raise TestbenchError(f"{where}: the testbench lacks\n" + "\n".join(missing))
+    if not isinstance(candidate, Testbench):
+        raise TestbenchError(f"{where}: expected a Testbench, got {type(candidate).__name__}")
+    _check_kinds(candidate, where)
+    return candidate
+
+
+def _check_kinds(testbench: Testbench, where: str) -> None:
+    expected: Mapping[str, type[Any]] = {"model": Model, "beliefs": BeliefSpace, "concretization": Concretization}
+    for name, kind in expected.items():
+        if not isinstance(getattr(testbench, name), kind):
+            raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {PARTS[name]}")
+    if not callable(testbench.run):
+        raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
+    if isinstance(testbench.code, str) or not testbench.code:
+        raise TestbenchError(f"{where}: code is {testbench.code!r}; expected a tuple of {PARTS['code']}")
+    for message in testbench.messages:
+        if not dataclasses.is_dataclass(message):
+            raise TestbenchError(f"{where}: message {message!r} is no dataclass; expected {PARTS['messages']}")
+    for name in ("requirements", "by_hand"):
+        path = getattr(testbench, name)
+        if path is not None and not Path(path).is_file():
+            raise TestbenchError(f"{where}: {name} is {path}, and there is no such file")
