@@ -1,0 +1,103 @@
+"""The contract of `report.json`: its JSON Schema, and a check that needs no further package.
+
+The schema ships for whoever reads reports by machine. The plugin itself must not depend on a schema library only to say
+"this report is cut off", so `faults` understands the few keywords that the schema uses, and the tests hold it against
+a full implementation.
+"""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from importlib.resources import files
+from typing import Any
+
+SCHEMA = "hricdv-report/1"
+
+_TYPES: dict[str, tuple[type, ...]] = {
+    "object": (Mapping,),
+    "array": (list, tuple),
+    "string": (str,),
+    "boolean": (bool,),
+    "null": (type(None),),
+    "number": (int, float),
+}
+
+
+def schema() -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of the report, as it ships with the plugin."""
+    text = files(__package__).joinpath("report-1.schema.json").read_text(encoding="utf-8")
+    parsed: dict[str, Any] = json.loads(text)
+    return parsed
+
+
+def faults(report: object) -> list[str]:
+    """Where a report breaks the contract, as `tests[3].outcome: ...`; empty when it keeps it."""
+    root = schema()
+    return list(_faults(report, root, "report", root))
+
+
+def _faults(value: object, rule: Mapping[str, Any], place: str, root: Mapping[str, Any]) -> Iterator[str]:
+    if "$ref" in rule:
+        yield from _faults(value, _referred(rule["$ref"], root), place, root)
+    types = rule.get("type")
+    if types is not None and not _is_one_of(value, [types] if isinstance(types, str) else types):
+        yield f"{place}: expected {types}, found {_shown(value)}"
+        return
+    if "const" in rule and value != rule["const"]:
+        yield f"{place}: expected {rule['const']!r}, found {_shown(value)}"
+    if "enum" in rule and value not in rule["enum"]:
+        yield f"{place}: expected one of {', '.join(rule['enum'])}, found {_shown(value)}"
+    if isinstance(value, Mapping):
+        yield from _object_faults(value, rule, place, root)
+    elif isinstance(value, list | tuple):
+        yield from _array_faults(value, rule, place, root)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield from _range_faults(value, rule, place)
+
+
+def _object_faults(
+    value: Mapping[str, Any], rule: Mapping[str, Any], place: str, root: Mapping[str, Any]
+) -> Iterator[str]:
+    yield from (f"{place}: {key!r} is missing" for key in rule.get("required", ()) if key not in value)
+    known: Mapping[str, Any] = rule.get("properties", {})
+    others = rule.get("additionalProperties", {})
+    for key, item in value.items():
+        yield from _faults(item, known.get(key, others), f"{place}.{key}", root)
+
+
+def _array_faults(
+    value: list[Any] | tuple[Any, ...], rule: Mapping[str, Any], place: str, root: Mapping[str, Any]
+) -> Iterator[str]:
+    if not rule.get("minItems", 0) <= len(value) <= rule.get("maxItems", math.inf):
+        yield f"{place}: {len(value)} items, expected {rule.get('minItems')} to {rule.get('maxItems')}"
+    for index, item in enumerate(value):
+        yield from _faults(item, rule.get("items", {}), f"{place}[{index}]", root)
+
+
+def _range_faults(value: float, rule: Mapping[str, Any], place: str) -> Iterator[str]:
+    if not math.isfinite(value):
+        yield f"{place}: {value} is not a number that JSON has; say null where there is no figure"
+    elif not rule.get("minimum", -math.inf) <= value <= rule.get("maximum", math.inf):
+        yield f"{place}: {value} is outside of {rule.get('minimum')} to {rule.get('maximum', 'infinity')}"
+
+
+def _referred(reference: str, root: Mapping[str, Any]) -> Mapping[str, Any]:
+    found: Mapping[str, Any] = root["$defs"][reference.removeprefix("#/$defs/")]
+    return found
+
+
+def _is_one_of(value: object, names: list[str]) -> bool:
+    return any(_is(value, name) for name in names)
+
+
+def _is(value: object, name: str) -> bool:
+    if isinstance(value, bool):
+        return name == "boolean"  # Python counts True as a number, JSON does not
+    if name == "integer":
+        return isinstance(value, int) or (isinstance(value, float) and value.is_integer())
+    return isinstance(value, _TYPES[name])
+
+
+def _shown(value: object) -> str:
+    shown = repr(value)
+    return shown if len(shown) <= 60 else f"{shown[:57]}..."

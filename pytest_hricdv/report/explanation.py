@@ -1,0 +1,133 @@
+"""The text of a failing test, for somebody who has never seen this tool."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from pytest_hricdv.report.figure import natural, plural, quantity, seconds
+from pytest_hricdv.report.line import visible
+from pytest_hricdv.report.rerun import command
+
+_MAX_VIOLATIONS = 3
+_MAX_ACTIONS = 14
+
+
+def failure(
+    test: Mapping[str, Any],
+    requirements: Mapping[str, Any],
+    suite: str,
+    seed: int,
+    known: Mapping[str, str] | None = None,
+) -> str:
+    """Why a test failed: requirement, times, values, margin; what happened; what the human did; how to run it again.
+
+    Args:
+        test: a test of the report.
+        requirements: the report's `requirements`: name to `title`, `source`, `text`.
+        suite: what `--hri-suite` was given, for the line that runs the test again.
+        seed: the suite's seed, for the same.
+        known: violations that are known, name to reason; they are told last and do not count as the cause.
+
+    Returns:
+        Several lines without a last end of line; control characters of names appear as escapes.
+    """
+    reasons = known or {}
+    failed = [name for name in _named(test) if _verdict(test, name)["verdict"] == "Failed"]
+    failed.sort(key=lambda name: name in reasons)
+    lines: list[str] = []
+    for name in failed:
+        lines += [*_requirement(name, test, requirements.get(name, {}), reasons.get(name)), ""]
+    if test.get("failure"):
+        lines += [*str(test["failure"]).strip("\n").splitlines(), ""]
+    lines += [*_rest(test, failed), *_course(test), "", *_actions(test), ""]
+    lines += ["run it again:", f"  {command(test, suite, seed)}"]
+    return "\n".join(visible(line) for line in lines)
+
+
+def violation(found: Mapping[str, Any]) -> str:
+    """One violation in a line: `triggered at 41.2 s, violated at 51.2 s: hand_distance = 0.03 (margin -0.02)`."""
+    parts = []
+    if found.get("trigger_s") is not None:
+        parts.append(f"triggered at {seconds(found['trigger_s'])}")
+    if found.get("time_s") is not None:
+        parts.append(f"violated at {seconds(found['time_s'])}")
+    text = ", ".join(parts) or "violated"
+    values = found.get("values") or {}
+    if values:
+        text += ": " + ", ".join(f"{name} = {quantity(values[name])}" for name in sorted(values, key=natural))
+    if found.get("margin") is not None:
+        text += f" (margin {quantity(found['margin'])})"
+    return text
+
+
+def counts(verdict: Mapping[str, Any]) -> str:
+    """How often a requirement was put to the test: `2 triggers: 1 passed, 1 failed`."""
+    kinds = (("passes", "passed"), ("failures", "failed"), ("vacuous", "vacuous"), ("pending", "still open at the end"))
+    told = ", ".join(f"{verdict[key]} {word}" for key, word in kinds if verdict.get(key))
+    triggers = plural(verdict["triggers"], "trigger")
+    return f"{triggers}: {told}" if told else triggers
+
+
+def _requirement(name: str, test: Mapping[str, Any], described: Mapping[str, Any], known: str | None) -> Iterator[str]:
+    verdict = _verdict(test, name)
+    title = f": {described['title']}" if described.get("title") else ""
+    yield f"{name} Failed{title}"
+    if known is not None:
+        yield f"  a known violation{f' ({known})' if known else ''}: it does not fail the run"
+    if described.get("text"):
+        yield f"  checked as  {described['text']}"
+    if described.get("source"):
+        yield f"  source      {described['source']}"
+    shown: Sequence[Mapping[str, Any]] = verdict["violations"][:_MAX_VIOLATIONS]
+    for found in shown:
+        yield f"  {violation(found)}"
+    if len(verdict["violations"]) > len(shown):
+        yield f"  and {plural(len(verdict['violations']) - len(shown), 'more violation')}"
+    yield f"  {counts(verdict)}{_worst(verdict)}"
+
+
+def _worst(verdict: Mapping[str, Any]) -> str:
+    if verdict["margin"] is None:
+        return ""
+    when = f" at {seconds(verdict['margin_time_s'])}" if verdict.get("margin_time_s") is not None else ""
+    return f"; worst margin {quantity(verdict['margin'])}{when}"
+
+
+def _rest(test: Mapping[str, Any], failed: Sequence[str]) -> Iterator[str]:
+    others = [name for name in _named(test) if name not in failed]
+    if others:
+        told = (f"{name} {_verdict(test, name)['verdict']}" for name in others)
+        note = " (NC: not checked, nothing triggered it)" if _any_unchecked(test) else ""
+        yield f"others:  {', '.join(told)}{note}"
+
+
+def _course(test: Mapping[str, Any]) -> Iterator[str]:
+    yield f"legs:    {', '.join(test['legs']) or 'none handed over or discarded'}"
+    if test["sim_s"] is not None:
+        ended = f": {test['ended']}" if test.get("ended") else ""
+        yield f"ended:   after {seconds(test['sim_s'])} simulated{ended}"
+
+
+def _actions(test: Mapping[str, Any]) -> Iterator[str]:
+    own = f", own seed {test['seed']}" if test["seed"] is not None else ""
+    yield f"what the human did (abstract test {test['id']}{own}):"
+    actions: Sequence[str] = test["abstract"]
+    shown = actions if len(actions) <= _MAX_ACTIONS else actions[: _MAX_ACTIONS - 1]
+    for action in shown:
+        yield f"  {action}"
+    if len(shown) < len(actions):
+        yield f"  ... and {plural(len(actions) - len(shown), 'more action')}"
+    if not actions:
+        yield "  nothing"
+
+
+def _named(test: Mapping[str, Any]) -> list[str]:
+    return sorted(test["requirements"], key=natural)
+
+
+def _verdict(test: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    found: Mapping[str, Any] = test["requirements"][name]
+    return found
+
+
+def _any_unchecked(test: Mapping[str, Any]) -> bool:
+    return any(verdict["verdict"] == "NC" for verdict in test["requirements"].values())

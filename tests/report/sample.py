@@ -1,0 +1,192 @@
+"""A made-up report of any size, with the figures of a plausible run."""
+
+import random
+from typing import Any
+
+PLANS = {"human": 48, "robot_code": 12}
+TITLES = {
+    "R1": "If gaze, pressure and location sense the human ready, then a leg shall be released",
+    "R2": "If gaze, pressure or location sense the human not ready, then a leg shall not be released",
+    "R3": "The robot shall not close its hand when the human hand is too close",
+    "R4": "The robot shall start and work in restricted joint speed",
+}
+TEXTS = {
+    "R1": "always(rise(gpl_ready) -> eventually[0:10](leg_released))",
+    "R2": "always(rise(not_ready) -> not leg_released until request)",
+    "R3": "always(hand_closing -> hand_distance >= 0.05 [hysteresis 0.005])",
+    "R4": "always(moving -> joint_speed < 0.25)",
+}
+
+
+def report(suites: tuple[str, ...] = ("rl",), tests: int = 3, seed: int = 0) -> dict[str, Any]:
+    """A report that keeps the contract, with `tests` tests in each suite."""
+    rng = random.Random(seed)
+    made = [test(rng, name) for name in suites for _ in range(tests)]
+    return {
+        "schema": "hricdv-report/1",
+        "version": "0.1.0",
+        "testbench": "table-assembly",
+        "selected": len(made),
+        "reported": len(made),
+        "not_run": 0,
+        "not_run_tests": [],
+        "wall_s": 0.53 * len(made),
+        "workers": 2,
+        "known_violations": {"R3": "no crush prevention"},
+        "strict": False,
+        "requirements": {
+            name: {"title": title, "source": "ISO 13482:2014", "text": TEXTS[name]} for name, title in TITLES.items()
+        },
+        "code_under_test": code_under_test(),
+        "suites": [suite(rng, name, [each for each in made if each["suite"] == name]) for name in suites],
+        "tests": made,
+    }
+
+
+def code_under_test() -> dict[str, Any]:
+    """Two files, one of them complete."""
+    return {
+        "packages": ["controller"],
+        "sha256": "9f" * 32,
+        "measured": True,
+        "reason": "",
+        "waivers": [{"file": "controller/journal.py", "line": 60, "reason": "the port never closes in simulation"}],
+        "files": [
+            {
+                "file": "controller/journal.py",
+                "statements": 45,
+                "covered": 42,
+                "missing_lines": [60, 61, 70],
+                "missing_branches": [[58, 60], [69, -12]],
+            },
+            {"file": "controller/states.py", "statements": 278, "covered": 278},
+        ],
+    }
+
+
+def suite(rng: random.Random, name: str, tests: list[dict[str, Any]]) -> dict[str, Any]:
+    """A suite whose verdicts are counted from its tests and whose coverage is made up."""
+    learned = name == "rl"
+    return {
+        "name": name,
+        "seed": 0,
+        "generation": {
+            "wall_s": 3.1,
+            "bdi_runs": 812,
+            "iterations": 130 if learned else 0,
+            "converged_at": 130 if learned else None,
+            "q_delta": [10.0 * 0.93**n * rng.uniform(0.5, 1) for n in range(130)] if learned else [],
+            "distinct_texts": min(len(tests), 97),
+            "cached": False,
+        },
+        "tests": len(tests),
+        "requirements": {requirement: _counted(tests, requirement) for requirement in TITLES},
+        "code": {
+            "statements": _covered(260 + rng.randrange(40), 323, 320),
+            "branches": _covered(60 + rng.randrange(20), 92, 90),
+        },
+        "plans": {
+            agent: {
+                "covered": [f"plan{n}" for n in range(1, total - 1)],
+                "missing": [f"plan{total - 1}", f"plan{total}"],
+                "total": total,
+            }
+            for agent, total in PLANS.items()
+        },
+        "cross": {"bins": 32, "hit": 20, "impossible": 4, "missing": ["gpl 010 x leg 3", "gpl 011 x leg 4"]},
+        "curve": _curve(rng, len(tests)),
+    }
+
+
+def test(rng: random.Random, suite: str) -> dict[str, Any]:
+    """A test of one to four legs, some of them failing a requirement."""
+    legs = [
+        rng.choice(["released", "discarded", "no-human-ready", "sensing-timeout"]) for _ in range(rng.randint(1, 4))
+    ]
+    action_id = f"{suite}-leg{5 - len(legs)}-{rng.randrange(16**8):08x}"
+    gpl = [(sense, rng.randint(0, 1)) for _ in legs for sense in ("gaze", "pressure", "location")]
+    abstract = [
+        "tell leg",
+        "receivesignal",
+        *(f"set_param {sense} = {value}" for sense, value in gpl),
+        "tell humanReady",
+    ]
+    verdicts = {name: verdict(rng, name) for name in TITLES}
+    failed = {name for name, found in verdicts.items() if found["verdict"] == "Failed"}
+    return {
+        "nodeid": f"tests/hri/test_table_assembly.py::test_table_assembly[{action_id}]",
+        "suite": suite,
+        "id": action_id,
+        "beliefs": [f"leg{5 - len(legs)}", *(f"m{rng.randrange(8):03b}l{n}" for n in range(1, len(legs) + 1))],
+        "abstract": abstract,
+        "concrete": {
+            "actions": [{"command": each, "parameters": {"voice_s": rng.uniform(2, 5)}} for each in abstract],
+            "run": {"sensing_timeout_s": rng.uniform(10, 100)},
+        },
+        "seed": rng.randrange(2**31),
+        "outcome": "failed" if failed - {"R3"} else "known-violation" if failed else "passed",
+        "wall_s": rng.uniform(0.3, 0.9),
+        "sim_s": rng.uniform(40, 300),
+        "frozen_s": rng.uniform(10, 40),
+        "ended": "table done",
+        "legs": legs,
+        "record_sha256": f"{rng.getrandbits(256):064x}",
+        "requirements": verdicts,
+        "plans": {agent: [f"plan{n}" for n in range(1, total, 2)] for agent, total in PLANS.items()},
+        "code": {"statements": 250, "percent": rng.gauss(78, 6)},
+        "failure": "",
+    }
+
+
+def verdict(rng: random.Random, name: str) -> dict[str, Any]:
+    """A verdict: R1 mostly not checked, R3 failing now and then, R4 always passed."""
+    chances = {"R1": (20, 1, 79), "R2": (70, 0, 30), "R3": (88, 10, 2), "R4": (1, 0, 0)}[name]
+    return judged(rng.choices(["Passed", "Failed", "NC"], chances)[0], rng.uniform(0.01, 9.0))
+
+
+def judged(outcome: str, margin: float) -> dict[str, Any]:
+    """A verdict with its counts, and one violation where it failed."""
+    violation = {"trigger_s": 41.25, "time_s": 51.5, "values": {"hand_distance": 0.03}, "margin": -0.02}
+    failed = outcome == "Failed"
+    return {
+        "verdict": outcome,
+        "triggers": 0 if outcome == "NC" else 2,
+        "passes": {"NC": 0, "Failed": 1, "Passed": 2}[outcome],
+        "failures": int(failed),
+        "vacuous": 0,
+        "pending": 0,
+        "margin": None if outcome == "NC" else -0.02 if failed else margin,
+        "margin_time_s": None if outcome == "NC" else 51.5,
+        "violations": [violation] if failed else [],
+    }
+
+
+def _counted(tests: list[dict[str, Any]], requirement: str) -> dict[str, int]:
+    found = [each["requirements"][requirement] for each in tests]
+    verdicts = [each["verdict"] for each in found]
+    return {
+        "passed": verdicts.count("Passed"),
+        "failed": verdicts.count("Failed"),
+        "nc": verdicts.count("NC"),
+        "triggers": sum(each["triggers"] for each in found),
+    }
+
+
+def _covered(covered: int, total: int, reachable: int) -> dict[str, Any]:
+    return {
+        "covered": covered,
+        "total": total,
+        "reachable": reachable,
+        "percent": 100 * covered / total,
+        "percent_reachable": 100 * covered / reachable,
+    }
+
+
+def _curve(rng: random.Random, tests: int) -> list[dict[str, int]]:
+    statements, branches, plans, steps = 190, 35, 18, []
+    for number in range(1, tests + 1):
+        statements += (280 - statements) // rng.randint(3, 12)
+        branches += (75 - branches) // rng.randint(3, 12)
+        plans += (56 - plans) // rng.randint(3, 12)
+        steps.append({"tests": number, "statements": statements, "branches": branches, "plans": plans})
+    return steps
