@@ -1,0 +1,104 @@
+"""Requirements and the TOML file that they are written in."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+from pytest_hricdv.monitor.errors import FormulaSource, RequirementError, nearest
+from pytest_hricdv.monitor.formula import Formula
+from pytest_hricdv.monitor.vocabulary import Vocabulary
+
+_KEYS = ("title", "source", "formula")
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """One requirement.
+
+    Attributes:
+        id: the name of its table in the file, such as `R1`.
+        title: what it says, in a sentence.
+        source: where it comes from (a standard's clause, a paper); may be empty.
+        text: the formula as written, for reports.
+        formula: the formula as data.
+    """
+
+    id: str
+    title: str
+    source: str
+    text: str
+    formula: Formula
+
+
+def load_requirements(path: str | PathLike[str], vocabulary: Vocabulary) -> tuple[Requirement, ...]:
+    """The requirements of a TOML file, in the order of the file: one table each, with `title`, `formula`, `source`.
+
+    Args:
+        path: the file; shown in errors as given.
+        vocabulary: the signals and messages that formulas may speak of.
+
+    Raises:
+        RequirementError: the file cannot be read, is no TOML, has no requirement or one with missing or unknown keys,
+            or a formula is wrong.
+    """
+    document = _read(path)
+    try:
+        tables = tomllib.loads(document)
+    except tomllib.TOMLDecodeError as error:
+        raise RequirementError(f"{path}: not TOML: {error}") from None
+    if not tables:
+        raise RequirementError(
+            f'{path}: no requirement in this file\nexpected a table each: [R1], title = "...", formula = "..."'
+        )
+    return tuple(_requirement(str(path), document, name, table, vocabulary) for name, table in tables.items())
+
+
+def parse_formula(text: str, vocabulary: Vocabulary, source: FormulaSource | None = None) -> Formula:
+    """The formula that a text stands for.
+
+    Args:
+        text: `always(antecedent -> response)`.
+        vocabulary: the signals and messages that it may speak of.
+        source: where the text comes from, for errors; by default the text alone.
+
+    Raises:
+        RequirementError: the text is no formula over this vocabulary.
+    """
+    # Here, because these import lark: a test session without requirements should not pay for it.
+    from pytest_hricdv.monitor.elaborate import elaborate
+    from pytest_hricdv.monitor.parser import parse
+
+    source = source or FormulaSource(text)
+    return elaborate(parse(source), source, vocabulary)
+
+
+def _read(path: str | PathLike[str]) -> str:
+    try:
+        # Windows line ends become plain ones, as TOML makes them within multi-line formulas.
+        return Path(path).read_text(encoding="utf-8")
+    except OSError as error:
+        raise RequirementError(f"{path}: cannot read the requirements: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        raise RequirementError(f"{path}: not UTF-8 text (byte {error.start}); TOML files are UTF-8") from None
+
+
+def _requirement(path: str, document: str, name: str, table: object, vocabulary: Vocabulary) -> Requirement:
+    where = f"{path}: requirement {name}"
+    if not isinstance(table, dict):
+        raise RequirementError(f"{path}: {name!r} stands outside a requirement; expected a table each, such as [R1]")
+    for key, value in table.items():
+        if key not in _KEYS:
+            raise RequirementError(f"{where}: unknown key {key!r}\n{nearest(key, _KEYS)}")
+        if not isinstance(value, str) or (not value.strip() and key != "formula"):
+            raise RequirementError(f"{where}: {key!r} has to be a text, got {value!r}")
+    for key in ("title", "formula"):
+        if key not in table:
+            raise RequirementError(
+                f"{where}: no {key!r}\nexpected the keys title and formula, and source if there is one"
+            )
+    text = table["formula"]
+    formula = parse_formula(text, vocabulary, FormulaSource(text, name, path, document))
+    return Requirement(name, table["title"], table.get("source", ""), text.strip(), formula)
