@@ -146,9 +146,9 @@ class _Reader:
         starts = [place for place, line in enumerate(self.lines) if re.match(r"\s*\[\[\s*aim\s*\]\]", line)]
         first = starts[number] if number is not None and number < len(starts) else 0
         last = starts[number + 1] if number is not None and number + 1 < len(starts) else len(self.lines)
-        spelling = re.compile(rf"""(?<=["']){re.escape(token)}(?=["'])|^\s*\[*\s*{re.escape(token)}(?=\s*[=\]])""")
+        word = re.escape(token)
+        spelling = re.compile(rf"""["'](?P<string>{word})["']|^\s*\[*\s*(?P<key>{word})(?=\s*[=\]])""")
         for place in range(first, last):
             if match := spelling.search(self.lines[place].partition(" #")[0]):
-                found = match.group()
-                return f"{self.path}:{place + 1}:{match.end() - len(found.lstrip()) + 1}"
+                return f"{self.path}:{place + 1}:{match.start(match.lastgroup or 0) + 1}"
         return f"{self.path}:{first + 1}:1"

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure
 
 from .abstract import Plans, command_from_action
 from .beliefs import BeliefSpace
-from .error import GenerateError, nearest
+from .error import GenerateError
 from .exploration import Exploration
 from .model import Model
 

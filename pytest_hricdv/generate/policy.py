@@ -26,9 +26,7 @@ def rankings(q: QTable, space: BeliefSpace, seed: int) -> dict[str, tuple[str, .
     return ranked
 
 
-def subsets(
-    q: QTable, space: BeliefSpace, parameters: QLearning, count: int, seed: int
-) -> tuple[tuple[str, ...], ...]:
+def subsets(q: QTable, space: BeliefSpace, parameters: QLearning, count: int, seed: int) -> tuple[tuple[str, ...], ...]:
     """Up to `count` distinct belief subsets that the policy leads to, each in the space's order.
 
     The rule: walks begin with each start belief in turn, draw their size as learning did, and at each step take the

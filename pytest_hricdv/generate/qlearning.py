@@ -162,9 +162,7 @@ class _Learner:
         self.space = space
         self.parameters = parameters
         self.random = random
-        self.q: QTable = {
-            state: {belief: 0.0 for belief in space.others if belief != state} for state in space.beliefs
-        }
+        self.q: QTable = {state: {belief: 0.0 for belief in space.others if belief != state} for state in space.beliefs}
         self.maxima: dict[str, int] = {}
         self.runs = 0
 

@@ -39,4 +39,3 @@ CONCRETIZATION = Concretization(
 )
 COMMANDS = tuple(CONCRETIZATION.commands)
 CONTEXT = Context(MODEL, SPACE, COMMANDS, by_hand=ROOT / "tests" / "hri" / "by_hand.toml")
-ORIGINAL_JSON_SHAPE = '{"recorded": [{"n": 1, "steps": ["tell leg", "receivesignal"]}, {"n": 2, "steps": null}]}'

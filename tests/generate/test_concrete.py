@@ -1,0 +1,125 @@
+"""Concretization: samplers, streams, variants."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from random import Random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize, expand, variant
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.sampler import Chance, Constant, Range
+from tests.generate.table import COMMANDS, CONCRETIZATION
+
+finite = st.floats(-1e9, 1e9)
+TEST = AbstractTest(id="t", suite="s", aim="a", beliefs=(), lines=COMMANDS, seed=123456789)
+
+
+class Always(Random):
+    """A stream that always gives the same number."""
+
+    def __init__(self, value: float) -> None:
+        super().__init__(0)
+        self.value = value
+
+    def random(self) -> float:
+        return self.value
+
+
+@given(finite, finite, st.floats(0.0, 1.0, exclude_max=True), st.booleans())
+def test_a_range_never_leaves_its_ends(one: float, other: float, share: float, open_high: bool) -> None:
+    low, high = sorted((one, other))
+    if open_high and low == high:
+        return
+    value = Range(low, high, open_high=open_high).sample(Always(share))
+    assert low <= value <= high
+    assert not (open_high and value == high)
+
+
+def test_an_open_high_end_is_never_reached_by_rounding() -> None:
+    almost_one = math.nextafter(1.0, 0.0)
+    assert Range(0.0, 1e-320, open_high=True).sample(Always(almost_one)) < 1e-320
+    assert Range(15.0, 40.0, "deg", open_high=True).sample(Always(almost_one)) < 40.0
+
+
+@given(st.floats(0.0, 1.0, exclude_max=True))
+def test_a_chance_gives_its_value_or_zero(mark: float) -> None:
+    assert Chance(0.3, Constant(2.0)).sample(Always(mark)) == (2.0 if mark < 0.3 else 0.0)
+    assert Chance(0.0, Constant(2.0)).sample(Always(mark)) == 0.0
+    assert Chance(1.0, Constant(2.0)).sample(Always(mark)) == 2.0
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Range(2.0, 1.0, "m"), r"range \[2, 1\] m is upside down"),
+        (lambda: Range(1.0, 1.0, open_high=True), r"range \[1, 1\) is empty"),
+        (lambda: Range(0.0, math.inf), "finite"),
+        (lambda: Constant(math.nan), "finite"),
+        (lambda: Chance(1.2, Constant(1.0)), "a chance of 1.2: expected a probability from 0 to 1"),
+        (lambda: Chance(-0.1, Constant(1.0)), "from 0 to 1"),
+        (lambda: Concretization({"set_param gaze=1": {}}), "expected the spelling 'set_param gaze = 1'"),
+        (lambda: Concretization({"bored": {"x": 3}}), "'bored': parameter 'x' is 3; expected a Range"),  # type: ignore[dict-item]
+        (lambda: Concretization({}, {"x": 3}), "of a run: parameter 'x' is 3"),  # type: ignore[dict-item]
+        (lambda: concretize(replace(TEST, lines=("tell legs",)), CONCRETIZATION), "'tell legs'; nearest: tell leg"),
+        (lambda: expand([TEST], 0), "0 concretizations"),
+        (lambda: variant(TEST, -1), "at least 0"),
+        (lambda: ConcreteTest.from_json("{}"), "not a concrete test"),
+        (lambda: ConcreteTest.from_json("["), "not a concrete test"),
+    ],
+)
+def test_errors_say_what_is_wrong(make: Callable[[], object], message: str) -> None:
+    with pytest.raises(GenerateError, match=message):
+        make()
+
+
+def test_parameters_lie_in_their_ranges() -> None:
+    for seed in range(50):
+        actions = {a.command: a.parameters for a in concretize(replace(TEST, seed=seed), CONCRETIZATION).actions}
+        assert 0.1 <= actions["set_param gaze = 1"]["offset_m"] <= 0.2
+        assert 15.0 <= actions["set_param gaze = 1"]["angle_deg"] < 40.0
+        assert actions["set_param pressure = 0"]["pull_n"] == 0.0 or actions["set_param pressure = 0"]["pull_n"] >= 1.0
+        assert actions["bored"] == {}
+
+
+@given(st.integers(0, 2**63 - 1), st.integers(0, 5))
+def test_the_test_and_k_decide_everything(seed: int, k: int) -> None:
+    test = replace(TEST, seed=seed)
+    assert concretize(test, CONCRETIZATION, k) == concretize(test, CONCRETIZATION, k)
+    assert concretize(test, CONCRETIZATION, k) == concretize(variant(test, k), CONCRETIZATION)
+
+
+def test_another_parameter_or_range_changes_no_other_value() -> None:
+    gaze = CONCRETIZATION.commands["set_param gaze = 1"]
+    wider = {**CONCRETIZATION.commands, "set_param gaze = 1": {"new_m": Range(0, 1), **gaze, "angle_deg": Range(0, 9)}}
+    before = concretize(TEST, CONCRETIZATION)
+    after = concretize(TEST, Concretization(wider, {**CONCRETIZATION.run, "new_s": Range(0, 1)}))
+    assert after.run["sensing_timeout_s"] == before.run["sensing_timeout_s"]
+    for old, new in zip(before.actions, after.actions, strict=True):
+        for name, value in old.parameters.items():
+            assert name == "angle_deg" or new.parameters[name] == value
+
+
+def test_repeated_commands_and_variants_differ() -> None:
+    test = replace(TEST, lines=("tell leg",) * 8)
+    drawn = [a.parameters["hand_x_m"] for k in range(3) for a in concretize(test, CONCRETIZATION, k).actions]
+    assert len(set(drawn)) == 24
+
+
+def test_expansion_keeps_the_first_id() -> None:
+    tests = expand([TEST], 3)
+    assert [test.id for test in tests] == ["t", "t-k1", "t-k2"]
+    assert tests[0] == TEST
+    assert len({test.seed for test in tests}) == 3
+
+
+@given(st.integers(0, 2**63 - 1))
+def test_json_is_exact(seed: int) -> None:
+    test = concretize(replace(TEST, seed=seed), CONCRETIZATION)
+    assert ConcreteTest.from_json(test.to_json()) == test

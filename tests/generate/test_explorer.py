@@ -1,0 +1,86 @@
+"""The explorer: from a belief subset to an abstract test, and what it refuses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import permutations
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.explorer import Explorer
+from pytest_hricdv.generate.model import Model
+from tests.generate.toy import GUIDE, LAMPS, VISITOR, lamps
+
+
+def test_a_subset_becomes_an_abstract_test(tmp_path: Path) -> None:
+    explorer = Explorer(lamps(tmp_path), LAMPS)
+    exploration = explorer.explore(["dark", "curt", "cellar"])
+    assert exploration.beliefs == ("cellar", "curt", "dark")
+    assert exploration.lines == ("enter cellar", "set_lamp level = 0")
+    assert exploration.plans == {"visitor": {"v2", "v5"}, "guide": {"g1", "g2"}}
+    assert exploration.sequence == {"visitor": ("v2", "v5"), "guide": ("g1", "g2")}
+    assert exploration.rounds > 0
+    assert explorer.plan_labels == {"visitor": ("v1", "v2", "v3", "v4", "v5", "v6", "v7"), "guide": ("g1", "g2")}
+
+
+def test_runs_do_not_leak_into_each_other_and_order_does_not_matter(tmp_path: Path) -> None:
+    explorer = Explorer(lamps(tmp_path), LAMPS)
+    first = explorer.explore(["hall", "polite", "bright"])
+    assert explorer.explore([]).lines == ()
+    assert {explorer.explore(beliefs) for beliefs in permutations(["hall", "polite", "bright"])} == {first}
+    assert explorer.runs == 8
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"actor": "visitors"}, "no agent 'visitors'.*; nearest: visitor"),
+        ({"steering_agent": "meta"}, "no agent 'meta'"),
+        ({"covered": ("visitor", "giude")}, "no agent 'giude'.*; nearest: guide"),
+        ({"covered": ("usher",)}, "agent 'usher' has no labelled plan"),
+    ],
+)
+def test_a_model_without_its_agents_is_an_error(tmp_path: Path, change: dict[str, object], message: str) -> None:
+    with pytest.raises(GenerateError, match=message):
+        Explorer(replace(lamps(tmp_path), **change), LAMPS)  # type: ignore[arg-type]
+
+
+def test_a_belief_that_the_actor_never_mentions_is_an_error(tmp_path: Path) -> None:
+    space = BeliefSpace(LAMPS.start, {**LAMPS.groups, "more": ("dimm",)})
+    with pytest.raises(GenerateError, match=r"visitor.*'dimm'.*nowhere; nearest: dim"):
+        Explorer(lamps(tmp_path), space)
+
+
+def test_a_belief_in_a_comment_is_not_mentioned(tmp_path: Path) -> None:
+    space = BeliefSpace(LAMPS.start, {**LAMPS.groups, "more": ("gloomy",)})
+    with pytest.raises(GenerateError, match="'gloomy'"):
+        Explorer(lamps(tmp_path, visitor=VISITOR + "// gloomy\n/* gloomy */\n"), space)
+
+
+def test_an_action_without_a_text_form_is_an_error(tmp_path: Path) -> None:
+    visitor = VISITOR.replace("enter(hall)", "enter(hall, 1, 2)")
+    with pytest.raises(GenerateError, match="has no text form"):
+        Explorer(lamps(tmp_path, visitor=visitor), LAMPS).explore(["hall"])
+
+
+def test_a_model_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(GenerateError, match=r"gone.mas2j"):
+        Explorer(Model(tmp_path / "gone.mas2j"), LAMPS)
+    with pytest.raises(GenerateError, match=r"guide.asl:\d+:\d+"):
+        Explorer(lamps(tmp_path, guide=GUIDE + "@g3 +!x <- ;;"), LAMPS)
+
+
+def test_a_run_without_end_is_ended(tmp_path: Path) -> None:
+    model = lamps(tmp_path, guide=GUIDE + "@g3 +asked <- !g.\n+!g <- .random(X); -+seen(X); !g.\n!g.\n")
+    assert Explorer(replace(model, max_rounds=50), LAMPS).explore(["hall"]).rounds <= 50
+
+
+@pytest.mark.parametrize(
+    ("change", "message"), [({"covered": ()}, "no covered"), ({"max_rounds": 0}, "max_rounds = 0")]
+)
+def test_a_model_of_nonsense_is_an_error(change: dict[str, object], message: str) -> None:
+    with pytest.raises(GenerateError, match=message):
+        Model(Path("x.mas2j"), **change)  # type: ignore[arg-type]

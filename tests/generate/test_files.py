@@ -1,0 +1,94 @@
+"""Tests read from files and folders."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.files import Files
+from pytest_hricdv.generate.method import Context
+from pytest_hricdv.generate.pseudorandom import Pseudorandom
+from pytest_hricdv.generate.text import dump_tests
+from tests.generate.table import COMMANDS
+
+CONTEXT = Context(commands=COMMANDS)
+RECORDED = """{"day one": [{"n": 1, "steps": ["tell leg", "set_param gaze=1"]}, {"n": 2, "steps": null}],
+ "day two": [{"n": 1, "steps": ["bored"]}]}"""
+
+
+def test_an_exported_suite_reads_back_with_the_same_ids(tmp_path: Path) -> None:
+    suite = Pseudorandom().generate(CONTEXT)
+    (tmp_path / "exported.txt").write_text(dump_tests(suite.tests), encoding="utf-8")
+    for path in (tmp_path, tmp_path / "exported.txt"):
+        back = Files(path).generate(replace(CONTEXT, seed=99))
+        assert back.tests == suite.tests
+        assert back.name == "pseudorandom"
+
+
+def test_a_folder_is_read_in_the_order_of_its_names(tmp_path: Path) -> None:
+    (tmp_path / "b.txt").write_text("bored\n")
+    (tmp_path / "deeper").mkdir()
+    (tmp_path / "deeper" / "c.txt").write_text("tell leg\n")
+    (tmp_path / "a.txt").write_text("receivesignal\n\nreceivesignal\n")
+    suite = Files(tmp_path).generate(CONTEXT)
+    assert [test.lines[0] for test in suite.tests] == ["receivesignal", "receivesignal", "bored", "tell leg"]
+    assert [test.suite for test in suite.tests] == ["a", "a", "b", "c"]
+    assert suite.name == Files(tmp_path).name
+
+
+def test_recorded_runs_without_steps_are_left_out_and_counted(tmp_path: Path) -> None:
+    path = tmp_path / "recorded runs.json"
+    path.write_text(RECORDED)
+    suite = Files(path).generate(CONTEXT)
+    assert suite.name == "recorded-runs"
+    assert [(test.suite, test.lines) for test in suite.tests] == [
+        ("day-one", ("tell leg", "set_param gaze = 1")),
+        ("day-two", ("bored",)),
+    ]
+    assert suite.generation.notes == ("day one: 1 of 2 entries have no steps and are left out",)
+    assert suite.tests[0].name == "day one 1"
+
+
+def test_fewer_tests_are_evenly_spaced_and_more_are_refused_politely(tmp_path: Path) -> None:
+    path = tmp_path / "t.txt"
+    path.write_text("\n\n".join(COMMANDS))
+    few = Files(path).generate(replace(CONTEXT, tests=5))
+    assert [test.lines[0] for test in few.tests] == list(COMMANDS[::2])
+    many = Files(path).generate(replace(CONTEXT, tests=99))
+    assert len(many.tests) == len(COMMANDS)
+    assert many.generation.notes == ("99 tests asked for, but t.txt has 10 only",)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.txt", "tell leg\ntell legs\n", r"a.txt:2:1: unknown command 'tell legs'; nearest: tell leg"),
+        ("a.txt", "# nothing\n", "no tests in it"),
+        ("a.json", "{", r"a.json:1:2: Expecting"),
+        ("a.json", "[]", "a JSON list; expected an object of suites"),
+        ("a.json", '{"x": 3}', "suite 'x' is 3; expected a list"),
+        ("a.json", '{"x": [{}]}', "suite 'x', entry 1: expected an object with 'steps'"),
+        ("a.json", '{"x": [{"steps": "bored"}]}', "entry 1: steps 'bored'; expected a list of commands"),
+        (
+            "a.json",
+            '{"x": [{"steps": ["bored", "tell legs"]}]}',
+            "entry 1, step 2: unknown command 'tell legs'; nearest",
+        ),
+        ("a.json", '{"x": [{"steps": ["tell leg now"]}]}', "entry 1, step 1: 'tell leg now' is no command"),
+        ("a.json", '{"x": [{"steps": null}]}', "no tests in it"),
+    ],
+)
+def test_errors_say_where(tmp_path: Path, name: str, text: str, message: str) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(GenerateError, match=message):
+        Files(tmp_path / name).generate(CONTEXT)
+
+
+def test_a_folder_without_tests_and_a_missing_file_are_errors(tmp_path: Path) -> None:
+    with pytest.raises(GenerateError, match=r"no text file \(\*.txt\)"):
+        Files(tmp_path).generate(CONTEXT)
+    with pytest.raises(GenerateError, match="expected a file of abstract tests"):
+        Files(tmp_path / "gone.txt").generate(CONTEXT)

@@ -1,0 +1,139 @@
+"""The methods, on a small model that is not the table; and how they are selected."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.generate.bdi_random import BdiPseudorandom
+from pytest_hricdv.generate.by_hand import ByHand
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.files import Files
+from pytest_hricdv.generate.method import Context, spread
+from pytest_hricdv.generate.pseudorandom import Pseudorandom
+from pytest_hricdv.generate.registry import METHODS, select
+from pytest_hricdv.generate.rl import ReinforcementLearning
+from tests.generate.table import COMMANDS
+from tests.generate.toy import LAMPS, lamps
+
+ORIGINAL = Context(commands=COMMANDS)
+
+
+@pytest.fixture
+def context(tmp_path: Path) -> Context:
+    by_hand = tmp_path / "by_hand.toml"
+    by_hand.write_text(
+        '[[aim]]\nname = "polite"\nbeliefs = ["*a*l*", "polite", "*"]\n'.replace('"*"', '"bright"')
+        + '[[aim]]\nbeliefs = ["hall", "curt", "d*"]\nconcretizations = 2\n'
+    )
+    return Context(lamps(tmp_path), LAMPS, by_hand=by_hand)
+
+
+def test_by_hand_runs_each_subset_and_repeats_it(context: Context) -> None:
+    suite = ByHand().generate(context)
+    assert [test.aim for test in suite.tests] == ["hall-polite", "cellar-polite"] + ["hall-curt"] * 4
+    assert suite.tests[0].lines == ("enter hall", "greet", "set_lamp level = 100")
+    assert suite.tests[0].plans == {"guide": ("g1", "g2"), "visitor": ("v1", "v3")}
+    assert suite.tests[0].name == "polite"
+    assert suite.tests[2].lines == suite.tests[3].lines
+    assert suite.tests[2].seed != suite.tests[3].seed
+    assert suite.generation.bdi_runs == 4
+    assert suite.generation.declared_plans["guide"] == ("g1", "g2")
+
+
+def test_another_number_by_hand_spreads_or_repeats(context: Context) -> None:
+    whole = {test.id for test in ByHand().generate(context).tests}
+    few = ByHand().generate(replace(context, tests=3)).tests
+    assert [test.aim for test in few] == ["hall-polite", "hall-curt", "hall-curt"]
+    many = {test.id for test in ByHand().generate(replace(context, tests=20)).tests}
+    assert len(many) == 20
+    assert whole < many
+
+
+def test_bdi_pseudorandom_has_one_belief_of_each_group(context: Context) -> None:
+    suite = BdiPseudorandom(size=8).generate(context)
+    assert len({test.beliefs for test in suite.tests}) == 8
+    groups = [LAMPS.start, *LAMPS.groups.values()]
+    assert all([sum(b in group for b in test.beliefs) for group in groups] == [1, 1, 1] for test in suite.tests)
+    assert suite.tests[:5] == BdiPseudorandom(size=5).generate(context).tests
+
+
+def test_bdi_pseudorandom_says_when_there_are_no_more_subsets(context: Context) -> None:
+    suite = BdiPseudorandom().generate(context)
+    assert len(suite.tests) == 12
+    assert suite.generation.notes == ("100 tests asked for, but only 12 distinct subsets were found of 12 that exist",)
+
+
+def test_rl_learns_and_covers_the_small_model(context: Context) -> None:
+    suite = ReinforcementLearning().generate(context)
+    generation = suite.generation
+    assert len({test.beliefs for test in suite.tests}) == len(suite.tests)
+    assert suite.covered_plans()["guide"] == generation.declared_plans["guide"]
+    assert generation.converged_at is not None
+    assert generation.bdi_runs > generation.iterations
+    assert len(generation.q_delta) == generation.iterations
+    assert generation.notes[0].startswith("134 tests asked for, but the policy leads to ")
+
+
+def test_rl_says_when_it_has_not_converged(context: Context) -> None:
+    learning = replace(context.learning, iterations=3, suite_size=2)
+    suite = ReinforcementLearning().generate(replace(context, learning=learning))
+    assert len(suite.tests) == 2
+    assert "not converged after 3 iterations" in suite.generation.notes[-1]
+
+
+def test_pseudorandom_draws_lengths_and_commands() -> None:
+    suite = Pseudorandom().generate(ORIGINAL)
+    assert len(suite.tests) == 100
+    assert {len(test.lines) for test in suite.tests} == set(range(4, 20))
+    assert {line for test in suite.tests for line in test.lines} == set(COMMANDS)
+    assert all(test.aim == f"{len(test.lines)}-actions" and not test.beliefs for test in suite.tests)
+    short = Pseudorandom().generate(replace(ORIGINAL, lengths=(1, 1), tests=30))
+    assert len(short.tests) == 30
+    assert {len(test.lines) for test in short.tests} == {1}
+
+
+@pytest.mark.parametrize("name", list(METHODS))
+def test_the_seed_decides(context: Context, name: str) -> None:
+    context = replace(context, commands=COMMANDS)
+    first = METHODS[name].generate(context)
+    assert first == METHODS[name].generate(context)
+    assert first.name == name
+    assert not {test.id for test in first.tests} & {
+        test.id for test in METHODS[name].generate(replace(context, seed=1)).tests
+    }
+
+
+@pytest.mark.parametrize("name", list(METHODS))
+def test_a_method_says_what_it_misses(name: str) -> None:
+    with pytest.raises(GenerateError, match="but the testbench "):
+        METHODS[name].generate(Context())
+
+
+@pytest.mark.parametrize(("options", "message"), [({"tests": 0}, "0 tests"), ({"lengths": (5, 4)}, "lengths")])
+def test_a_context_that_makes_no_sense_is_an_error(options: dict[str, object], message: str) -> None:
+    with pytest.raises(GenerateError, match=message):
+        Context(**options)  # type: ignore[arg-type]
+
+
+def test_selection_by_name_path_and_all(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("bored\n")
+    assert select("rl, by-hand,rl", tmp_path) == (METHODS["rl"], METHODS["by-hand"])
+    assert select("all", tmp_path) == tuple(METHODS.values())
+    assert select("mine.txt,pseudorandom", tmp_path) == (Files(tmp_path / "mine.txt"), METHODS["pseudorandom"])
+
+
+def test_an_unknown_selection_names_the_nearest(tmp_path: Path) -> None:
+    with pytest.raises(GenerateError, match=r"suite 'byhand' is no method, .*; nearest: by-hand"):
+        select("byhand", tmp_path)
+    with pytest.raises(GenerateError, match="selects nothing; known: by-hand, bdi-random, rl, pseudorandom, all"):
+        select(" , ", tmp_path)
+
+
+def test_spread() -> None:
+    assert spread("abcdef", 3) == ["a", "c", "e"]
+    assert spread("ab", 5) == ["a", "b", "a", "b", "a"]
+    assert spread("ab", None) == ["a", "b"]
+    assert spread("", 5) == []
