@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Protocol, TypeVar
 
@@ -15,7 +15,7 @@ from .explorer import Explorer
 from .identity import Draft
 from .model import Model
 from .qlearning import QLearning
-from .suite import Suite
+from .suite import Suite, fingerprint
 
 T = TypeVar("T")
 
@@ -73,6 +73,20 @@ class Context:
         if self.space is None:
             raise GenerateError("this method needs a belief space, but the testbench has none")
         return self.space
+
+    def fingerprint(self, method: str) -> str:
+        """What the suite of a method depends on, as one hash (hex): the key to keep it under in a cache.
+
+        Folders do not count, so that a checkout elsewhere has the same key. Suites read from files are not worth it.
+
+        Raises:
+            GenerateError: a file of the model, or the one of subsets by hand, cannot be read.
+        """
+        files = [] if self.model is None else list(self.model.files())
+        files += [] if self.by_hand is None else [self.by_hand]
+        parts = None if self.model is None else {**asdict(self.model), "path": self.model.path.name}
+        parameters = [method, parts, self.commands, self.tests, asdict(self.learning), self.lengths]
+        return fingerprint(files, self.space, parameters, self.seed)
 
 
 class Method(Protocol):

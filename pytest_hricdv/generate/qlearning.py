@@ -39,6 +39,7 @@ class QLearning:
             of two agents can cancel, and a short iteration then changes nothing although learning has only begun.
         stop_when_converged: stop then; otherwise run all iterations, as for the paper's figure.
         suite_size: tests of the suite made from the policy.
+        candidates: subsets taken from the policy per test of the suite; the suite has those that balance the plans.
 
     Raises:
         GenerateError: a parameter out of range.
@@ -57,6 +58,7 @@ class QLearning:
     quiet_iterations: int = 5
     stop_when_converged: bool = True
     suite_size: int = 134
+    candidates: int = 10
 
     def __post_init__(self) -> None:
         checks = {
@@ -72,6 +74,7 @@ class QLearning:
             "tolerance": (0.0 <= self.tolerance < math.inf, "a finite number, at least 0"),
             "quiet_iterations": (self.quiet_iterations >= 1, "at least 1"),
             "suite_size": (self.suite_size >= 1, "at least 1"),
+            "candidates": (self.candidates >= 1, "at least 1"),
         }
         for name, (good, expected) in checks.items():
             if not good:

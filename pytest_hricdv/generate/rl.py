@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from .method import Context, draft_of
 from .policy import subsets
 from .qlearning import learn
+from .selection import balanced
 from .suite import Generation, Suite
 
 
@@ -17,12 +18,17 @@ class ReinforcementLearning:
     name: str = "rl"
 
     def generate(self, context: Context) -> Suite:
-        """Learn, then run the model once for each subset of the policy."""
+        """Learn, run the model with the subsets that the policy leads to, and keep those that balance the plans.
+
+        The paper does not say which of the policy's subsets became its tests. With `candidates` = 1 every subset
+        found becomes one.
+        """
         explorer, space, parameters = context.explorer(), context.beliefs, context.learning
         learned = learn(explorer, space, parameters, context.seed)
         count = context.tests or parameters.suite_size
-        chosen = subsets(learned.q, space, parameters, count, context.seed)
-        drafts = [draft_of(explorer.explore(subset), space) for subset in chosen]
+        walked = subsets(learned.q, space, parameters, count * parameters.candidates, context.seed)
+        chosen = balanced(map(explorer.explore, walked), count)
+        drafts = [draft_of(exploration, space) for exploration in chosen]
         notes = []
         if len(chosen) < count:
             notes.append(f"{count} tests asked for, but the policy leads to {len(chosen)} distinct subsets only")

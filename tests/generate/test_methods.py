@@ -137,3 +137,22 @@ def test_spread() -> None:
     assert spread("ab", 5) == ["a", "b", "a", "b", "a"]
     assert spread("ab", None) == ["a", "b"]
     assert spread("", 5) == []
+
+
+def test_the_cache_key_changes_with_the_context(context: Context) -> None:
+    assert context.model is not None
+    changes = [
+        context,
+        replace(context, seed=1),
+        replace(context, tests=5),
+        replace(context, commands=COMMANDS),
+        replace(context, lengths=(1, 2)),
+        replace(context, by_hand=None),
+        replace(context, learning=replace(context.learning, gamma=0.5)),
+        replace(context, model=replace(context.model, max_rounds=9)),
+    ]
+    keys = {each.fingerprint("rl") for each in changes}
+    keys.add(context.fingerprint("by-hand"))
+    (context.model.path.parent / "guide.asl").write_text("@g1 +asked <- switch.")
+    keys.add(context.fingerprint("rl"))
+    assert len(keys) == len(changes) + 2

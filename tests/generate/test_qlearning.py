@@ -149,9 +149,10 @@ def test_the_boltzmann_choice_follows_its_probabilities() -> None:
     "parameters",
     [
         {"gamma": 1.0}, {"gamma": -0.1}, {"alpha0": 0.0}, {"alpha0": 1.1}, {"alpha_decay": 0.0},
-        {"temperature_kt": 0.0}, {"temperature_kt": math.inf}, {"rewards": ()}, {"rewards": (math.nan,)}, {"reward_otherwise": math.inf},
+        {"temperature_kt": 0.0}, {"temperature_kt": math.inf}, {"rewards": ()}, {"rewards": (math.nan,)},
+        {"reward_otherwise": math.inf},
         {"min_beliefs": 1}, {"max_beliefs": 1}, {"iterations": 0}, {"tolerance": -1.0}, {"tolerance": math.nan},
-        {"quiet_iterations": 0}, {"suite_size": 0},
+        {"quiet_iterations": 0}, {"suite_size": 0}, {"candidates": 0},
     ],
 )  # fmt: skip
 def test_parameters_out_of_range_are_errors(parameters: dict[str, Any]) -> None:
