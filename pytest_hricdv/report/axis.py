@@ -23,7 +23,7 @@ class Axis:
 
 
 def linear(label: str, low: float, high: float, whole: bool = False) -> Axis:
-    """An axis with three to seven ticks at round values, from `low` to `high`.
+    """An axis with four to eight ticks at round values, from `low` to `high`.
 
     Args:
         label: what is measured, with its unit.
@@ -32,7 +32,7 @@ def linear(label: str, low: float, high: float, whole: bool = False) -> Axis:
         whole: ticks at whole numbers only, for counts.
     """
     high = high if high > low else low + 1
-    step = _round_step((high - low) / 5)
+    step = _round_step((high - low) / 7)
     step = max(step, 1.0) if whole else step
     first = math.ceil(low / step - 1e-9)
     last = math.floor(high / step + 1e-9)

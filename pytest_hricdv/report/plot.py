@@ -94,7 +94,8 @@ def _plot(title: str, about: str, curves: list[Curve], across: str, up: str, y: 
         return None
     values = list(_values(drawn))
     # Per cent from the ten below the lowest value: the differences between suites lie in the upper part.
-    y_axis = y or linear(up, max(0, (min(values) - 2) // 10 * 10), 100)
+    low = (min(values) - 2) // 10 * 10
+    y_axis = y or linear(up, low if low >= 20 else 0, 100)
     x_axis = linear(across, 0, max(curve.points[-1][0] for curve in drawn), whole=True)
     return Plot(title, about, svg(title, drawn, x_axis, y_axis), drawn)
 

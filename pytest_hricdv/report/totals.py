@@ -93,11 +93,18 @@ def tallies(report: Mapping[str, Any], suite: Mapping[str, Any]) -> tuple[Tally,
 
 
 def gaps(report: Mapping[str, Any]) -> tuple[Gap, ...]:
-    """Everything not covered: lines and branches of each file, then each suite's plans and cross bins."""
+    """Everything not covered: lines and branches of each file, then each suite's plans and cross bins.
+
+    Waived lines, and branches from or to them, are left out: they are no gap to close, and are listed as waivers.
+    """
+    waived = {(waiver["file"], waiver["line"]) for waiver in waivers(report)}
     found = []
     for file in sorted(report.get("code_under_test", {}).get("files", ()), key=lambda file: str(file["file"])):
-        found.append(Gap(file["file"], "lines", ranges(file.get("missing_lines", ()))))
-        found.append(Gap(file["file"], "branches", branches(file.get("missing_branches", ()))))
+        name = file["file"]
+        lines = [line for line in file.get("missing_lines", ()) if (name, line) not in waived]
+        arcs = [arc for arc in file.get("missing_branches", ()) if not any((name, line) in waived for line in arc)]
+        found.append(Gap(name, "lines", ranges(lines)))
+        found.append(Gap(name, "branches", branches(arcs)))
     several = len(report["suites"]) > 1
     for suite in report["suites"]:
         where = f" ({suite['name']})" if several else ""

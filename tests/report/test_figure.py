@@ -1,0 +1,87 @@
+"""Figures, axes and JUnit properties."""
+
+import itertools
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.report import properties
+from pytest_hricdv.report.axis import linear, logarithmic
+from pytest_hricdv.report.chart import thinned
+from pytest_hricdv.report.figure import branches, natural, percent, plural, quantity, ranges, seconds
+from tests.report import sample
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(None, "-"), (0.0, "0.0 %"), (0.01, "0.1 %"), (80.46, "80.5 %"), (99.99, "99.9 %"), (100.0, "100.0 %")],
+)
+def test_per_cent_never_rounds_to_nothing_or_everything(value: float | None, text: str) -> None:
+    assert percent(value) == text
+
+
+@given(st.sets(st.integers(1, 300)))
+def test_ranges_hold_exactly_the_lines(lines: set[int]) -> None:
+    found = [(int(first), int(last or first)) for first, _, last in (each.partition("-") for each in ranges(lines))]
+    assert {line for first, last in found for line in range(first, last + 1)} == lines
+    assert all(last + 1 < first for (_, last), (first, _) in itertools.pairwise(found))
+
+
+def test_branches_name_the_exit() -> None:
+    assert branches([[69, -12], [58, 60]]) == ("58->60", "69->exit")
+
+
+def test_names_are_sorted_as_people_count() -> None:
+    assert sorted(["R10", "R2", "plan10", "R", "plan9", "2"], key=natural) == ["2", "R", "R2", "R10", "plan9", "plan10"]
+
+
+def test_figures_have_few_digits() -> None:
+    assert [seconds(value) for value in (None, 0.5, 71.23, 17553.4)] == ["-", "0.50 s", "71.2 s", "17553 s"]
+    assert [quantity(value) for value in (0.030001, 1234567, True, "tell")] == ["0.03", "1234567", "True", "tell"]
+    assert [plural(1, "test"), plural(0, "test"), plural(2, "branch")] == ["1 test", "0 tests", "2 branches"]
+
+
+@given(st.floats(0, 1e6), st.floats(0, 1e6))
+def test_linear_axis_has_a_few_ticks_inside(low: float, span: float) -> None:
+    axis = linear("x", low, low + span)
+    assert 1 <= len(axis.ticks) <= 9
+    assert all(
+        axis.place(value) == pytest.approx((value - axis.low) / (axis.high - axis.low)) for value, _ in axis.ticks
+    )
+
+
+@given(st.floats(1e-12, 1e6), st.floats(1, 1e6))
+def test_logarithmic_axis_holds_its_range_with_a_few_ticks(low: float, factor: float) -> None:
+    axis = logarithmic("x", low, low * factor)
+    assert axis.low <= low * (1 + 1e-6)
+    assert axis.high >= low * factor * (1 - 1e-6)
+    assert 2 <= len(axis.ticks) <= 8
+    assert 0 <= axis.place(low) <= axis.place(low * factor) <= 1
+
+
+@given(st.integers(0, 5000), st.integers(1, 50))
+def test_a_thinned_curve_keeps_its_ends_and_extremes(count: int, columns: int) -> None:
+    rng = random.Random(count)
+    points = [(float(n), rng.random()) for n in range(count)]
+    thin = thinned(points, columns)
+    assert len(thin) <= max(2 * columns + 2, 0)
+    assert list(thin) == sorted(thin)
+    if points:
+        assert (thin[0], thin[-1]) == (points[0], points[-1])
+        assert max(up for _, up in thin) == max(up for _, up in points)
+
+
+def test_junit_properties_are_text_and_leave_out_what_is_not_known() -> None:
+    test = sample.test(random.Random(0), "rl")
+    test.update(sim_s=131.25, code={"statements": 250, "percent": 77.4}, legs=["released", "discarded"])
+    found = dict(properties(test))
+    assert found["hri.suite"] == "rl"
+    assert found["hri.id"] == test["id"]
+    assert found["hri.seed"] == str(test["seed"])
+    assert found["hri.R4"] == "Passed"
+    assert found["hri.statements_percent"] == "77.4"
+    assert found["hri.legs"] == "released discarded"
+    test.update(code=None, sim_s=None, seed=None)
+    assert not {"hri.statements_percent", "hri.simulated_s", "hri.seed"} & set(dict(properties(test)))

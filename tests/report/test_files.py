@@ -1,0 +1,180 @@
+"""A report on disk is whole or the old one, and every refusal says what to do."""
+
+import errno
+import json
+import math
+import os
+import sys
+from pathlib import Path
+from subprocess import run
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pytest_hricdv.report import ReportError, load, prepare, write
+from pytest_hricdv.report.files import canonical
+from tests.report import sample
+
+
+def test_prepare_creates_the_folder_and_leaves_it_empty(tmp_path: Path) -> None:
+    prepare(tmp_path / "a" / "b")
+    assert list((tmp_path / "a" / "b").iterdir()) == []
+
+
+def test_prepare_accepts_a_folder_that_is_there(tmp_path: Path) -> None:
+    (tmp_path / "report.json").write_text("old")
+    prepare(tmp_path)
+    assert (tmp_path / "report.json").read_text() == "old"
+
+
+@pytest.mark.parametrize("below", [".", "deeper/still"])
+def test_prepare_refuses_a_file_in_the_way(tmp_path: Path, below: str) -> None:
+    (tmp_path / "hri-report").write_text("a file")
+    with pytest.raises(ReportError, match=r"a file is in the way: remove it, or choose another folder"):
+        prepare(tmp_path / "hri-report" / below)
+
+
+@pytest.mark.parametrize(
+    ("number", "remedy"),
+    [
+        (errno.EACCES, "no permission"),
+        (errno.EROFS, "read-only"),
+        (errno.ENOSPC, "disk is full"),
+        (errno.EIO, "--hri-report"),
+    ],
+)
+def test_prepare_says_why_a_folder_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, remedy: str
+) -> None:
+    # The tests may run as root, whom no permission stops: the refusal is made here.
+    def refuse(path: Path, data: bytes) -> int:
+        raise OSError(number, os.strerror(number), str(path))
+
+    monkeypatch.setattr(Path, "write_bytes", refuse)
+    with pytest.raises(ReportError, match=remedy) as raised:
+        prepare(tmp_path)
+    assert str(tmp_path) in str(raised.value)
+
+
+def test_write_then_load_gives_the_same_report(tmp_path: Path) -> None:
+    report = sample.report()
+    paths = write(report, tmp_path)
+    assert [path.name for path in paths] == ["report.json", "index.html"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["index.html", "report.json"]
+    assert load(paths[0]) == report
+    assert load(tmp_path) == report
+
+
+def test_the_same_report_gives_the_same_bytes(tmp_path: Path) -> None:
+    report = sample.report(("by-hand", "rl"), 5)
+    shuffled = json.loads(json.dumps(report), object_pairs_hook=lambda pairs: dict(reversed(pairs)))
+    contents = [[path.read_bytes() for path in write(each, tmp_path)] for each in (report, shuffled)]
+    assert contents[0] == contents[1]
+
+
+def test_a_failed_write_leaves_the_old_files_and_no_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    old = [path.read_bytes() for path in write(sample.report(tests=1), tmp_path)]
+    written: list[Path] = []
+    really = Path.write_bytes
+
+    def full_at_the_second(path: Path, data: bytes) -> int:
+        written.append(path)
+        really(path, data[:100])
+        if len(written) == 2:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+        return 100
+
+    monkeypatch.setattr(Path, "write_bytes", full_at_the_second)
+    with pytest.raises(ReportError, match="disk is full"):
+        write(sample.report(tests=2), tmp_path)
+    assert [(tmp_path / name).read_bytes() for name in ("report.json", "index.html")] == old
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_an_exception_while_writing_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(sample.report(tests=1), tmp_path)
+    old = (tmp_path / "report.json").read_bytes()
+
+    def interrupted(path: Path, data: bytes) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "write_bytes", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write(sample.report(tests=2), tmp_path)
+    assert (tmp_path / "report.json").read_bytes() == old
+
+
+def test_write_names_a_folder_in_the_place_of_a_file(tmp_path: Path) -> None:
+    (tmp_path / "index.html").mkdir()
+    with pytest.raises(ReportError, match="a folder has the name of a report file"):
+        write(sample.report(tests=1), tmp_path)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_what_is_no_number_is_refused_with_its_place(tmp_path: Path, value: float) -> None:
+    report = sample.report(tests=1)
+    report["tests"][0]["requirements"]["R4"]["margin"] = value
+    with pytest.raises(ReportError, match=r"report\.tests\[0\]\.requirements\.R4\.margin"):
+        write(report, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_has_no_json_is_refused() -> None:
+    with pytest.raises(ReportError, match="as JSON"):
+        canonical({"beliefs": {"leg1"}})
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.dictionaries(st.text(st.characters(codec=None)), st.floats(allow_nan=False, allow_infinity=False)))
+def test_canonical_text_is_ascii_and_reads_back(data: dict[str, float]) -> None:
+    assert json.loads(canonical(data).encode("ascii")) == data
+
+
+def _cut(text: str) -> str:
+    return text[: len(text) // 2]
+
+
+def _other_schema(text: str) -> str:
+    return text.replace("hricdv-report/1", "hricdv-report/9")
+
+
+def _no_outcome(text: str) -> str:
+    report: Any = json.loads(text)
+    del report["tests"][0]["outcome"]
+    return json.dumps(report)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (_cut, r"report\.json:\d+:\d+: not JSON, perhaps cut off"),
+        (_other_schema, r"expected schema 'hricdv-report/1', found 'hricdv-report/9'"),
+        (_no_outcome, r"report\.json: report\.tests\[0\]: 'outcome' is missing"),
+        (lambda _: "[]", r"found None"),
+        (lambda _: "", r"report\.json:1:1: not JSON"),
+    ],
+)
+def test_load_locates_what_is_wrong(tmp_path: Path, spoil: Any, message: str) -> None:
+    path, _ = write(sample.report(tests=1), tmp_path)
+    path.write_text(spoil(path.read_text()))
+    with pytest.raises(ReportError, match=message):
+        load(path)
+
+
+def test_load_of_a_missing_report_says_how_to_get_one(tmp_path: Path) -> None:
+    with pytest.raises(ReportError, match=r"report\.json: no such report; a run with --hri-suite writes one"):
+        load(tmp_path)
+
+
+def test_load_of_no_text_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "report.json").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ReportError, match="cannot be read"):
+        load(tmp_path)
+
+
+def test_importing_the_package_loads_no_template_engine() -> None:
+    code = "import sys, pytest_hricdv.report; print(sorted({'jinja2', 'numpy', 'coverage'} & set(sys.modules)))"
+    shown = run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout.strip() == "[]"

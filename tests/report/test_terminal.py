@@ -1,0 +1,164 @@
+"""What a run prints: complete, true to the report, and never wider than the terminal."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pytest_hricdv.report import header, summary
+from pytest_hricdv.report.line import Line, fit, listing, pad, visible, width
+from tests.report import sample
+
+WHERE = Path("hri-report")
+
+
+def _text(report: dict[str, Any], columns: int = 80) -> str:
+    return "\n".join(line.text for line in summary(report, WHERE, columns))
+
+
+def _line(report: dict[str, Any], start: str) -> Line:
+    return next(line for line in summary(report, WHERE, 100) if line.text.strip().startswith(start))
+
+
+def _unmeasured() -> dict[str, Any]:
+    report = sample.report(tests=0)
+    report["code_under_test"] = {"measured": False, "reason": "a debugger owns sys.settrace"}
+    report["suites"][0]["code"] = {"statements": None, "branches": None}
+    return report
+
+
+def test_header_says_what_will_run() -> None:
+    assert header(["rl"], 0, 134, "table-assembly") == "hri: table-assembly, suite rl, seed 0, 134 tests"
+    assert header(["by-hand", "rl"], 7, None, "table") == "hri: table, suites by-hand rl, seed 7"
+    assert header([], 0, 1, "table") == "hri: table, suites none, seed 0, 1 test"
+
+
+def test_summary_tells_verdicts_coverage_learning_and_time() -> None:
+    report = sample.report(tests=134)
+    counts = report["suites"][0]["requirements"]["R2"]
+    row = _line(report, "R2")
+    assert row.text.split()[-5:-1] == [str(counts[key]) for key in ("passed", "failed", "nc", "triggers")]
+    assert row.style == "ok"
+    assert "suite rl, seed 0: 134 tests" in _text(report)
+    assert "of 320 reachable, 1 waiver" in _line(report, "statements").text
+    assert "95.8 % (46 of 48)" in _line(report, "plans of human").text
+    assert "71.4 % (20 of 28 bins), 4 impossible" in _line(report, "cross product").text
+    learned = _text(report).split("learned in")[1].replace("\n", " ")
+    assert "130 iterations, converged at 130, 812 model runs, 97 distinct texts, 3.10 s" in " ".join(learned.split())
+    assert "expected 134, reported 134" in _text(report)
+    assert "with 2 workers" in _line(report, "simulated").text
+    assert "times real time" in _line(report, "simulated").text
+    assert summary(report, WHERE)[-1].text == f"report: {WHERE / 'index.html'}"
+
+
+def test_known_violations_are_marked_with_their_reason_and_others_are_bad() -> None:
+    report = sample.report(tests=134)
+    assert " known" in _line(report, "R3").text
+    assert _line(report, "R3").style == "warn"
+    assert _line(report, "R3 is known to fail").text.endswith("no crush prevention")
+    report["strict"] = True
+    assert "known" not in _line(report, "R3").text
+    assert _line(report, "R3").style == "bad"
+
+
+def test_unchecked_requirement_is_neither_good_nor_bad() -> None:
+    report = sample.report(tests=1)
+    report["suites"][0]["requirements"]["R1"] = {"passed": 0, "failed": 0, "nc": 1, "triggers": 0}
+    assert _line(report, "R1").style == "dim"
+
+
+def test_requirements_are_counted_as_people_count() -> None:
+    report = sample.report(tests=1)
+    report["suites"][0]["requirements"]["R10"] = {"passed": 1, "failed": 0, "nc": 0, "triggers": 1}
+    names = [line.text.split()[0] for line in summary(report, WHERE) if line.text.strip().startswith("R")]
+    assert names == ["R1", "R2", "R3", "R4", "R10"]
+
+
+def test_unmeasured_code_is_called_so_with_the_reason() -> None:
+    line = _line(_unmeasured(), "statements")
+    assert line.text.endswith("unmeasured: a debugger owns sys.settrace")
+    assert line.style == "warn"
+    assert "0.0 %" not in _text(_unmeasured())
+
+
+def test_what_is_not_covered_is_listed_without_the_waived() -> None:
+    assert _line(sample.report(), "controller/journal.py").text.split(maxsplit=1)[1] == "61, 70"
+    assert _line(sample.report(), "controller/journal.py branches").text.endswith("69->exit")
+
+
+def test_lost_tests_are_counted_and_named() -> None:
+    report = sample.report(tests=5)
+    report.update(selected=9, reported=5, not_run=4, not_run_tests=[f"tests/t.py::t[{n}]" for n in range(4)])
+    assert _line(report, "expected").text == "expected 9, reported 5: 4 tests not run or lost, totals are lower bounds"
+    assert _line(report, "expected").style == "bad"
+    assert "not run: tests/t.py::t[2]" in _text(report)
+    assert "not run: and 1 more" in _text(report)
+
+
+def test_more_results_than_tests_is_bad_too() -> None:
+    report = sample.report(tests=2)
+    report["selected"] = 1
+    assert _line(report, "expected").style == "bad"
+
+
+def test_a_test_far_slower_than_the_rest_is_named() -> None:
+    report = sample.report(tests=20)
+    assert "slowest" not in _text(report)
+    report["tests"][3]["wall_s"] = 60.0
+    assert _line(report, "slowest").text == f"slowest: 60.0 s {report['tests'][3]['id']}"
+
+
+def test_nothing_of_a_name_can_colour_the_terminal() -> None:
+    report = sample.report(("\x1b[31mred\u202e",), 1)
+    assert "suite \\x1b[31mred\\u202e" in _text(report)
+
+
+NAMES = st.text(st.characters(exclude_categories=[]), max_size=60)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    name=NAMES,
+    file=NAMES,
+    reason=NAMES,
+    number=st.integers(0, 10**7),
+    wall_s=st.floats(0, 1e7),
+    lines=st.lists(st.integers(1, 5000), max_size=80),
+    columns=st.integers(20, 140),
+)
+def test_every_line_fits(
+    name: str, file: str, reason: str, number: int, wall_s: float, lines: list[int], columns: int
+) -> None:
+    report = sample.report((name,), 2)
+    report.update(wall_s=wall_s, selected=number, known_violations={"R3": reason}, not_run_tests=[name, file])
+    report["suites"][0]["requirements"]["R3"] = {"passed": number, "failed": 1, "nc": number, "triggers": number}
+    report["suites"][0]["plans"] = {name: {"covered": [], "missing": [file] * 20, "total": number}}
+    report["code_under_test"]["files"][0].update(file=file, missing_lines=lines)
+    for line in summary(report, WHERE, columns)[:-1]:
+        assert width(line.text) <= columns
+        assert "\n" not in line.text
+
+
+@settings(deadline=None)
+@given(text=NAMES, columns=st.integers(0, 80))
+def test_padded_text_has_exactly_its_columns(text: str, columns: int) -> None:
+    shown = visible(text)
+    assert width(fit(shown, columns)) <= columns
+    assert width(pad(shown, columns)) == columns
+
+
+def test_a_listing_tells_how_many_it_leaves_out() -> None:
+    items = [f"plan{n}" for n in range(1, 13)]
+    assert listing(items, 90) == ", ".join(items)
+    assert listing(items, 34) == "plan1, plan2, plan3, and 9 more"
+    assert listing(items, 12) == "12 of them"
+    assert listing([], 12) == ""
+
+
+@pytest.mark.parametrize("tests", [0, 1])
+def test_small_sessions_read_sensibly(tests: int) -> None:
+    report = sample.report(tests=tests)
+    assert f"expected {tests}, reported {tests}" in _text(report)
+    assert ("tests: nothing run" in _text(report)) == (tests == 0)
