@@ -69,6 +69,7 @@ class Bus:
         self.recorder = recorder
         self._fields = {kind: tuple(f.name for f in dataclasses.fields(kind)) for kind in kinds}
         self._subscriptions: dict[type[Any], list[Subscription[Any]]] = {kind: [] for kind in self._fields}
+        self._idle_publishers: dict[type[Any], list[Node]] = {kind: [] for kind in self._fields}
 
     def port(self, sender: str) -> NodeBus:
         """The bus as one node sees it."""
@@ -78,11 +79,20 @@ class Bus:
         """Listen to one kind of message from now on. Raises TypeError for a kind that was not declared."""
         subscription = Subscription(self, self._declared(kind))
         self._subscriptions[kind].append(subscription)
+        idle, self._idle_publishers[kind] = self._idle_publishers[kind], []
+        for node in idle:
+            self.kernel.wake(node)
         return subscription
 
     def has_subscribers(self, kind: type[Any]) -> bool:
         """True when someone listens: a publisher may stay silent otherwise."""
         return bool(self._subscriptions[self._declared(kind)])
+
+    def wait_for_subscriber(self, kind: type[Any]) -> None:
+        """Block the calling node until someone listens to `kind`; returns at once when someone does already."""
+        while not self.has_subscribers(kind):
+            self._idle_publishers[kind].append(self.kernel.current())
+            self.kernel.block()
 
     def publish(self, sender: str, message: object) -> None:
         """Deliver and record a message. Raises TypeError for a kind that was not declared."""
@@ -122,3 +132,7 @@ class NodeBus:
     def has_subscribers(self, kind: type[Any]) -> bool:
         """True when someone listens to this kind."""
         return self._bus.has_subscribers(kind)
+
+    def wait_for_subscriber(self, kind: type[Any]) -> None:
+        """Block the calling node until someone listens to this kind."""
+        self._bus.wait_for_subscriber(kind)

@@ -1,0 +1,1 @@
+"""The simulated world of the table assembly: torso, leg, table, person, sensors. PyBullet under virtual time."""

@@ -1,0 +1,72 @@
+"""Where a head is and looks, relative to a leg; and a head pose for a wanted gaze.
+
+Offset is how far to the side of the leg the head is (m, along y: the person sits opposite the robot, on the x axis).
+Distance is the straight line from head to leg (m). Angle lies between the direction in which the face points and the
+direction from head to leg (degrees). The face points along the head's own x axis.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from sim.engine import Pose, Quaternion, SimulationError, Vector, bullet, finite
+
+ELEVATION_RAD = math.radians(40.0)
+"""How high above the leg a person's head is, seen from the leg, when it comes near: bent over the table."""
+
+
+@dataclass(frozen=True)
+class Gaze:
+    """How a head looks at a leg."""
+
+    offset_m: float
+    distance_m: float
+    angle_deg: float
+
+
+def gaze_of(head: Pose, leg: Vector) -> Gaze:
+    """The gaze of a head pose at a leg's middle (m)."""
+    place, turn = head
+    to_leg = tuple(b - a for a, b in zip(place, leg, strict=True))
+    distance_m = math.dist(place, leg)
+    facing = bullet.getMatrixFromQuaternion(turn)[0::3]
+    cosine = sum(a * b for a, b in zip(to_leg, facing, strict=True)) / max(distance_m, 1e-9)
+    angle_deg = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
+    return Gaze(abs(to_leg[1]), distance_m, angle_deg)
+
+
+def head_for(gaze: Gaze, side: float, leg: Vector) -> Pose:
+    """A head pose on the person's side of the table that has this gaze.
+
+    Args:
+        gaze: what is wanted; an offset of at most the distance, an angle between 0 and 180 degrees.
+        side: positive for a head to the robot's left of the leg (towards +y) that looks past it on the same hand,
+            negative for the other.
+        leg: middle of the leg (m).
+
+    Raises:
+        SimulationError: there is no such gaze, or a number is not finite.
+    """
+    finite("gaze", (gaze.offset_m, gaze.distance_m, gaze.angle_deg, side))
+    if not (0.0 <= gaze.offset_m <= gaze.distance_m and gaze.distance_m > 0.0 and 0.0 <= gaze.angle_deg <= 180.0):
+        raise SimulationError(f"no head has {gaze}: expected offset <= distance, distance > 0, angle in [0, 180]")
+    hand = math.copysign(1.0, side)
+    reach_m = math.sqrt(gaze.distance_m**2 - gaze.offset_m**2)
+    place = (
+        leg[0] + reach_m * math.cos(ELEVATION_RAD),
+        leg[1] + hand * gaze.offset_m,
+        leg[2] + reach_m * math.sin(ELEVATION_RAD),
+    )
+    return place, looking(place, leg, hand * math.radians(gaze.angle_deg))
+
+
+def looking(place: Vector, target: Vector, past_rad: float = 0.0) -> Quaternion:
+    """Orientation of a head at `place` whose face points `past_rad` to the side of the direction to `target`."""
+    x, y, z = (b - a for a, b in zip(place, target, strict=True))
+    yaw, pitch = math.atan2(y, x), -math.atan2(z, math.hypot(x, y))
+    straight = bullet.getQuaternionFromEuler((0.0, pitch, yaw))
+    # Turned about the head's own upright axis, so that the angle to the target is the turn, whatever the pitch is.
+    aside = (0.0, 0.0, math.sin(past_rad / 2.0), math.cos(past_rad / 2.0))
+    turn: Quaternion = bullet.multiplyTransforms((0.0, 0.0, 0.0), straight, (0.0, 0.0, 0.0), aside)[1]
+    return turn

@@ -1,0 +1,165 @@
+"""The robot's hand at work: fingers close around a leg and it is held; they open far enough and it is let go."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from enum import Enum, auto
+
+from sim.engine import Engine, bullet
+from sim.leg import Leg
+from sim.leg_supply import LegSupply
+from sim.person import Person
+from sim.places import HANDOVER_M, LEG_LENGTH_M
+from sim.torso import CLOSED, OPEN, Torso
+
+CLOSE_S = 1.2
+OPEN_S = 0.6
+"""Time of a finger movement when nothing is in its way."""
+
+STAND_RAD_S = 0.01
+"""Fingers slower than this stand."""
+
+COVERED_RAD = 0.01
+"""Fingers this near to their goal have no way to go."""
+
+RELEASE_RAD = -0.30
+"""The four fingers' first joints must all have opened beyond this angle before a leg is free: half of CLOSED."""
+
+SEEN_OPEN_RAD = 0.10
+"""Fingers are seen to be open when every joint is this near to stretched."""
+
+GRASP_POINT_M = (0.043, 0.10, 0.0)
+"""Middle of the grasp, in the palm's frame: one leg radius off the palm, over the roots of the fingers."""
+
+GRASP_REGION_M = 0.03
+"""A leg whose axis passes this near to the grasp point is between the closing fingers."""
+
+REACH_M = 0.08
+"""The person's hand is at the leg when it is this near to it: then the released leg is taken."""
+
+CLASP_M = 0.15
+"""The person's hand can clasp the robot's fingers when it is this near to the palm."""
+
+CLASP_N_RAD = 60.0
+CLASP_MAX_N = 60.0
+"""A clasping hand gives way like a spring of this stiffness (N at a finger link's tip, per rad of opening), one-sided:
+it withstands the finger motors (0.4 N m) well before RELEASE_RAD (tests/sim/test_grip.py)."""
+
+Signal = Callable[[str, float | bool], None]
+
+
+class Doing(Enum):
+    """What the fingers are about."""
+
+    NOTHING = auto()
+    CLOSING = auto()
+    OPENING = auto()
+
+
+class Gripper:
+    """Commands to the fingers, and what follows from where the fingers physically are."""
+
+    def __init__(self, engine: Engine, torso: Torso, legs: LegSupply, person: Person, signal: Signal) -> None:
+        self._engine = engine
+        self._torso = torso
+        self._legs = legs
+        self._person = person
+        self._signal = signal
+        self.doing = Doing.NOTHING
+        self.released = 0  # legs let go so far
+
+    def close(self) -> None:
+        """Start to close the fingers."""
+        self._torso.move_fingers(CLOSED, CLOSE_S)
+        self.doing = Doing.CLOSING
+        if self._to_go(CLOSED) > COVERED_RAD:
+            self._signal("hand_distance", self.human_distance())
+            self._signal("hand_closing", True)
+
+    def open(self) -> None:
+        """Start to open the fingers."""
+        self._signal("hand_closing", False)
+        self._torso.move_fingers(OPEN, OPEN_S)
+        self.doing = Doing.OPENING
+
+    def at_rest(self) -> bool:
+        """True when the last command is done."""
+        return self.doing is Doing.NOTHING
+
+    def seen_open(self) -> bool:
+        """True when all fingers are measured to be open."""
+        return self._to_go(OPEN) < SEEN_OPEN_RAD
+
+    def human_distance(self) -> float:
+        """Smallest distance (m, to a micrometre) between the person's hand and the robot's palm and fingers."""
+        hand, robot = self._person.hand.body, self._torso.body
+        return round(min(self._engine.distance(hand, robot, link) for link in self._torso.hand_links), 6)
+
+    def before_step(self) -> None:
+        """Forces of the person on fingers and leg for the next physics step."""
+        leg = self._legs.in_hand
+        if leg is not None:
+            pull_n = self._person.pull_now()
+            if pull_n:
+                leg.pull((pull_n, 0.0, 0.0))
+            if self.doing is Doing.OPENING and self._clasped():
+                self._clasp()
+
+    def after_step(self) -> None:
+        """What this step's finger positions mean."""
+        if self.doing is Doing.CLOSING:
+            self._signal("hand_distance", self.human_distance())
+        elif self.doing is Doing.OPENING and self._legs.in_hand is not None and self._beyond_release():
+            self._release(self._legs.in_hand)
+
+    def tick(self) -> None:
+        """Once every control tick: has the hand done what it was about?"""
+        if self.doing is Doing.CLOSING and self._stand_at(CLOSED):
+            self._signal("hand_closing", False)
+            self.doing = Doing.NOTHING
+            leg = self._legs.current
+            if leg is not None and self._legs.in_hand is None and leg.graspable and self._in_grasp(leg):
+                leg.grasp(self._torso)
+                self._signal("leg_held", True)
+        elif self.doing is Doing.OPENING and self._stand_at(OPEN):
+            self.doing = Doing.NOTHING
+
+    def _release(self, leg: Leg) -> None:
+        at_leg = self._engine.distance(self._person.hand.body, leg.body, -1) < REACH_M
+        self._legs.release(self._person.hand.body if at_leg else None)
+        self.released += 1
+        self._signal("leg_offset", offset_of(leg))
+        self._signal("leg_held", False)
+
+    def _in_grasp(self, leg: Leg) -> bool:
+        place, turn = bullet.multiplyTransforms(*bullet.invertTransform(*self._torso.palm_pose()), *leg.pose())
+        axis = bullet.getMatrixFromQuaternion(turn)[2::3]
+        along = sum(a * (g - p) for a, g, p in zip(axis, GRASP_POINT_M, place, strict=True))
+        nearest = tuple(p + along * a for p, a in zip(place, axis, strict=True))
+        return abs(along) < LEG_LENGTH_M / 2 and math.dist(nearest, GRASP_POINT_M) < GRASP_REGION_M
+
+    def _beyond_release(self) -> bool:
+        return min(self._torso.finger_angles()[2::2]) > RELEASE_RAD
+
+    def _clasped(self) -> bool:
+        palm = self._engine.distance(self._person.hand.body, self._torso.body, self._torso.palm)
+        return palm < CLASP_M and self._person.feels_push()
+
+    def _clasp(self) -> None:
+        angles = self._torso.finger_angles()
+        for number in range(2, len(angles)):  # the thumb lies on the leg's end: the four fingers hold it
+            opened_rad = angles[number] - CLOSED[number]
+            if opened_rad > 0.0:
+                self._torso.push(number, min(CLASP_MAX_N, CLASP_N_RAD * opened_rad))
+
+    def _stand_at(self, goal: tuple[float, ...]) -> bool:
+        return self._to_go(goal) < COVERED_RAD and self._torso.finger_speed() < STAND_RAD_S
+
+    def _to_go(self, goal: tuple[float, ...]) -> float:
+        return max(abs(a - g) for a, g in zip(self._torso.finger_angles(), goal, strict=True))
+
+
+def offset_of(leg: Leg) -> float:
+    """Distance (m, to a micrometre) from a leg's middle to the handover place."""
+    return round(math.dist(leg.pose()[0], HANDOVER_M), 6)

@@ -1,0 +1,152 @@
+"""A table leg and what holds it: a pin at the pickup place, the robot's palm, the person's hand, or nothing."""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+
+from sim.engine import UPRIGHT, Engine, Pose, SimulationError, Vector, bullet, finite
+from sim.furniture import FURNITURE, LEG
+from sim.places import LEG_LENGTH_M, LEG_MASS_KG, LEG_RADIUS_M
+from sim.torso import Torso
+
+GRASP_FORCE_N = 15.0
+"""The most that the grasp holds: above the leg's weight in every arm move together with a pull of 10 N
+(tests/sim/test_grasp.py), and a leg that is torn out with more does come out."""
+
+CARRY_FORCE_N = 200.0
+"""The most that a person's hand holds of a leg it took."""
+
+STILL_M_S = 5e-3
+"""A leg slower than this is at rest."""
+
+BEECH = (0.85, 0.65, 0.38, 1.0)
+
+
+class Held(Enum):
+    """What holds a leg."""
+
+    PINNED = auto()
+    ROBOT = auto()
+    PERSON = auto()
+    LOOSE = auto()
+    DONE = auto()  # fell or was set down, and moves no more
+
+
+class Leg:
+    """One leg, standing pinned at `place` (m) to begin with."""
+
+    def __init__(self, engine: Engine, place: Vector) -> None:
+        self._engine = engine
+        self._client = engine.client
+        self.body = engine.add(
+            LEG_MASS_KG, place, BEECH, shapeType=bullet.GEOM_CYLINDER, radius=LEG_RADIUS_M, height=LEG_LENGTH_M
+        )
+        bullet.setCollisionFilterGroupMask(self.body, -1, LEG, LEG | FURNITURE, physicsClientId=self._client)
+        bullet.changeDynamics(
+            self.body,
+            -1,
+            linearDamping=0.0,
+            angularDamping=0.1,
+            lateralFriction=0.6,
+            rollingFriction=0.002,
+            spinningFriction=0.002,
+            physicsClientId=self._client,
+        )
+        self.held = Held.PINNED
+        self._constraint = self._join(-1, -1, (place, UPRIGHT), ((0.0, 0.0, 0.0), UPRIGHT))
+
+    @property
+    def graspable(self) -> bool:
+        """True while it waits, or was left to itself: nobody has it."""
+        return self.held in (Held.PINNED, Held.LOOSE)
+
+    def pose(self) -> Pose:
+        """Position (m) of the middle and orientation of the leg (its axis is z)."""
+        return self._engine.pose(self.body)
+
+    def speed(self) -> float:
+        """Speed of the middle (m/s)."""
+        velocity = bullet.getBaseVelocity(self.body, physicsClientId=self._client)[0]
+        return float(sum(part * part for part in velocity) ** 0.5)
+
+    def grasp(self, torso: Torso) -> None:
+        """Join the leg to the robot's palm as it stands, and take the pin away."""
+        frame = _relative(torso.palm_mass_pose(), self.pose())
+        joint = self._join(torso.body, torso.palm, frame, ((0.0, 0.0, 0.0), UPRIGHT))
+        bullet.changeConstraint(joint, maxForce=GRASP_FORCE_N, physicsClientId=self._client)
+        self._let_go()
+        self._constraint, self.held = joint, Held.ROBOT
+
+    def take(self, hand: int) -> None:
+        """Join the leg to a person's hand as it is, and to nothing else."""
+        frame = _relative(self._engine.pose(hand), self.pose())
+        self._let_go()
+        self._constraint = self._join(hand, -1, frame, ((0.0, 0.0, 0.0), UPRIGHT))
+        bullet.changeConstraint(self._constraint, maxForce=CARRY_FORCE_N, physicsClientId=self._client)
+        self.held = Held.PERSON
+
+    def drop(self) -> None:
+        """Leave the leg to gravity."""
+        self._let_go()
+        self.held = Held.LOOSE
+
+    def finish(self) -> None:
+        """Let the leg stay where it is for good."""
+        self._let_go()
+        bullet.changeDynamics(self.body, -1, mass=0.0, physicsClientId=self._client)
+        bullet.resetBaseVelocity(self.body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=self._client)
+        self.held = Held.DONE
+
+    def pull(self, force_n: Vector) -> None:
+        """Pull at the middle of the leg for one step."""
+        finite("pull on the leg", force_n)
+        bullet.applyExternalForce(
+            self.body, -1, force_n, self.pose()[0], bullet.WORLD_FRAME, physicsClientId=self._client
+        )
+
+    def reaction(self) -> Vector:
+        """What the robot's palm feels of the leg (N, world axes): force of the joint that holds it.
+
+        Raises:
+            SimulationError: the robot does not hold this leg.
+        """
+        if self.held is not Held.ROBOT:
+            raise SimulationError(f"the robot feels no leg that is {self.held.name.lower()}")
+        force = bullet.getConstraintState(self._constraint, physicsClientId=self._client)
+        finite("reaction of the held leg", force)
+        return (force[0], force[1], force[2])
+
+    def _join(self, body: int, link: int, frame: Pose, own: Pose) -> int:
+        if body < 0:  # to the world: PyBullet wants the leg first
+            parent, parent_link, parent_frame, child, child_frame = self.body, -1, own, -1, frame
+        else:
+            self._engine.check(body, link)
+            parent, parent_link, parent_frame, child, child_frame = body, link, frame, self.body, own
+        joint: int = bullet.createConstraint(
+            parent,
+            parent_link,
+            child,
+            -1,
+            bullet.JOINT_FIXED,
+            (0.0, 0.0, 0.0),
+            parent_frame[0],
+            child_frame[0],
+            parent_frame[1],
+            child_frame[1],
+            physicsClientId=self._client,
+        )
+        if joint < 0:
+            raise SimulationError(f"PyBullet refused to join the leg to body {body}, link {link}")
+        return joint
+
+    def _let_go(self) -> None:
+        if self._constraint >= 0:
+            bullet.removeConstraint(self._constraint, physicsClientId=self._client)
+        self._constraint = -1
+
+
+def _relative(base: Pose, other: Pose) -> Pose:
+    """`other` as seen from `base`."""
+    back = bullet.invertTransform(*base)
+    pose: Pose = bullet.multiplyTransforms(*back, *other)
+    return pose

@@ -1,0 +1,80 @@
+"""The supply of legs: one waits at the pickup place, the next one comes some seconds after it is gone."""
+
+from __future__ import annotations
+
+import math
+
+from sim.engine import UPRIGHT, Engine
+from sim.leg import STILL_M_S, Held, Leg
+from sim.physics_time import PhysicsTime
+from sim.places import BIN_M, LEG_LENGTH_M, PICKUP_M, assembly_place
+
+RESUPPLY_S = 3.0
+"""From the moment that a leg leaves the robot's hand until the next one waits: the way back takes the arm longer."""
+
+CLEAR_M = 0.20
+"""A leg that lies closer than this to the pickup place is cleared away before the next one is put there."""
+
+
+class LegSupply:
+    """All legs of a run. `current` is the one at the pickup place, in the robot's hand, or on its way out of it."""
+
+    def __init__(self, engine: Engine, time: PhysicsTime) -> None:
+        self._engine = engine
+        self._time = time
+        self.current: Leg | None = Leg(engine, PICKUP_M)
+        self.legs: list[Leg] = [self.current]
+        self.received = 0  # legs that the person set down
+        self.due_step: int | None = None
+
+    @property
+    def in_hand(self) -> Leg | None:
+        """The leg that the robot holds."""
+        leg = self.current
+        return leg if leg is not None and leg.held is Held.ROBOT else None
+
+    @property
+    def carried(self) -> Leg | None:
+        """The leg that the person carries."""
+        return next((leg for leg in self.legs if leg.held is Held.PERSON), None)
+
+    def release(self, hand: int | None) -> None:
+        """The robot's hand is open: the leg goes to the person's `hand`, or falls when that is None."""
+        leg = self.in_hand
+        assert leg is not None
+        if hand is None:
+            leg.drop()
+        else:
+            leg.take(hand)
+        self.due_step = self._time.step_in(RESUPPLY_S)
+
+    def set_down(self) -> None:
+        """The person lets go of the carried leg: it stands where it is from now on."""
+        leg = self.carried
+        if leg is not None:
+            self._engine.place(leg.body, (assembly_place(self.received), UPRIGHT))
+            leg.finish()
+            self.received += 1
+
+    def tick(self) -> None:
+        """Once every control tick: put a new leg at the pickup place when it is time."""
+        if self.due_step is None or self._time.step < self.due_step:
+            return
+        self.due_step = None
+        for leg in self.legs:
+            if leg.held is Held.LOOSE:
+                leg.finish()
+            if leg.held is Held.DONE and math.dist(leg.pose()[0], PICKUP_M) < CLEAR_M:
+                self._engine.place(leg.body, ((BIN_M[0], BIN_M[1], BIN_M[2] + LEG_LENGTH_M / 2), UPRIGHT))
+        self.current = Leg(self._engine, PICKUP_M)
+        self.legs.append(self.current)
+
+    def still(self) -> bool:
+        """True when no leg moves (faster than STILL_M_S) and none is carried."""
+        if self.carried is not None:
+            return False
+        return all(leg.speed() <= STILL_M_S for leg in self.legs if leg.held is not Held.DONE)
+
+    def poses(self) -> tuple[tuple[float, ...], ...]:
+        """Position and orientation of every leg: for comparing and filming runs."""
+        return tuple((*position, *turn) for position, turn in (leg.pose() for leg in self.legs))

@@ -1,0 +1,163 @@
+"""The person as bodies: a head that looks somewhere and a hand, both moved smoothly and never pushed by physics."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from sim.engine import UPRIGHT, Engine, Pose, Quaternion, SimulationError, Vector, bullet, finite
+from sim.furniture import PERSON
+from sim.gaze import looking
+from sim.physics_time import STEP_S, PhysicsTime
+from sim.places import HANDOVER_M, REST_HAND_M, SEAT_HEAD_M
+
+HAND_SPEED_M_S = 0.9
+HEAD_SPEED_M_S = 0.5
+"""Top speeds of reaching without haste: below 1 m/s for a hand; a body bends more slowly."""
+
+TURN_SPEED_RAD_S = 2.0
+"""Top speed of a turning head."""
+
+SHORTEST_MOVE_S = 0.3
+PEAK_OVER_MEAN = 1.875
+"""Peak over mean speed of a minimum-jerk movement (Flash and Hogan 1985): the derivative of 10 s^3 - 15 s^4 + 6 s^5 at
+s = 1/2."""
+
+HEAD_RADIUS_M = 0.10
+HAND_HALF_M: Vector = (0.09, 0.0425, 0.015)
+"""Half the size of a hand: 18 cm long, 8.5 cm wide, 3 cm thick (a median adult's, rounded)."""
+
+PULL_RAMP_S = 0.4
+"""A pull rises to its full force within this time."""
+
+SKIN = (0.87, 0.67, 0.53, 1.0)
+
+
+@dataclass(frozen=True)
+class Movement:
+    """A minimum-jerk movement between two poses, from one physics step to another."""
+
+    start: Pose
+    goal: Pose
+    first_step: int
+    last_step: int
+
+    def pose(self, step: int) -> Pose:
+        """The pose at a step; before the first and after the last one: at rest."""
+        if step >= self.last_step:
+            return self.goal
+        s = max(0, step - self.first_step) / (self.last_step - self.first_step)
+        share = s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
+        (ax, ay, az), (bx, by, bz) = self.start[0], self.goal[0]
+        place = (ax + share * (bx - ax), ay + share * (by - ay), az + share * (bz - az))
+        turn = bullet.getQuaternionSlerp(self.start[1], self.goal[1], share)
+        return place, turn
+
+
+class BodyPart:
+    """Head or hand: a body that stands, or is on a movement."""
+
+    def __init__(self, engine: Engine, time: PhysicsTime, body: int, top_speed_m_s: float) -> None:
+        self._engine = engine
+        self._time = time
+        self._movement: Movement | None = None
+        self._top_speed_m_s = top_speed_m_s
+        self.body = body
+        bullet.setCollisionFilterGroupMask(body, -1, PERSON, 0, physicsClientId=engine.client)
+
+    @property
+    def moving(self) -> bool:
+        """True while a movement goes on."""
+        return self._movement is not None
+
+    def pose(self) -> Pose:
+        """Position (m) and orientation."""
+        return self._engine.pose(self.body)
+
+    def move(self, place: Vector, turn: Quaternion = UPRIGHT) -> float:
+        """Start to move to a pose at human speed; returns how long it takes (s): 0 when already there."""
+        finite("pose that a person moves to", (*place, *turn))
+        start = self.pose()
+        distance_m = math.dist(start[0], place)
+        angle_rad = 2.0 * math.acos(min(1.0, abs(sum(a * b for a, b in zip(start[1], turn, strict=True)))))
+        if distance_m < 1e-4 and angle_rad < 1e-3:
+            return 0.0
+        duration_s = max(
+            SHORTEST_MOVE_S,
+            PEAK_OVER_MEAN * distance_m / self._top_speed_m_s,
+            PEAK_OVER_MEAN * angle_rad / TURN_SPEED_RAD_S,
+        )
+        step = self._time.step
+        self._movement = Movement(start, (place, turn), step, self._time.step_in(duration_s))
+        return (self._movement.last_step - step + 1) * STEP_S
+
+    def follow(self) -> None:
+        """Bring the body to where its movement is at the present step."""
+        if self._movement is not None:
+            self._engine.place(self.body, self._movement.pose(self._time.step))
+            if self._time.step >= self._movement.last_step:
+                self._movement = None
+
+
+class Person:
+    """Head, hand, and what the hand does to the leg and the robot's fingers.
+
+    `pull_n`: force (N) away from the robot at the leg while the robot holds it. The other hand, which is not modelled,
+    may pull too: the pull acts wherever the modelled hand is, so that every combination of sensors can be enacted.
+    """
+
+    def __init__(self, engine: Engine, time: PhysicsTime) -> None:
+        head = engine.add(0.0, SEAT_HEAD_M, SKIN, shapeType=bullet.GEOM_SPHERE, radius=HEAD_RADIUS_M)
+        hand = engine.add(0.0, REST_HAND_M, SKIN, shapeType=bullet.GEOM_BOX, halfExtents=HAND_HALF_M)
+        engine.place(head, (SEAT_HEAD_M, looking(SEAT_HEAD_M, HANDOVER_M)))
+        self.head = BodyPart(engine, time, head, HEAD_SPEED_M_S)
+        self.hand = BodyPart(engine, time, hand, HAND_SPEED_M_S)
+        self._time = time
+        self._pull_n = 0.0
+        self._pull_step = 0
+        self._grip_s = 0.0
+        self._grip_until: int | None = None
+
+    def pull(self, force_n: float) -> None:
+        """Pull at the leg with this force (N) from now on, ramped; 0 lets it be."""
+        finite("pull", (force_n,))
+        if force_n < 0.0:
+            raise SimulationError(f"pull of {force_n} N: expected 0 or more")
+        self._pull_n, self._pull_step = force_n, self._time.step
+
+    @property
+    def pulling(self) -> bool:
+        """True while a pull is meant, from its very beginning."""
+        return self._pull_n > 0.0
+
+    def pull_now(self) -> float:
+        """The force (N) of this step."""
+        if self._pull_n == 0.0:
+            return 0.0
+        return self._pull_n * min(1.0, (self._time.step - self._pull_step) * STEP_S / PULL_RAMP_S)
+
+    def grip(self, duration_s: float) -> None:
+        """Clasp the robot's fingers together with the leg, until `duration_s` after the fingers began to push open.
+
+        0 ends it. A person who clasps notices by the fingers' push that the robot lets go, and needs that long to
+        give way.
+        """
+        finite("grip", (duration_s,))
+        if duration_s < 0.0:
+            raise SimulationError(f"grip of {duration_s} s: expected 0 or more")
+        self._grip_s, self._grip_until = duration_s, None
+
+    def feels_push(self) -> bool:
+        """Called at each step at which the fingers push open; True while the grip withstands it."""
+        if self._grip_s == 0.0:
+            return False
+        if self._grip_until is None:
+            self._grip_until = self._time.step_in(self._grip_s)
+        if self._time.step >= self._grip_until:
+            self._grip_s = 0.0
+        return self._grip_s > 0.0
+
+    def follow(self) -> None:
+        """Bring head and hand to the present step."""
+        self.head.follow()
+        self.hand.follow()

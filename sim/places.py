@@ -1,0 +1,49 @@
+"""Where things are in the workshop (m): x from the robot to the person, y to the robot's left, z up from the floor."""
+
+from __future__ import annotations
+
+from sim.engine import Vector
+
+PICKUP_M: Vector = (0.30, -0.30, 0.555)
+"""Middle of a leg that waits to be fetched. Case study, original world frame."""
+
+HANDOVER_M: Vector = (0.48, 0.17, 0.705)
+"""Middle of a leg that is held out to the person. Case study, original world frame."""
+
+LEG_LENGTH_M = 0.25
+LEG_RADIUS_M = 0.025
+LEG_MASS_KG = 0.5
+
+TABLE_TOP_M = PICKUP_M[2] - LEG_LENGTH_M / 2
+"""Height of the shared table: a waiting leg stands on it."""
+
+TABLE_M: Vector = (0.60, -0.16, TABLE_TOP_M - 0.02)
+TABLE_HALF_M: Vector = (0.40, 0.44, 0.02)
+
+BIN_M: Vector = (0.19, 0.48, 0.15)
+"""Middle of the re-supply bin's bottom, below the robot's hand when it is turned away from the person."""
+
+BIN_HALF_M = 0.16
+BIN_HEIGHT_M = 0.30
+BIN_WALL_M = 0.01
+
+SEAT_HEAD_M: Vector = (1.25, 0.17, 1.15)
+"""The person's head, seated opposite the robot."""
+
+REST_HAND_M: Vector = (0.92, 0.34, 0.47)
+"""The person's hand on the own side of the table."""
+
+AWAY_HEAD_M: Vector = (2.40, 0.90, 1.60)
+AWAY_HAND_M: Vector = (2.30, 0.70, 0.90)
+"""Where a person is who walked off."""
+
+
+def assembly_place(number: int) -> Vector:
+    """Where the person sets the leg down that was received as number 0, 1, 2, ...: on the own side of the table."""
+    return (0.92, -0.50 + 0.10 * (number % 6), PICKUP_M[2] + 0.001)
+
+
+def in_bin(place: Vector) -> bool:
+    """True for a place between the walls of the re-supply bin."""
+    inside = abs(place[0] - BIN_M[0]) < BIN_HALF_M and abs(place[1] - BIN_M[1]) < BIN_HALF_M
+    return inside and BIN_M[2] < place[2] < BIN_M[2] + BIN_HEIGHT_M

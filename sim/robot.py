@@ -1,0 +1,150 @@
+"""The robot's side of the world: the controller's ports for clock, arm and hand, as blocking calls in virtual time.
+
+The calls are thin, because they run inside the controller's own greenlet, where code coverage is traced: planning is
+done by a node of the robot's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from controller.ports import JointPose, Path, PlanningError
+from pytest_hricdv.runtime import Kernel, Node
+from sim.planner import ArmPath, check_free, known, time_path
+from sim.pressure import PressureSensor
+from sim.world import World
+
+ARRIVED_RAD = 0.005
+"""A joint this near to its goal has arrived."""
+
+LATE_S = 1.0
+"""An arm that does not stand this long after its time has been held up."""
+
+CLOSING_LIMIT_S = 3.0
+OPENING_LIMIT_S = 1.0
+"""How long the hand waits for its fingers to stand."""
+
+
+class RobotClock:
+    """The simulated time; a `controller.ports.Clock`."""
+
+    def __init__(self, kernel: Kernel) -> None:
+        self._kernel = kernel
+
+    def now_s(self) -> float:
+        """Seconds since the start of the run."""
+        return self._kernel.now_s
+
+    def sleep(self, duration_s: float) -> None:
+        """Block for some seconds of simulated time."""
+        self._kernel.sleep(duration_s)
+
+
+class RobotArm:
+    """Plans and follows ways of the arm; a `controller.ports.Arm`. Make it outside of any node: it spawns one."""
+
+    def __init__(self, kernel: Kernel, world: World, pressure: PressureSensor) -> None:
+        self._kernel = kernel
+        self._world = world
+        self._pressure = pressure
+        self._task: tuple[JointPose, tuple[JointPose, ...]] | None = None
+        self._obstacle: PlanningError | None = None
+        self._asking: Node | None = None
+        self._planner = kernel.spawn("planner", self._plan_on_demand)
+
+    def plan(self, waypoints: Sequence[JointPose], max_speed_rad_s: float) -> ArmPath:
+        """A way from where the arm is now through `waypoints` (rad), all joints slower than `max_speed_rad_s`.
+
+        Raises:
+            PlanningError: a waypoint is no pose within the limits, or table, bin or torso are in the way.
+        """
+        start = self._world.torso.arm_angles()
+        path = time_path(start, waypoints, max_speed_rad_s)
+        if known(start, waypoints):
+            check_free(start, waypoints)
+        else:
+            self._have_checked(start, tuple(waypoints))
+        return path
+
+    def follow(self, path: Path) -> bool:
+        """Move along `path`, with a stop at each waypoint; blocks until the arm stands; True when it has arrived."""
+        if not isinstance(path, ArmPath):
+            raise TypeError(f"an arm follows a path of its own plan(), not {path!r}")
+        arrived = True
+        for segment in path.segments:
+            self._world.disturb()
+            self._world.torso.move_arm(segment.goal, segment.duration_s)
+            self._kernel.sleep(segment.duration_s)
+            arrived = self._stands_at(segment.goal)
+        self._pressure.tare()
+        return arrived
+
+    def _stands_at(self, goal: JointPose) -> bool:
+        torso = self._world.torso
+        return wait_until(self._kernel, self._world, lambda: torso.stands_at(goal, ARRIVED_RAD), LATE_S)
+
+    def _have_checked(self, start: JointPose, waypoints: tuple[JointPose, ...]) -> None:
+        self._task, self._asking = (start, waypoints), self._kernel.current()
+        self._kernel.wake(self._planner)
+        self._kernel.block()
+        if self._obstacle is not None:
+            raise self._obstacle
+
+    def _plan_on_demand(self) -> None:
+        while True:
+            if self._task is not None and self._asking is not None:
+                self._obstacle = None
+                try:
+                    check_free(*self._task)
+                except PlanningError as error:
+                    self._obstacle = error
+                asking, self._task, self._asking = self._asking, None, None
+                self._kernel.wake(asking)
+            self._kernel.block()
+
+
+class RobotHand:
+    """Closes and opens the fingers; a `controller.ports.Hand`."""
+
+    def __init__(self, kernel: Kernel, world: World, pressure: PressureSensor) -> None:
+        self._kernel = kernel
+        self._world = world
+        self._pressure = pressure
+
+    def close(self) -> bool:
+        """Close the fingers; blocks until they stand; True when a leg is held then."""
+        self._world.disturb()
+        self._world.gripper.close()
+        wait_until(self._kernel, self._world, self._world.gripper.at_rest, CLOSING_LIMIT_S)
+        self._pressure.tare()
+        return self.holds()
+
+    def open(self) -> bool:
+        """Open the fingers; blocks until they stand, at most 1 s; True when they are seen to be open."""
+        self._world.disturb()
+        self._world.gripper.open()
+        wait_until(self._kernel, self._world, self._world.gripper.at_rest, OPENING_LIMIT_S)
+        return self._world.gripper.seen_open()
+
+    def holds(self) -> bool:
+        """True while a leg is held."""
+        return self._world.legs.in_hand is not None
+
+
+class Robot:
+    """All ports of the robot: `clock`, `arm`, `hand`; and its `pressure` sensor, which the sensors node reads."""
+
+    def __init__(self, kernel: Kernel, world: World) -> None:
+        self.pressure = world.pressure
+        self.clock = RobotClock(kernel)
+        self.arm = RobotArm(kernel, world, self.pressure)
+        self.hand = RobotHand(kernel, world, self.pressure)
+
+
+def wait_until(kernel: Kernel, world: World, condition: Callable[[], bool], limit_s: float) -> bool:
+    """Block the calling node until `condition` holds at a control tick, at most `limit_s`; True when it held."""
+    node = kernel.current()
+    watch = world.watch(condition, lambda: kernel.wake(node))
+    held = kernel.block(limit_s)
+    world.unwatch(watch)
+    return held

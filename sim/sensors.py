@@ -1,0 +1,126 @@
+"""The sensors: gaze, pressure and location, read from the physical world, classified, and disturbed by errors."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass
+
+from controller.ports import LegReady, Reading, TurnDone
+from pytest_hricdv.runtime import Kernel, NodeBus
+from sim.engine import SimulationError
+from sim.gaze import gaze_of
+from sim.pressure import PRESSURE_N
+from sim.world import World
+
+PERIOD_S = 0.02
+"""About 50 readings a second."""
+
+OFFSET_M = 0.2
+DISTANCE_M = 0.6
+ANGLE_DEG = 40.0
+LOCATION_M = 0.3
+"""Limits of a person who is ready: gaze offset, distance and angle; hand to leg on every axis. Case study."""
+
+RESOLUTION = 1e-6
+"""What the trackers resolve (m, degrees): a head placed at a limit is not beyond it for a rounding error."""
+
+SILENT_S = 1000.0
+"""Longer than any run."""
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What is physically so, before any sensor error."""
+
+    gaze: bool
+    pressure: bool
+    location: bool
+
+
+def classify(world: World) -> Truth:
+    """Classify the bodies' present state. Without a leg nothing is ready."""
+    leg = world.legs.current
+    if leg is None:
+        return Truth(False, False, False)
+    place = leg.pose()[0]
+    gaze = gaze_of(world.person.head.pose(), place)
+    hand = world.person.hand.pose()[0]
+    return Truth(
+        gaze=gaze.offset_m <= OFFSET_M + RESOLUTION
+        and gaze.distance_m <= DISTANCE_M + RESOLUTION
+        and gaze.angle_deg < ANGLE_DEG,
+        pressure=world.pressure.change_n() > PRESSURE_N,
+        location=all(abs(a - b) <= LOCATION_M + RESOLUTION for a, b in zip(hand, place, strict=True)),
+    )
+
+
+class Sensors:
+    """Publishes `Reading` at 50 Hz while someone listens to it, like a lazy publisher.
+
+    Args:
+        world: what is sensed.
+        bus: sends the readings.
+        kernel: keeps the period.
+        seed: of the sensor errors' own random stream.
+        error_probability: per reading, that gaze or location is missed though ready (each), and that pressure is felt
+            though nobody pulls at the held leg. Case study: about 5 %.
+        outage_turn: the turn (1 to 4) whose readings never come; 0 for none.
+
+    Raises:
+        SimulationError: a probability outside [0, 1], or a negative turn.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        bus: NodeBus,
+        kernel: Kernel,
+        seed: int,
+        error_probability: float = 0.05,
+        outage_turn: int = 0,
+    ) -> None:
+        if not 0.0 <= error_probability <= 1.0:
+            raise SimulationError(f"error probability {error_probability!r}: expected 0 to 1")
+        if outage_turn < 0:
+            raise SimulationError(f"outage in turn {outage_turn}: expected 0 for none, or a turn")
+        self._world = world
+        self._bus = bus
+        self._kernel = kernel
+        self._random = random.Random(seed)
+        self._error_probability = error_probability
+        self._outage_turn = outage_turn
+        self._turns = bus.subscribe(LegReady)
+        self._ends = bus.subscribe(TurnDone)
+        self._turn = 0
+
+    def sense(self) -> None:
+        """The node's body: publish while someone listens, for ever."""
+        while True:
+            self._bus.wait_for_subscriber(Reading)
+            if self._out():
+                self._turn_ended(self._ends.wait(SILENT_S))
+                continue
+            self._bus.publish(self.read())
+            self._kernel.sleep(PERIOD_S)
+
+    def read(self) -> Reading:
+        """One reading, with its errors. Three random numbers a reading, so that one error never shifts another."""
+        truth = classify(self._world)
+        miss_gaze, feel, miss_location = (self._random.random() < self._error_probability for _ in range(3))
+        held = self._world.legs.in_hand is not None
+        return Reading(
+            gaze=truth.gaze and not miss_gaze,
+            pressure=truth.pressure or (held and feel),
+            location=truth.location and not miss_location,
+        )
+
+    def _out(self) -> bool:
+        while (ready := self._turns.poll()) is not None:
+            self._turn = ready.turn
+        while (end := self._ends.poll()) is not None:
+            self._turn_ended(end)
+        return self._outage_turn > 0 and self._turn == self._outage_turn
+
+    def _turn_ended(self, end: TurnDone | None) -> None:
+        if end is not None and end.turn == self._turn:
+            self._turn = 0

@@ -1,0 +1,200 @@
+"""The physical world under the kernel's virtual time: steps, freezes when calm, and records what monitors need."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import TracebackType
+from typing import ClassVar, Self
+
+from pytest_hricdv.runtime import Recorder
+from sim.engine import Engine, SimulationError, bullet, finite
+from sim.furniture import furnish
+from sim.gripper import Doing, Gripper, offset_of
+from sim.leg_supply import LegSupply
+from sim.person import Person
+from sim.physics_time import STEP_HZ, STEP_S, TICK_STEPS, PhysicsTime, steps_until, time_of
+from sim.pressure import PressureSensor
+from sim.torso import Torso
+
+CALM_RAD_S = 1e-6
+"""Joints slower than this stand; slower ones are recorded as 0."""
+
+CALM_TICKS = 3
+SETTLE_STEPS = 60
+"""Before time 0 the robot settles into its motors for half a second."""
+
+
+class Watch:
+    """Something a node waits for: told once, at the first control tick at which `condition` holds."""
+
+    def __init__(self, condition: Callable[[], bool], tell: Callable[[], None]) -> None:
+        self.condition = condition
+        self.tell = tell
+
+
+class World:
+    """Torso, leg, table and person in PyBullet; a `runtime.World`.
+
+    Use it as a context manager: one world a process at a time.
+
+    Args:
+        recorder: gets the signals `arm_speed` (rad/s, the arm's fastest joint, each physics step), `leg_held`,
+            `leg_offset` (m, leg's middle to the handover place), `hand_closing` and `hand_distance` (m, the person's
+            hand to the robot's palm and fingers, each physics step while closing).
+        freeze: let time pass without stepping while nothing can move. Messages and verdicts are the same without.
+
+    Raises:
+        SimulationError: another world is still open.
+    """
+
+    _open: ClassVar[World | None] = None
+
+    def __init__(self, recorder: Recorder, *, freeze: bool = True) -> None:
+        if World._open is not None:
+            raise SimulationError("another world is open in this process: close it first")
+        World._open = self
+        self._recorder = recorder
+        self._freeze = freeze
+        self._calm_ticks = 0
+        self._frozen_steps = 0
+        self._watches: list[Watch] = []
+        self._happened: list[Watch] = []
+        self.time = PhysicsTime()
+        self.engine = Engine(STEP_S)
+        try:
+            self._build()
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give everything back; may be called twice."""
+        self.engine.close()
+        if World._open is self:
+            World._open = None
+
+    @property
+    def frozen_s(self) -> float:
+        """Simulated seconds that passed without stepping."""
+        return self._frozen_steps / STEP_HZ
+
+    def advance(self, target_us: int) -> int:
+        """Bring physics to `target_us` (us), or to the first tick at which a watch holds. Returns the time reached."""
+        last = steps_until(target_us)
+        try:
+            while self.time.step < last:
+                if self._calm():
+                    self._pass_over(last)
+                else:
+                    self._step()
+                if self._happened and self.time.now_us <= target_us:
+                    return self.time.now_us
+        except SimulationError as error:
+            raise SimulationError(f"at {self.time.now_s:.4f} s: {error}") from error
+        self.time.now_us = target_us
+        return target_us
+
+    def observe(self) -> None:
+        """Tell those who wait what happened."""
+        happened, self._happened = self._happened, []
+        for watch in happened:
+            watch.tell()
+
+    def watch(self, condition: Callable[[], bool], tell: Callable[[], None]) -> Watch:
+        """Ask to be told at the first control tick at which `condition` holds."""
+        watch = Watch(condition, tell)
+        self._watches.append(watch)
+        self.disturb()
+        return watch
+
+    def unwatch(self, watch: Watch) -> None:
+        """Ask no more; without effect when told already."""
+        if watch in self._watches:
+            self._watches.remove(watch)
+
+    def disturb(self) -> None:
+        """Something was commanded: physics must step until all is calm again."""
+        self._calm_ticks = 0
+
+    def signal(self, name: str, value: float | bool) -> None:
+        """Record a signal's value from now on."""
+        self._recorder.signal(self.time.now_s, name, value)
+
+    def _build(self) -> None:
+        engine = self.engine
+        furnish(engine)
+        self.torso = Torso(engine)
+        self.person = Person(engine, self.time)
+        self.legs = LegSupply(engine, self.time)
+        self.pressure = PressureSensor(self.legs)
+        self.gripper = Gripper(engine, self.torso, self.legs, self.person, self.signal)
+        for _ in range(SETTLE_STEPS):
+            bullet.stepSimulation(physicsClientId=engine.client)
+        assert self.legs.current is not None
+        self.signal("arm_speed", 0.0)
+        self.signal("leg_held", False)
+        self.signal("leg_offset", offset_of(self.legs.current))
+        self.signal("hand_closing", False)
+        self.signal("hand_distance", self.gripper.human_distance())
+
+    def _step(self) -> None:
+        self.gripper.before_step()
+        bullet.stepSimulation(physicsClientId=self.engine.client)
+        self._count(1)
+        self.person.follow()
+        speed = self.torso.arm_speed()
+        self.signal("arm_speed", speed if speed > CALM_RAD_S else 0.0)
+        self.gripper.after_step()
+        if self.time.step % TICK_STEPS == 0:
+            self._tick()
+
+    def _tick(self) -> None:
+        self.gripper.tick()
+        self.legs.tick()
+        leg = self.legs.current
+        if leg is not None:
+            place = leg.pose()[0]
+            finite("the leg's place", place)
+            self.signal("leg_offset", offset_of(leg))
+        self._calm_ticks = self._calm_ticks + 1 if self._quiet() else 0
+        for watch in tuple(self._watches):
+            if watch.condition():
+                self._watches.remove(watch)
+                self._happened.append(watch)
+
+    def _quiet(self) -> bool:
+        """Nothing moves and nobody pulls or pushes."""
+        return (
+            not self._forced()
+            and self.gripper.doing is Doing.NOTHING
+            and self.torso.joint_speed() < CALM_RAD_S
+            and self.legs.still()
+        )
+
+    def _forced(self) -> bool:
+        held = self.legs.in_hand is not None
+        return (held and self.person.pulling) or self.legs.carried is not None
+
+    def _calm(self) -> bool:
+        return self._freeze and self._calm_ticks >= CALM_TICKS and not self._forced()
+
+    def _pass_over(self, last: int) -> None:
+        """Let steps pass in which nothing moves but the person, up to the tick at which a new leg is due."""
+        due = self.legs.due_step
+        upto = last if due is None else min(last, -(-due // TICK_STEPS) * TICK_STEPS)
+        self._frozen_steps += upto - self.time.step
+        self._count(upto - self.time.step)
+        self.person.follow()
+        if due is not None and upto >= due:
+            self._tick()
+            self.disturb()
+
+    def _count(self, steps: int) -> None:
+        self.time.step += steps
+        self.time.now_us = time_of(self.time.step)
