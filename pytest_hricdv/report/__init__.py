@@ -5,11 +5,10 @@ plugin, so a report of yesterday or of another machine is shown the same way.
 """
 
 from pytest_hricdv.report.contract import SCHEMA, faults, schema
-from pytest_hricdv.report.explanation import failure
 from pytest_hricdv.report.files import ReportError, load, prepare, write
 from pytest_hricdv.report.junit import properties
 from pytest_hricdv.report.line import Line, Style
-from pytest_hricdv.report.terminal import header, summary
+from pytest_hricdv.report.terminal import failure, header, summary
 
 __all__ = [
     "SCHEMA",

@@ -1,6 +1,7 @@
 """The axes of a chart: a range, where its ticks are, and which share of the way a value is."""
 
 import math
+import sys
 from dataclasses import dataclass
 
 
@@ -28,10 +29,10 @@ def linear(label: str, low: float, high: float, whole: bool = False) -> Axis:
     Args:
         label: what is measured, with its unit.
         low: the low end.
-        high: the high end; moved up where the two are equal.
+        high: the high end; moved up where the two are (nearly) equal.
         whole: ticks at whole numbers only, for counts.
     """
-    high = high if high > low else low + 1
+    high = high if high - low > 1e-9 * max(abs(low), 1.0) else low + 1
     step = _round_step((high - low) / 7)
     step = max(step, 1.0) if whole else step
     first = math.ceil(low / step - 1e-9)
@@ -42,7 +43,7 @@ def linear(label: str, low: float, high: float, whole: bool = False) -> Axis:
 def logarithmic(label: str, low: float, high: float) -> Axis:
     """An axis over whole decades that holds both values, which are positive."""
     bottom = math.floor(math.log10(low) + 1e-9)
-    top = max(math.ceil(math.log10(high) - 1e-9), bottom + 1)
+    top = min(max(math.ceil(math.log10(high) - 1e-9), bottom + 1), sys.float_info.max_10_exp)
     every = math.ceil((top - bottom) / 7)
     ticks = tuple((10.0**n, _decade(n)) for n in range(bottom, top + 1, every))
     return Axis(label, 10.0**bottom, 10.0**top, ticks, logarithmic=True)

@@ -14,17 +14,18 @@ _MAX_ACTIONS = 14
 def failure(
     test: Mapping[str, Any],
     requirements: Mapping[str, Any],
-    suite: str,
+    *,
     seed: int,
+    suite: str | None = None,
     known: Mapping[str, str] | None = None,
 ) -> str:
     """Why a test failed: requirement, times, values, margin; what happened; what the human did; how to run it again.
 
     Args:
-        test: a test of the report.
+        test: a test of the report; `outcome` and `wall_s` are not read, as they are not known yet when a test fails.
         requirements: the report's `requirements`: name to `title`, `source`, `text`.
-        suite: what `--hri-suite` was given, for the line that runs the test again.
-        seed: the suite's seed, for the same.
+        seed: the suite's seed, for the line that runs the test again.
+        suite: what `--hri-suite` was given, for the same; the suite's name where not said.
         known: violations that are known, name to reason; they are told last and do not count as the cause.
 
     Returns:
@@ -39,7 +40,7 @@ def failure(
     if test.get("failure"):
         lines += [*str(test["failure"]).strip("\n").splitlines(), ""]
     lines += [*_rest(test, failed), *_course(test), "", *_actions(test), ""]
-    lines += ["run it again:", f"  {command(test, suite, seed)}"]
+    lines += ["run it again:", f"  {command(test, suite or test['suite'], seed)}"]
     return "\n".join(visible(line) for line in lines)
 
 

@@ -9,14 +9,14 @@ from pytest_hricdv.report.figure import natural
 def properties(test: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
     """Name and value pairs for `item.user_properties`: suite, id, seed, verdicts, coverage, legs.
 
-    A figure that a test does not have, such as the coverage of unmeasured code, has no property: an empty one would
-    read as zero somewhere.
+    What a test does not have, such as the coverage of unmeasured code or an outcome while it still runs, has no
+    property: an empty one would read as zero somewhere.
     """
     pairs: list[tuple[str, object]] = [
         ("hri.suite", test["suite"]),
         ("hri.id", test["id"]),
         ("hri.seed", test["seed"]),
-        ("hri.outcome", test["outcome"]),
+        ("hri.outcome", test.get("outcome")),
     ]
     pairs += [
         (f"hri.{name}", test["requirements"][name]["verdict"]) for name in sorted(test["requirements"], key=natural)

@@ -8,6 +8,8 @@ from pytest_hricdv.report.axis import Axis, linear, logarithmic
 from pytest_hricdv.report.chart import Curve, Point, svg
 from pytest_hricdv.report.line import visible
 
+_LEAST_CHANGE = 1e-12  # what is less is rounding, and would only stretch the axis
+
 
 @dataclass(frozen=True)
 class Plot:
@@ -54,9 +56,10 @@ def learning(report: Mapping[str, Any]) -> Plot | None:
         note = "not converged" if converged is None else f"converged at {converged}"
         points = tuple((float(n), float(change)) for n, change in enumerate(changes, start=1))
         curves.append(_named(suite, number, points, note))
-    positive = [change for curve in curves for _, change in curve.points if change > 0]
+    values = [change for curve in curves for _, change in curve.points]
+    positive = [change for change in values if change >= _LEAST_CHANGE]
     # No change at all has no logarithm: it is drawn on the lower edge, a decade below the least change.
-    below = 10 if any(change == 0 for curve in curves for _, change in curve.points) else 1
+    below = 10 if len(positive) < len(values) else 1
     label = "largest change of Q"
     y = logarithmic(label, min(positive) / below, max(positive)) if positive else linear(label, 0, 1)
     about = "Largest change of a cell of Q in each iteration, logarithmic; learning stops when it stays small."

@@ -1,13 +1,16 @@
-"""The section that a run prints at its end, and the line in pytest's header."""
+"""What a run prints: the line in pytest's header, a failing test's text, the section at the end."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.report import totals
+from pytest_hricdv.report.explanation import failure
 from pytest_hricdv.report.figure import percent, plural, quantity, seconds, share
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.line import Line, Style, fit, listing, more, pad, visible, width, wrap
+
+__all__ = ["failure", "header", "summary"]
 
 _MAX_GAPS = 8
 _MAX_NOT_RUN = 3
@@ -108,9 +111,8 @@ def _generation(generation: Mapping[str, Any], columns: int) -> Iterator[Line]:
     parts = []
     if generation["iterations"]:
         at = generation["converged_at"]
-        parts.append(
-            plural(generation["iterations"], "iteration") + (" (open)" if at is None else f", converged at {at}")
-        )
+        parts.append(plural(generation["iterations"], "iteration"))
+        parts.append("not converged" if at is None else f"converged at {at}")
     if generation["bdi_runs"]:
         parts.append(plural(generation["bdi_runs"], "model run"))
     if generation.get("distinct_texts") is not None:

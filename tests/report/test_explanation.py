@@ -22,7 +22,7 @@ def _failing(*names: str) -> dict[str, Any]:
 
 def test_failure_tells_what_when_by_how_much_and_how_to_run_it_again() -> None:
     test = _failing("R1")
-    text = failure(test, REQUIREMENTS, "rl", 7)
+    text = failure(test, REQUIREMENTS, seed=7)
     assert text.startswith("R1 Failed: If gaze, pressure and location sense the human ready, then a leg")
     assert "checked as  always(rise(gpl_ready) -> eventually[0:10](leg_released))" in text
     assert "triggered at 41.2 s, violated at 51.5 s: hand_distance = 0.03 (margin -0.02)" in text
@@ -35,21 +35,33 @@ def test_failure_tells_what_when_by_how_much_and_how_to_run_it_again() -> None:
 
 
 def test_a_known_violation_is_told_after_the_cause() -> None:
-    text = failure(_failing("R1", "R3"), REQUIREMENTS, "rl", 0, {"R1": "slow release"})
+    text = failure(_failing("R1", "R3"), REQUIREMENTS, seed=0, known={"R1": "slow release"})
     assert text.startswith("R3 Failed")
     assert "a known violation (slow release): it does not fail the run" in text[text.index("R1 Failed") :]
+
+
+def test_the_line_to_run_again_takes_the_suite_as_it_was_asked_for() -> None:
+    text = failure(_failing("R1"), REQUIREMENTS, seed=0, suite="tests/abstract")
+    assert text.endswith("--hri-suite=tests/abstract --hri-seed=0")
+
+
+def test_a_test_that_is_still_running_has_a_text() -> None:
+    test = _failing("R1")
+    for key in ("outcome", "wall_s", "failure"):
+        del test[key]
+    assert failure(test, {}, seed=0).startswith("R1 Failed\n  triggered at")
 
 
 def test_an_unchecked_requirement_is_explained() -> None:
     test = _failing("R3")
     test["requirements"]["R1"] = sample.judged("NC", 0)
-    assert "R1 NC, R2 Passed, R4 Passed (NC: not checked, nothing triggered it)" in failure(test, REQUIREMENTS, "rl", 0)
+    assert "R1 NC, R2 Passed, R4 Passed (NC: not checked, nothing triggered it)" in failure(test, REQUIREMENTS, seed=0)
 
 
 def test_an_error_shows_its_own_text() -> None:
     test = _failing()
     test.update(outcome="error", failure="RuntimeError: the world was torn down\n  by the test", requirements={})
-    text = failure(test, {}, "rl", 0)
+    text = failure(test, {}, seed=0)
     assert text.startswith("RuntimeError: the world was torn down\n  by the test\n\nlegs:")
 
 
@@ -57,7 +69,7 @@ def test_many_violations_and_actions_are_cut_with_their_number() -> None:
     test = _failing("R3")
     test["requirements"]["R3"]["violations"] *= 9
     test["abstract"] = [f"set_param gaze = {n}" for n in range(40)]
-    text = failure(test, REQUIREMENTS, "rl", 0)
+    text = failure(test, REQUIREMENTS, seed=0)
     assert "and 6 more violations" in text
     assert "... and 27 more actions" in text
 
@@ -65,7 +77,7 @@ def test_many_violations_and_actions_are_cut_with_their_number() -> None:
 def test_a_test_that_never_ran_still_has_a_text() -> None:
     test = _failing()
     test.update(outcome="not-run", requirements={}, legs=[], abstract=[], sim_s=None, seed=None)
-    text = failure(test, {}, "rl", 0)
+    text = failure(test, {}, seed=0)
     assert "none handed over or discarded" in text
     assert "  nothing" in text
 

@@ -177,7 +177,7 @@ def test_tests_that_never_ran_are_pointed_out() -> None:
 
 def test_q_that_stops_changing_is_drawn_on_the_lower_edge() -> None:
     report = sample.report(tests=1)
-    for changes in ([1.0, 0.1, 0.0, 0.0], [0.0, 0.0], [0.5]):
+    for changes in ([1.0, 0.1, 0.0, 0.0], [0.0, 0.0], [0.5], [1.0, 5e-324], [1e308, 1e-12]):
         report["suites"][0]["generation"]["q_delta"] = changes
         page = _page(report)
         assert "Learning" in page.words

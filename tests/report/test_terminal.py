@@ -157,6 +157,25 @@ def test_a_listing_tells_how_many_it_leaves_out() -> None:
     assert listing([], 12) == ""
 
 
+def test_no_requirements_and_a_single_worker() -> None:
+    report = sample.report(tests=1)
+    report["suites"][0]["requirements"] = {}
+    report["workers"] = 1
+    report["suites"][0]["generation"].update(converged_at=None, cached=True)
+    assert "no requirements" in _text(report)
+    assert "worker" not in _line(report, "simulated").text
+    assert "130 iterations, not converged" in _text(report, 120)
+    assert "cached" in _text(report, 120)
+
+
+def test_many_places_are_cut_with_their_number() -> None:
+    report = sample.report(tests=1)
+    report["code_under_test"]["files"] = [
+        {"file": f"controller/m{n}.py", "statements": 2, "covered": 1, "missing_lines": [1]} for n in range(20)
+    ]
+    assert "... and 15 more places: see the report" in _text(report)
+
+
 @pytest.mark.parametrize("tests", [0, 1])
 def test_small_sessions_read_sensibly(tests: int) -> None:
     report = sample.report(tests=tests)
