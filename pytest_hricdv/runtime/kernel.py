@@ -67,6 +67,7 @@ class Kernel:
         self._ready: deque[Node] = deque()
         self._order = 0
         self._stop: str | None = None
+        self._resumes = 0  # at the present instant
         self._max_resumes = max_resumes_at_one_instant
 
     @property
@@ -160,11 +161,10 @@ class Kernel:
         raise KernelError("only a node may block: start the activity with Kernel.spawn")
 
     def _run_ready(self) -> None:
-        resumes = 0
         while self._ready:
-            resumes += 1
             node = self._ready.popleft()
-            if resumes > self._max_resumes:
+            self._resumes += 1
+            if self._resumes > self._max_resumes:
                 raise KernelError(f"{node.name} at {self.now_s:.3f} s: nodes wake each other without time passing")
             self._resume(node)
 
@@ -179,6 +179,8 @@ class Kernel:
         node.ended = node._greenlet.dead
 
     def _advance(self, target_us: int) -> None:
+        if target_us > self.now_us:
+            self._resumes = 0
         if self.world is None:
             self.now_us = max(self.now_us, target_us)
             return

@@ -1,0 +1,133 @@
+"""The typed bus and the record."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+
+from pytest_hricdv.runtime import Bus, Kernel, Recorder, topic_of
+
+
+@dataclasses.dataclass(frozen=True)
+class Ping:
+    number: int
+
+
+@dataclasses.dataclass(frozen=True)
+class HumanReady: ...
+
+
+def make() -> tuple[Kernel, Bus, Recorder]:
+    kernel, recorder = Kernel(), Recorder()
+    return kernel, Bus(kernel, (Ping, HumanReady), recorder), recorder
+
+
+def test_topics_are_class_names_in_snake_case() -> None:
+    assert topic_of(HumanReady) == "human_ready"
+    assert topic_of(Ping) == "ping"
+
+
+def test_a_message_reaches_every_subscriber_at_the_instant_it_is_sent() -> None:
+    kernel, bus, _ = make()
+    heard: list[tuple[str, float, Ping | None]] = []
+
+    def listener(name: str) -> None:
+        subscription = bus.port(name).subscribe(Ping)
+        heard.append((name, kernel.now_s, subscription.wait(timeout_s=5.0)))
+
+    def talker() -> None:
+        kernel.sleep(1.0)
+        bus.port("talker").publish(Ping(7))
+
+    kernel.spawn("a", lambda: listener("a"))
+    kernel.spawn("b", lambda: listener("b"))
+    kernel.spawn("talker", talker)
+    kernel.run(limit_s=10.0)
+    assert heard == [("a", 1.0, Ping(7)), ("b", 1.0, Ping(7))]
+
+
+def test_waiting_times_out_and_earlier_messages_are_not_heard() -> None:
+    kernel, bus, _ = make()
+    heard: list[tuple[float, Ping | None]] = []
+    bus.publish("early", Ping(1))
+
+    def listener() -> None:
+        subscription = bus.subscribe(Ping)
+        heard.append((kernel.now_s, subscription.wait(timeout_s=0.25)))
+
+    kernel.spawn("listener", listener)
+    kernel.run(limit_s=10.0)
+    assert heard == [(0.25, None)]
+
+
+def test_messages_queue_up_until_taken_cleared_or_closed() -> None:
+    _, bus, _ = make()
+    subscription = bus.subscribe(Ping)
+    for number in range(3):
+        bus.publish("x", Ping(number))
+    assert subscription.poll() == Ping(0)
+    subscription.clear()
+    assert subscription.poll() is None
+    assert bus.has_subscribers(Ping)
+    subscription.close()
+    assert not bus.has_subscribers(Ping)
+    bus.publish("x", Ping(9))
+    assert subscription.poll() is None
+
+
+def test_an_undeclared_message_is_refused_with_the_declared_ones() -> None:
+    _, bus, _ = make()
+    with pytest.raises(TypeError, match="str is not a message of this bus; declared are HumanReady, Ping"):
+        bus.publish("x", "hello")
+    with pytest.raises(TypeError, match="is not a message"):
+        bus.subscribe(int)
+
+
+def test_the_record_has_every_message_and_every_change_of_a_signal() -> None:
+    _, bus, recorder = make()
+    bus.publish("human", Ping(3))
+    recorder.signal(0.0, "speed", 0.0)
+    recorder.signal(0.5, "speed", 0.0)
+    recorder.signal(1.0, "speed", 0.2)
+    record = recorder.finish()
+    assert [str(message).split() for message in record.messages] == [["0.000", "human", "ping", "number=3"]]
+    times, values = record.signals["speed"]
+    assert (list(times), list(values)) == ([0.0, 1.0], [0.0, 0.2])
+
+
+def test_equal_runs_have_equal_hashes_and_the_last_bit_counts() -> None:
+    def sha(value: float, sender: str = "a") -> str:
+        _, bus, recorder = make()
+        bus.publish(sender, Ping(1))
+        recorder.signal(0.0, "speed", value)
+        return recorder.finish().sha256
+
+    assert sha(0.1) == sha(0.1)
+    assert sha(0.1) != sha(math.nextafter(0.1, 1))
+    assert sha(0.1) != sha(0.1, sender="b")
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_signal_that_is_not_finite_is_refused_with_name_and_time(value: float) -> None:
+    with pytest.raises(ValueError, match=r"signal speed is .* at 1\.500000 s"):
+        Recorder().signal(1.5, "speed", value)
+
+
+def test_listeners_are_told_at_once() -> None:
+    told: list[object] = []
+
+    class Listener:
+        def message(self, time_s: float, topic: str, fields: object) -> None:
+            told.append((time_s, topic, fields))
+
+        def signal(self, time_s: float, name: str, value: float | bool) -> None:
+            told.append((time_s, name, value))
+
+    _, bus, recorder = make()
+    recorder.listeners.append(Listener())
+    bus.publish("human", Ping(3))
+    recorder.signal(0.0, "held", True)
+    recorder.signal(0.1, "held", True)
+    assert told == [(0.0, "ping", {"number": 3}), (0.0, "held", True)]

@@ -1,0 +1,210 @@
+"""Virtual time: order, exactness, waking, worlds, failures."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.runtime import Kernel, KernelError
+
+
+def test_time_passes_only_by_waiting() -> None:
+    kernel = Kernel()
+    seen: list[float] = []
+
+    def node() -> None:
+        seen.append(kernel.now_s)
+        kernel.sleep(1.5)
+        seen.append(kernel.now_s)
+
+    kernel.spawn("node", node)
+    assert kernel.run(limit_s=10.0) == "idle"
+    assert seen == [0.0, 1.5]
+
+
+@given(st.lists(st.lists(st.integers(0, 3000), max_size=6), min_size=1, max_size=5))
+def test_nodes_resume_in_the_order_of_their_due_times(naps_ms: list[list[int]]) -> None:
+    kernel = Kernel()
+    log: list[tuple[float, int, int]] = []
+
+    def body(number: int, naps: list[int]) -> None:
+        for count, nap in enumerate(naps):
+            kernel.sleep(nap / 1000)
+            log.append((kernel.now_s, number, count))
+
+    for number, naps in enumerate(naps_ms):
+        kernel.spawn(str(number), lambda number=number, naps=naps: body(number, naps))
+    kernel.run(limit_s=1000.0)
+    assert [entry[0] for entry in log] == sorted(entry[0] for entry in log)
+    for number, naps in enumerate(naps_ms):
+        expected = [sum(naps[: count + 1]) / 1000 for count in range(len(naps))]
+        assert [time for time, who, _ in log if who == number] == expected
+
+
+def test_many_short_sleeps_add_up_exactly() -> None:
+    kernel = Kernel()
+
+    def node() -> None:
+        for _ in range(6000):
+            kernel.sleep(0.05)
+
+    kernel.spawn("node", node)
+    kernel.run(limit_s=1000.0)
+    assert kernel.now_us == 300_000_000
+
+
+def test_a_node_woken_before_its_timeout_is_not_resumed_again_by_it() -> None:
+    kernel = Kernel()
+    log: list[tuple[float, bool]] = []
+
+    def sleeper() -> None:
+        log.append((kernel.now_s, kernel.block(timeout_s=5.0)))
+        woken_at = kernel.now_s
+        log.append((woken_at, kernel.block(timeout_s=10.0)))
+        log.append((kernel.now_s, False))
+
+    node = kernel.spawn("sleeper", sleeper)
+
+    def waker() -> None:
+        kernel.sleep(2.0)
+        kernel.wake(node)
+        kernel.wake(node)
+
+    kernel.spawn("waker", waker)
+    kernel.run(limit_s=100.0)
+    assert log == [(0.0, True), (2.0, False), (12.0, False)]
+
+
+def test_the_limit_ends_a_run_that_would_go_on_and_a_later_run_goes_on_from_there() -> None:
+    kernel = Kernel()
+    ticks: list[float] = []
+
+    def ticker() -> None:
+        while True:
+            ticks.append(kernel.now_s)
+            kernel.sleep(1.0)
+
+    kernel.spawn("ticker", ticker)
+    assert kernel.run(limit_s=2.5) == "limit"
+    assert ticks == [0.0, 1.0, 2.0]
+    assert kernel.now_s == 2.5
+    assert kernel.run(limit_s=3.0) == "limit"
+    assert ticks == [0.0, 1.0, 2.0, 3.0]
+
+
+def test_stop_ends_the_run_with_its_reason() -> None:
+    kernel = Kernel()
+
+    def node() -> None:
+        kernel.sleep(1.0)
+        kernel.stop("done")
+        kernel.sleep(1.0)
+
+    kernel.spawn("node", node)
+    assert kernel.run(limit_s=10.0) == "done"
+    assert kernel.now_s == 1.0
+
+
+def test_closing_runs_the_finally_clauses_of_blocked_nodes() -> None:
+    kernel = Kernel()
+    log: list[str] = []
+
+    def node() -> None:
+        try:
+            kernel.block()
+        finally:
+            log.append("cleaned up")
+
+    kernel.spawn("node", node)
+    kernel.run(limit_s=1.0)
+    kernel.close()
+    assert log == ["cleaned up"]
+
+
+def test_a_failing_node_is_named_with_the_simulated_time() -> None:
+    kernel = Kernel()
+
+    def node() -> None:
+        kernel.sleep(1.25)
+        raise ZeroDivisionError("oops")
+
+    kernel.spawn("robot", node)
+    with pytest.raises(KernelError, match=r"robot failed at 1\.250 s: ZeroDivisionError: oops"):
+        kernel.run(limit_s=10.0)
+
+
+@pytest.mark.parametrize("duration", [-1.0, float("nan"), float("inf")])
+def test_a_senseless_duration_is_refused(duration: float) -> None:
+    kernel = Kernel()
+    kernel.spawn("robot", lambda: kernel.sleep(duration))
+    with pytest.raises(KernelError, match="cannot wait for"):
+        kernel.run(limit_s=10.0)
+
+
+def test_blocking_outside_of_a_node_is_refused() -> None:
+    with pytest.raises(KernelError, match="only a node may block"):
+        Kernel().sleep(1.0)
+
+
+def test_nodes_that_wake_each_other_for_ever_are_stopped() -> None:
+    kernel = Kernel(max_resumes_at_one_instant=1000)
+
+    def spin() -> None:
+        while True:
+            kernel.sleep(0.0)
+
+    kernel.spawn("spinner", spin)
+    with pytest.raises(KernelError, match=r"spinner at 0\.000 s"):
+        kernel.run(limit_s=1.0)
+
+
+class Bell:
+    """A world in which a bell rings at given times (us); everything in between is skipped."""
+
+    def __init__(self, kernel: Kernel, rings_us: list[int]) -> None:
+        self.kernel = kernel
+        self.rings_us = rings_us
+        self.heard: list[float] = []
+        self.steps: list[int] = []
+
+    def advance(self, target_us: int) -> int:
+        while self.rings_us and self.rings_us[0] <= self.kernel.now_us:
+            self.rings_us.pop(0)
+        reached = min([target_us, *self.rings_us[:1]])
+        self.steps.append(reached)
+        return reached
+
+    def observe(self) -> None:
+        if self.rings_us and self.rings_us[0] == self.kernel.now_us:
+            self.heard.append(self.kernel.now_s)
+            self.kernel.wake(self.kernel._nodes[0])
+
+
+def test_the_world_is_brought_forward_between_waits_and_can_wake_nodes() -> None:
+    kernel = Kernel()
+    log: list[tuple[float, bool]] = []
+
+    def listener() -> None:
+        for _ in range(3):
+            woken = kernel.block(timeout_s=2.0)
+            log.append((kernel.now_s, woken))
+
+    kernel.spawn("listener", listener)
+    kernel.world = Bell(kernel, [500_000, 3_000_000])
+    assert kernel.run(limit_s=6.0) == "limit"
+    assert log == [(0.5, True), (2.5, False), (3.0, True)]
+    assert kernel.now_s == 6.0
+
+
+def test_a_world_that_does_not_move_is_refused() -> None:
+    class Stuck:
+        def advance(self, target_us: int) -> int:
+            return 0
+
+        def observe(self) -> None: ...
+
+    kernel = Kernel()
+    kernel.world = Stuck()
+    with pytest.raises(KernelError, match="world at 0 us"):
+        kernel.run(limit_s=1.0)
