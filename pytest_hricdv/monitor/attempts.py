@@ -34,18 +34,30 @@ class AttemptMonitor(ABC):
         self._robustness = program.robustness
         self._tally = Tally()
 
-    def evaluate(self, now_ns: Nanoseconds, *, last: bool) -> None:
-        """Judge the instant `now_ns`, after all its updates; unless it is the `last`, also the time right after it."""
+    def evaluate(self, now_ns: Nanoseconds, *, last: bool, first: bool = False) -> None:
+        """Judge the instant `now_ns`, after all its updates; unless it is the `last`, also the time right after it.
+
+        `first` says that the run starts at this instant and nothing that is read here was updated at it. History begins
+        all the same, and so does an attempt if the antecedent is known and holds.
+        """
         view = self._view
         for operator in self._operators:
             operator.step(now_ns, view)
-        self._judge(now_ns, view.arrived, view.at, right_after=False)
-        if not last and not self.program.lasting:
-            self._judge(now_ns, NO_MESSAGE, view.after, right_after=True)
+        if not first or self._is_antecedent_known():
+            self._judge(now_ns, view.arrived, view.at, right_after=False)
+            if not last and not self.program.lasting:
+                self._judge(now_ns, NO_MESSAGE, view.after, right_after=True)
         self.wake_ns = self._obligation_wake_ns(now_ns)
         for operator in self._operators:
             if operator.wake_ns < self.wake_ns:
                 self.wake_ns = operator.wake_ns
+
+    def _is_antecedent_known(self) -> bool:
+        try:
+            self._antecedent(self._view.values, self._view.arrived, self._view.at)
+        except UnknownValueError:
+            return False
+        return True
 
     @abstractmethod
     def _judge(self, now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs, *, right_after: bool) -> None:

@@ -50,6 +50,7 @@ class MonitorSet:
         self._now_s = -math.inf
         self._now_ns: Nanoseconds = -math.inf
         self._wake_ns: Nanoseconds = math.inf
+        self._started = False
         self._finished = False
 
     def _index_watchers(self) -> dict[str, list[tuple[AttemptMonitor, bool]]]:
@@ -140,13 +141,10 @@ class MonitorSet:
         """
         self.advance(time_s)
         self._require_open(time_s)
-        for monitor, requirement in self._monitors.items():
-            missing = [name for name in monitor.program.kinds if "." not in name and name not in self._values]
-            if missing:
-                names = ", ".join(missing)
-                raise MonitorError(
-                    f"{requirement} reads {names}, which had no value in the whole run; feed every signal"
-                )
+        self._require_every_signal()
+        if not self._started:
+            self._start(last=True)
+        for monitor in self._monitors:
             if monitor in self._dirty or monitor.wake_ns == self._now_ns:
                 self._evaluate(monitor, self._now_ns, last=True)
         self._finished = True
@@ -160,6 +158,8 @@ class MonitorSet:
         except (ValueError, OverflowError):
             raise MonitorError(f"a time has to be a finite number of seconds, got {time_s}") from None
         if now_ns > self._now_ns:
+            if not self._started and self._now_ns > -math.inf:
+                self._start(last=False)
             if self._dirty:
                 for monitor in self._dirty:
                     self._evaluate(monitor, self._now_ns, last=False)
@@ -174,6 +174,14 @@ class MonitorSet:
             raise MonitorError(f"back in time: an update at {time_s} s after one at {self._now_s} s")
         self._now_s = time_s
 
+    def _start(self, *, last: bool) -> None:
+        """Begin history at the first instant of the run for the monitors, too, that read no update of it."""
+        self._started = True
+        for monitor in self._monitors:
+            if monitor not in self._dirty:
+                self._evaluate(monitor, self._now_ns, last=last, first=True)
+                self._wake_ns = min(self._wake_ns, monitor.wake_ns)
+
     def _wake(self, until_ns: Nanoseconds) -> None:
         """Evaluate the monitors at the times, before `until_ns`, at which they have to be though nothing is updated."""
         for monitor in self._monitors:
@@ -181,9 +189,9 @@ class MonitorSet:
                 self._evaluate(monitor, monitor.wake_ns, last=False)
         self._wake_ns = min((monitor.wake_ns for monitor in self._monitors), default=math.inf)
 
-    def _evaluate(self, monitor: AttemptMonitor, now_ns: Nanoseconds, *, last: bool) -> None:
+    def _evaluate(self, monitor: AttemptMonitor, now_ns: Nanoseconds, *, last: bool, first: bool = False) -> None:
         try:
-            monitor.evaluate(now_ns, last=last)
+            monitor.evaluate(now_ns, last=last, first=first)
         except UnknownValueError as unknown:
             where = f"{self._monitors[monitor]} at {seconds(now_ns)} s"
             advice = "signals need a value from the start of the run; guard a field with on(topic) & ..."
@@ -205,6 +213,15 @@ class MonitorSet:
                 return float(value)
             raise MonitorError(f"{name} at {time_s} s is {value}: not a finite number")
         raise MonitorError(f"{name} at {time_s} s: expected a {kind.__name__}, got {value!r} ({type(value).__name__})")
+
+    def _require_every_signal(self) -> None:
+        for monitor, requirement in self._monitors.items():
+            missing = [name for name in monitor.program.kinds if "." not in name and name not in self._values]
+            if missing:
+                names = ", ".join(missing)
+                raise MonitorError(
+                    f"{requirement} reads {names}, which had no value in the whole run: feed every signal"
+                )
 
     def _require_open(self, time_s: float) -> None:
         if self._finished:

@@ -1,0 +1,254 @@
+"""A second opinion on a whole logged run: slow, offline, and simple enough to be seen to be right.
+
+Time is whole ticks. A run is cut into positions: 0 is before the run, then instant, open interval, instant, ... up to
+the last instant. Nothing changes inside an open interval, as updates and windows are whole ticks, so a formula is a
+list of one truth value a position, and every operator is its definition spelled out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from pytest_hricdv.monitor.formula import (
+    AlwaysWithin,
+    And,
+    Arithmetic,
+    BooleanName,
+    Comparison,
+    Eventually,
+    Fall,
+    FloatName,
+    Formula,
+    Historically,
+    Holds,
+    HoldsUntil,
+    Negative,
+    Not,
+    Number,
+    On,
+    Once,
+    Or,
+    Past,
+    Previously,
+    Rise,
+    Since,
+    Term,
+)
+
+TICK_S = 0.25
+Value = float | bool
+
+
+@dataclass(frozen=True)
+class Instant:
+    """What is fed at one tick: signals first."""
+
+    signals: Mapping[str, Value] = field(default_factory=dict)
+    messages: tuple[tuple[str, Mapping[str, Value]], ...] = ()
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A logged run: tick -> what was fed; tick 0 feeds every signal."""
+
+    instants: Mapping[int, Instant]
+    last: int
+
+
+@dataclass(frozen=True)
+class Opinion:
+    """The part of a verdict that is compared; times in ticks."""
+
+    verdict: str
+    attempts: int
+    passes: int
+    failures: int
+    pending: int
+    violations: list[tuple[float, float]]
+    margin: float | None
+
+
+def tick_of(position: int) -> int:
+    return (position - 1) // 2
+
+
+def first_position(tick: float) -> int:
+    return 1 + 2 * round(tick)
+
+
+class Offline:
+    def __init__(self, trace: Trace) -> None:
+        self.trace = trace
+        self.end = first_position(trace.last)
+        # One more: an edge right after the last instant shows at it. Nothing is judged there.
+        self.positions = range(self.end + 2)
+        self.values: list[dict[str, Value]] = []
+        self.arrived: list[set[str]] = []
+        last: dict[str, Value] = dict(trace.instants[0].signals)
+        for position in self.positions:
+            instant = trace.instants.get(tick_of(position), Instant()) if position % 2 else Instant()
+            last.update(instant.signals)
+            for topic, fields in instant.messages:
+                last.update({f"{topic}.{name}": value for name, value in fields.items()})
+            # Before the run signals are as they are first, and no message has come.
+            self.values.append(dict(trace.instants[0].signals) if position == 0 else dict(last))
+            self.arrived.append({topic for topic, _ in instant.messages})
+
+    # --- one value a position
+
+    def number(self, term: Term, p: int) -> float:
+        match term:
+            case Number():
+                return term.value
+            case FloatName():
+                return float(self.values[p].get(term.name, 0.0))
+            case Negative():
+                return -self.number(term.operand, p)
+            case Arithmetic():
+                left, right = self.number(term.left, p), self.number(term.right, p)
+                return {"+": left + right, "-": left - right, "*": left * right}[term.operator]
+
+    def compare(self, f: Comparison, p: int, shift: float = 0.0) -> bool:
+        left, right = self.number(f.left, p), self.number(f.right, p)
+        return {
+            "<": left < right - shift,
+            "<=": left <= right - shift,
+            ">": left > right + shift,
+            ">=": left >= right + shift,
+            "==": left == right,
+            "!=": left != right,
+        }[f.relation]
+
+    def with_hysteresis(self, f: Comparison, since: int | None) -> list[bool]:
+        """`since`: the position from which on violations are remembered; None: never."""
+        result: list[bool] = []
+        for p in self.positions:
+            remembered = since is not None and p > since and not result[-1]
+            result.append(self.compare(f, p, f.hysteresis if remembered else 0.0))
+        return result
+
+    def truth(self, f: Past, since: int | None = 0) -> list[bool]:
+        """The truth of `f` at every position; `since` as above, for comparisons outside of past operators."""
+        ps = self.positions
+        match f:
+            case BooleanName():
+                return [bool(self.values[p].get(f.name, False)) for p in ps]
+            case On():
+                return [f.topic in self.arrived[p] for p in ps]
+            case Comparison(for_s=0):
+                return self.with_hysteresis(f, since)
+            case Comparison():
+                held, ticks = self.with_hysteresis(f, 0), self.ticks(f.for_s)
+                return [p - 2 * ticks >= 1 and all(held[p - 2 * ticks : p + 1]) for p in ps]
+            case Not():
+                return [not a for a in self.truth(f.operand, since)]
+            case And():
+                return [a and b for a, b in zip(self.truth(f.left, since), self.truth(f.right, since), strict=True)]
+            case Or():
+                return [a or b for a, b in zip(self.truth(f.left, since), self.truth(f.right, since), strict=True)]
+            case Rise():
+                return self.rise(self.truth(f.operand))
+            case Fall():
+                return self.rise([not a for a in self.truth(f.operand)])
+            case Previously():
+                a = self.truth(f.operand)
+                # Inside an open interval "just before" lies in the same interval.
+                return [a[p - 1] if p % 2 else a[p] for p in ps]
+            case Once():
+                return self.windowed(f, any)
+            case Historically():
+                return self.windowed(f, all)
+            case Since():
+                a, b = self.truth(f.left), self.truth(f.right)
+                return [any(b[q] and all(a[q + 1 : p + 1]) for q in range(1, p + 1)) for p in ps]
+
+    def rise(self, a: list[bool]) -> list[bool]:
+        after = [*a[1:], a[-1]]
+        return [p % 2 == 1 and ((a[p] and not a[p - 1]) or (after[p] and not a[p])) for p in self.positions]
+
+    def windowed(self, f: Once | Historically, quantifier: object) -> list[bool]:
+        assert quantifier in (any, all)
+        a, start, end = self.truth(f.operand), self.ticks(f.start_s), self.ticks(f.end_s)
+        chosen = any if quantifier is any else all
+        return [chosen(a[q] for q in range(max(1, p - 2 * end), p - 2 * start + 1)) for p in self.positions]
+
+    def ticks(self, time_s: float) -> int:
+        return 10_000 if math.isinf(time_s) else round(time_s / TICK_S)
+
+    def distance(self, f: Past, p: int) -> float:
+        match f:
+            case Comparison(for_s=0):
+                gap = self.number(f.right, p) - self.number(f.left, p)
+                return {"<": gap, "<=": gap, ">": -gap, ">=": -gap, "==": -abs(gap), "!=": abs(gap)}[f.relation]
+            case Not():
+                return -self.distance(f.operand, p)
+            case And():
+                return min(self.distance(f.left, p), self.distance(f.right, p))
+            case Or():
+                return max(self.distance(f.left, p), self.distance(f.right, p))
+            case _:
+                return math.inf if self.truth(f)[p] else -math.inf
+
+    # --- attempts
+
+    def judge(self, formula: Formula) -> Opinion:
+        antecedent = [False, *self.truth(formula.antecedent)[1:]]  # before the run nothing triggers
+        rising = [p for p in range(1, self.end + 1) if antecedent[p] and not antecedent[p - 1]]
+        attempts = [self.attempt(formula, antecedent, p) for p in rising]
+        failures = sum(bool(violations) for violations, _, _ in attempts)
+        pending = sum(undecided for _, undecided, _ in attempts)
+        passes = len(attempts) - failures - pending
+        margin = min((margin for _, _, margins in attempts for margin in margins), default=math.inf)
+        return Opinion(
+            verdict="Failed" if failures else "Passed" if passes else "NC",
+            attempts=len(attempts),
+            passes=passes,
+            failures=failures,
+            pending=pending,
+            violations=sorted(violation for violations, _, _ in attempts for violation in violations),
+            margin=margin if math.isfinite(margin) else None,
+        )
+
+    def attempt(
+        self, formula: Formula, antecedent: list[bool], start: int
+    ) -> tuple[list[tuple[float, float]], bool, list[float]]:
+        """(trigger, violation) times, whether it is undecided, and its margins."""
+        response, trigger, last = formula.response, tick_of(start), self.end
+        match response:
+            case Holds():
+                end = next((p for p in range(start, last + 1) if not antecedent[p]), last + 1)
+                good = self.truth(response.condition, since=start)
+                breaches = [p for p in range(start, end) if not good[p] and (p == start or good[p - 1])]
+                return (
+                    [(trigger, tick_of(p)) for p in breaches],
+                    False,
+                    [self.distance(response.condition, p) for p in range(start, end)],
+                )
+            case HoldsUntil():
+                released = self.truth(response.release)
+                end = next((p for p in range(start, last + 1) if released[p]), last + 1)
+                return self.safety(response.condition, start, range(start, end), undecided=False)
+        opens, closes = (first_position(trigger + self.ticks(time)) for time in (response.start_s, response.end_s))
+        window = range(max(start, opens), min(closes, last) + 1)
+        match response:
+            case AlwaysWithin():
+                return self.safety(response.condition, start, window, undecided=opens > last)
+            case Eventually():
+                good = self.truth(response.condition)
+                first = next((p for p in window if good[p]), None)
+                if first is not None:
+                    return [], False, [(tick_of(closes) - tick_of(first)) * TICK_S]
+                if closes > last:
+                    return [], True, []
+                return [(trigger, tick_of(closes))], False, [0.0]
+
+    def safety(
+        self, condition: Past, start: int, window: range, *, undecided: bool
+    ) -> tuple[list[tuple[float, float]], bool, list[float]]:
+        good = self.truth(condition, since=None)
+        breach = next((p for p in window if not good[p]), None)
+        checked = window if breach is None else range(window.start, breach + 1)
+        margins = [self.distance(condition, p) for p in checked]
+        return ([] if breach is None else [(tick_of(start), tick_of(breach))]), undecided, margins

@@ -1,0 +1,186 @@
+"""Feeding a run: what is refused, what is ignored, when monitors are quiet, what comes out."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from pytest_hricdv.monitor import MonitorError, MonitorSet
+from tests.monitor.vocabulary import R1, R3, SMALL, requirement
+
+RESPOND = requirement("always(on(a) -> eventually[0:3](p))")
+LEVEL = requirement("always(on(m) & m.ok -> m.level < 1)")
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_value_that_is_not_finite_is_an_error(value: float) -> None:
+    with pytest.raises(MonitorError, match=r"hand_distance at 1\.5 s is -?(nan|inf): not a finite number"):
+        MonitorSet([R3]).signal(1.5, "hand_distance", value)
+    with pytest.raises(MonitorError, match=r"m\.level at 1\.5 s is"):
+        MonitorSet([LEVEL]).message(1.5, "m", {"ok": True, "level": value})
+
+
+def test_a_value_of_the_wrong_type_is_an_error() -> None:
+    with pytest.raises(MonitorError, match=r"hand_closing at 1\.0 s: expected a bool, got 0\.2 \(float\)"):
+        MonitorSet([R3]).signal(1.0, "hand_closing", 0.2)
+    with pytest.raises(MonitorError, match=r"hand_distance .* expected a float, got True"):
+        MonitorSet([R3]).signal(1.0, "hand_distance", True)
+
+
+def test_a_whole_number_is_taken_for_a_float() -> None:
+    monitors = MonitorSet([R3])
+    monitors.signal(0.0, "hand_distance", 1)
+    monitors.signal(0.0, "hand_closing", True)
+    assert monitors.finish(1.0)[0].margin == 0.95
+
+
+def test_a_message_without_a_field_that_is_read_is_an_error() -> None:
+    with pytest.raises(MonitorError, match="'m' at 1 s has no field 'level'; its fields: ok"):
+        MonitorSet([LEVEL]).message(1, "m", {"ok": True})
+
+
+def test_going_back_in_time_is_an_error() -> None:
+    monitors = MonitorSet([R3])
+    monitors.signal(2.0, "hand_distance", 1.0)
+    with pytest.raises(MonitorError, match=r"back in time: an update at 1\.0 s after one at 2\.0 s"):
+        monitors.message(1.0, "unread", {})
+    with pytest.raises(MonitorError, match="back in time"):
+        monitors.finish(1.0)
+
+
+@pytest.mark.parametrize("time_s", [math.nan, math.inf])
+def test_a_time_that_is_not_finite_is_an_error(time_s: float) -> None:
+    with pytest.raises(MonitorError, match="finite number of seconds"):
+        MonitorSet([R3]).signal(time_s, "hand_closing", True)
+
+
+def test_a_signal_that_is_read_before_it_has_a_value_is_an_error() -> None:
+    monitors = MonitorSet([R3])
+    monitors.signal(1.0, "hand_closing", True)
+    with pytest.raises(MonitorError, match=r"R3 at 1\.0 s reads hand_distance, which has no value yet"):
+        monitors.advance(2.0)
+
+
+def test_a_signal_that_never_comes_is_an_error_even_if_nothing_triggered() -> None:
+    monitors = MonitorSet([R3])
+    monitors.signal(0.0, "hand_closing", False)
+    with pytest.raises(MonitorError, match="R3 reads hand_distance, which had no value in the whole run"):
+        monitors.finish(1.0)
+
+
+def test_an_edge_of_what_has_no_value_yet_is_unknown_too() -> None:
+    unguarded = MonitorSet([requirement("always(on(a) -> rise(p))")])
+    unguarded.message(1.0, "a", {})
+    with pytest.raises(MonitorError, match=r"R at 1\.0 s reads p, which has no value yet"):
+        unguarded.advance(2.0)
+    guarded = MonitorSet([requirement("always(on(m) & rise(m.ok) -> m.level < 1)")])
+    for time_s, ok in enumerate([False, True, True, False, True]):
+        guarded.message(float(time_s), "m", {"ok": ok, "level": 0.5})
+    assert guarded.finish(9.0)[0].attempts == 2
+
+
+def test_conditions_are_read_from_left_to_right_and_no_further_than_needed() -> None:
+    monitors = MonitorSet([requirement("always(on(a) & (!on(b) | m.ok) & !(on(b) & m.ok) -> q | m.ok)")])
+    monitors.signal(0.0, "q", True)
+    monitors.message(1.0, "a", {})
+    assert monitors.finish(2.0)[0].verdict == "Passed"
+
+
+def test_a_division_by_zero_is_an_error_with_its_place() -> None:
+    monitors = MonitorSet([requirement("always(x / y > 1 -> p)")])
+    for name, value in [("x", 1.0), ("y", 0.0), ("p", True)]:
+        monitors.signal(0.0, name, value)
+    with pytest.raises(MonitorError, match=r"R at 0\.0 s: .*division by zero"):
+        monitors.finish(1.0)
+
+
+def test_a_set_watches_one_run() -> None:
+    monitors = MonitorSet([requirement("always(on(a) -> eventually[0:1](on(b)))")])
+    monitors.finish(1.0)
+    with pytest.raises(MonitorError, match="after the run was finished"):
+        monitors.message(2.0, "a", {})
+    with pytest.raises(MonitorError, match="after the run was finished"):
+        monitors.finish(1.0)
+
+
+def test_the_run_goes_on_until_monitors_are_quiet() -> None:
+    monitors = MonitorSet([RESPOND, requirement("always(on(b) -> eventually[0:10](p))")])
+    monitors.signal(0.0, "p", False)
+    assert monitors.next_deadline_s() is None
+    monitors.message(1.0, "a", {})
+    monitors.message(2.0, "b", {})
+    assert monitors.next_deadline_s() == 4.0  # what begins at the present instant shows when time moves on
+    monitors.advance(2.5)
+    assert monitors.next_deadline_s() == 12.0
+    monitors.signal(3.0, "p", True)
+    monitors.advance(3.5)
+    assert monitors.next_deadline_s() is None
+    assert [verdict.verdict for verdict in monitors.finish(3.5)] == ["Passed", "Passed"]
+
+
+def test_a_deadline_is_decided_once_time_has_passed_it() -> None:
+    monitors = MonitorSet([RESPOND])
+    monitors.signal(0.0, "p", False)
+    monitors.message(1.0, "a", {})
+    monitors.advance(4.0)
+    assert monitors.next_deadline_s() == 4.0
+    monitors.advance(4.1)
+    assert monitors.next_deadline_s() is None
+
+
+def test_a_verdict_is_plain_data_in_json() -> None:
+    monitors = MonitorSet([R1])
+    for name, value in [("leg_held", True), ("leg_offset", 0.5)]:
+        monitors.signal(0.0, name, value)
+    monitors.message(1.0, "reading", {"gaze": True, "pressure": True, "location": True, "extra": "ignored"})
+    verdict = monitors.finish(20.0)[0]
+    plain = verdict.to_json()
+    assert json.loads(json.dumps(plain)) == plain
+    assert plain == {
+        "requirement": "R1",
+        "verdict": "Failed",
+        "attempts": 1,
+        "passes": 0,
+        "failures": 1,
+        "vacuous": 0,
+        "pending": 0,
+        "violations": [
+            {
+                "trigger_s": 1.0,
+                "time_s": 11.0,
+                "values": {
+                    "reading.gaze": True,
+                    "reading.pressure": True,
+                    "reading.location": True,
+                    "leg_held": True,
+                    "leg_offset": 0.5,
+                },
+                "margin": 0.0,
+            }
+        ],
+        "margin": 0.0,
+        "margin_time_s": 11.0,
+    }
+
+
+def test_equal_formulas_share_one_program_and_runs_share_nothing() -> None:
+    first, second = MonitorSet([RESPOND]), MonitorSet([RESPOND])
+    for monitors in (first, second):
+        monitors.signal(0.0, "p", False)
+    first.message(1.0, "a", {})
+    assert first.finish(9.0)[0].failures == 1
+    assert second.finish(9.0)[0].attempts == 0
+
+
+def test_the_vocabulary_refuses_what_a_formula_could_not_say() -> None:
+    assert SMALL.kind("m.level") is float
+    assert SMALL.kind("m.nothing") is None
+    for signals, problem in [
+        ({"until": bool}, "keyword"),
+        ({"1x": bool}, "letters, digits"),
+        ({"x": int}, "bool or float"),
+    ]:
+        with pytest.raises(ValueError, match=problem):
+            type(SMALL)(signals=signals)  # type: ignore[arg-type]

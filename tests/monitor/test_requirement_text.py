@@ -1,0 +1,154 @@
+"""Requirement files and formulas that are wrong: where, what was expected, what came, what to do."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.monitor import RequirementError, load_requirements, parse_formula
+from tests.monitor.vocabulary import R1, R3, R4, REQUIREMENTS_FILE, SMALL, TABLE
+
+
+def problem(text: str) -> str:
+    with pytest.raises(RequirementError) as caught:
+        parse_formula(text, SMALL)
+    return str(caught.value)
+
+
+def marked(text: str) -> str:
+    """What the caret line marks."""
+    lines = problem(text).splitlines()
+    [caret_index] = [i for i, line in enumerate(lines) if line.strip() and set(line.strip()) == {"^"}]
+    line, caret = lines[caret_index - 1], lines[caret_index]
+    return line[caret.index("^") : caret.rindex("^") + 1]
+
+
+@pytest.mark.parametrize(
+    ("text", "mark", "says"),
+    [
+        ("", "", "the formula is empty"),
+        ("always(p)", ")", "a requirement says when it applies: always(antecedent -> response)"),
+        ("eventually[0:1](p)", "eventually", "always(antecedent -> response)"),
+        ("always(p -> q", "", "ends too early"),
+        ("always(p -> q))", ")", "expected the end of the formula"),
+        ("always(p and q -> q)", "and", "a conjunction is written `&`"),
+        ("always(p && q -> q)", "&", "written with one `&`"),
+        ("always(x = 1 -> q)", "=", "equality is written `==`"),
+        ("always(p -> q -> p)", "->", "one `->`"),
+        ("always(p -> q & eventually[0:1](p))", "eventually", "only at the top of the response"),
+        ("always(p -> eventually[0:1](p) until q)", "until", "always(f) until g"),
+        ("always(p -> 0 < x < 1)", "<", "expected"),
+        ("always(p [for 1] -> q)", "[", "follow a comparison"),
+        ("always(pp -> q)", "pp", "unknown name 'pp'"),
+        ("always(m.okay -> q)", "m.okay", "did you mean 'm.ok'?"),
+        ("always(a -> q)", "a", "a is a topic: `on(a)`"),
+        ("always(on(p) -> q)", "p", "p is a signal; on(...) takes a topic"),
+        ("always(on(c) -> q)", "c", "known: a, b, m"),
+        ("always(x -> q)", "x", "expected a condition, but x is a float"),
+        ("always(x + 1 -> q)", "x + 1", "expected a condition"),
+        ("always(p < 1 -> q)", "p", "expected a number, but p is a bool"),
+        ("always((p & q) < 1 -> q)", "p & q", "expected a number, but this is a condition"),
+        ("always(p -> eventually[2:1](q))", "[2:1]", "needs a <= b"),
+        ("always(p -> eventually[0:0](q))", "[0:0]", "has to end after the trigger"),
+        ("always(p -> x == 1 [hysteresis 1])", "==", "a bound with two sides"),
+        ("always(p -> x < 1 [for 1][for 2])", "[for 2]", "given twice"),
+        ("always(p -> on(a))", "on(a)", "did you mean `eventually[0:d](...)`?"),
+        ("always(p -> always[0:1](rise(q)))", "rise(q)", "single instants only"),
+        ("always(previously(on(a)) -> q)", "on(a)", "once[0:d](...)"),
+        ("always(historically[0:1](on(a)) -> q)", "on(a)", "single instants only"),
+        ("always(x < 1e999 -> q)", "1e999", "too large"),
+    ],
+)
+def test_an_error_points_at_its_place(text: str, mark: str, says: str) -> None:
+    assert says in problem(text)
+    if mark:
+        assert marked(text) == mark
+
+
+def test_lark_is_imported_only_for_a_formula() -> None:
+    script = "import sys, pytest_hricdv.monitor; sys.exit('lark' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
+
+
+def test_an_error_in_a_file_names_file_requirement_line_and_column(tmp_path: Path) -> None:
+    file = tmp_path / "requirements.toml"
+    file.write_text(
+        '[R1]\ntitle = "One"\nformula = "always(p -> q)"\n\n'
+        '[R2]\ntitle = "Two"\nformula = """\nalways(p\n       -> height < 1)"""\n'
+    )
+    with pytest.raises(RequirementError) as caught:
+        load_requirements(file, SMALL)
+    assert str(caught.value) == (
+        f"{file}:9:11: requirement R2, line 2, column 11 of the formula: unknown name 'height'\n"
+        "           -> height < 1)\n"
+        "              ^^^^^^\n"
+        "known: m.level, m.ok, p, q, x, y"
+    )
+
+
+def test_a_formula_written_with_escapes_is_located_by_its_own_columns(tmp_path: Path) -> None:
+    file = tmp_path / "requirements.toml"
+    file.write_text('[R1]\ntitle = "One"\nformula = "always(\\u0070p -> q)"\n')
+    with pytest.raises(RequirementError, match=r"requirements\.toml: requirement R1, column 8: unknown name 'pp'"):
+        load_requirements(file, SMALL)
+
+
+@pytest.mark.parametrize(
+    ("document", "says"),
+    [
+        ("", "no requirement in this file"),
+        ("[R1", "not TOML"),
+        ('title = "x"', "'title' stands outside a requirement"),
+        ('[R1]\ntitle = "x"', "requirement R1: no 'formula'"),
+        ('[R1]\nformula = "always(p -> q)"', "requirement R1: no 'title'"),
+        ('[R1]\ntitel = "x"', "unknown key 'titel'\ndid you mean 'title'?"),
+        ("[R1]\ntitle = 3", "'title' has to be a text, got 3"),
+        ('[R1]\ntitle = "x"\nformula = ""', "the formula is empty"),
+    ],
+)
+def test_a_file_that_is_wrong_is_refused(document: str, says: str, tmp_path: Path) -> None:
+    file = tmp_path / "requirements.toml"
+    file.write_text(document)
+    with pytest.raises(RequirementError) as caught:
+        load_requirements(file, SMALL)
+    assert says in str(caught.value)
+    assert str(file) in str(caught.value)
+
+
+def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RequirementError, match="cannot read the requirements: No such file"):
+        load_requirements(tmp_path / "absent.toml", SMALL)
+    with pytest.raises(RequirementError, match="cannot read the requirements"):
+        load_requirements(tmp_path, SMALL)
+    (tmp_path / "latin.toml").write_bytes(b"[R1]\ntitle = '\xe9'\n")
+    with pytest.raises(RequirementError, match="not UTF-8"):
+        load_requirements(tmp_path / "latin.toml", SMALL)
+
+
+def test_a_requirement_keeps_its_text_title_and_source() -> None:
+    assert [requirement.id for requirement in load_requirements(REQUIREMENTS_FILE, TABLE)] == ["R1", "R2", "R3", "R4"]
+    assert R3.text == "always(hand_closing -> hand_distance >= 0.05 [hysteresis 0.005])"
+    assert R3.source == "ISO 13482:2014"
+    assert "restricted joint speed" in R4.title
+    assert R1.text.startswith("always(on(reading)")
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("p | q & p", "p | (q & p)"),
+        ("!p & q", "(!p) & q"),
+        ("not p & q", "(!p) & q"),
+        ("!x < 1", "!(x < 1)"),
+        ("p & q since p | q", "(p & q) since (p | q)"),
+        ("x + 2 * y < 1 - -x", "(x + (2 * y)) < (1 - (-x))"),
+        ("x - y - 1 > 0", "((x - y) - 1) > 0"),
+        ("once(p)", "once[0:inf](p)"),
+        ("x < 1 [hysteresis 1][for 2]", "x < 1 [for 2] [hysteresis 1]"),
+    ],
+)
+def test_precedence(one: str, other: str) -> None:
+    assert parse_formula(f"always({one} -> p)", SMALL) == parse_formula(f"always( {other}\n->p )", SMALL)

@@ -1,0 +1,51 @@
+"""The vocabulary of the table assembly, over which most of these tests are written, and how a run is fed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict, Vocabulary, load_requirements, parse_formula
+
+TABLE = Vocabulary(
+    signals={
+        "leg_held": bool,
+        "leg_offset": float,
+        "hand_closing": bool,
+        "hand_distance": float,
+        "arm_speed": float,
+    },
+    messages={
+        "reading": {"gaze": bool, "pressure": bool, "location": bool},
+        "request": {},
+        "signal": {},
+        "ready": {},
+    },
+)
+
+REQUIREMENTS_FILE = Path(__file__).parents[1] / "hri" / "requirements.toml"
+R1, R2, R3, R4 = load_requirements(REQUIREMENTS_FILE, TABLE)
+
+# p, q: conditions; x: a number; a, b: events; m: a message with a field.
+SMALL = Vocabulary(
+    signals={"p": bool, "q": bool, "x": float, "y": float},
+    messages={"a": {}, "b": {}, "m": {"ok": bool, "level": float}},
+)
+
+Update = tuple[float, str, float | bool | dict[str, float | bool]]
+
+
+def requirement(text: str, vocabulary: Vocabulary = SMALL) -> Requirement:
+    return Requirement("R", "A requirement", "", text, parse_formula(text, vocabulary))
+
+
+def judge(watched: Requirement | str, updates: list[Update], end_s: float) -> Verdict:
+    """The verdict on a run: an update of a topic is written with a dict, of a signal with its value."""
+    watched = requirement(watched) if isinstance(watched, str) else watched
+    monitors = MonitorSet([watched])
+    for time_s, name, value in updates:
+        if isinstance(value, dict):
+            monitors.message(time_s, name, value)
+        else:
+            monitors.signal(time_s, name, value)
+    [verdict] = monitors.finish(end_s)
+    return verdict
