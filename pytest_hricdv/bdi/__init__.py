@@ -1,0 +1,28 @@
+"""BDI agents written in AgentSpeak, run as Jason runs them, but deterministically.
+
+Example::
+
+    from pytest_hricdv.bdi import Environment, MultiAgentSystem
+
+    result = MultiAgentSystem.load("models_bdi/table_assembly.mas2j", Environment()).run(max_rounds=1000)
+"""
+
+from .environment import Environment
+from .errors import BdiError, BdiSyntaxError, EvaluationError
+from .system import MultiAgentSystem, Result
+from .terms import ListTerm, Number, String, Structure, Term, Variable
+
+__all__ = [
+    "BdiError",
+    "BdiSyntaxError",
+    "Environment",
+    "EvaluationError",
+    "ListTerm",
+    "MultiAgentSystem",
+    "Number",
+    "Result",
+    "String",
+    "Structure",
+    "Term",
+    "Variable",
+]

@@ -1,0 +1,94 @@
+"""Functions in expressions: ``math.abs(X)``, ``.length(L)``, ``system.time``."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from ..errors import EvaluationError
+from ..inference import solve
+from ..terms import Call, ListTerm, Number, String, Term, is_ground
+from ..unify import Bindings
+from .registry import FUNCTIONS
+
+if TYPE_CHECKING:
+    from ..agent import Agent
+
+
+def _round(value: float) -> float:
+    return math.floor(value + 0.5)
+
+
+_OF_NUMBERS: dict[str, tuple[int, Callable[..., float]]] = {
+    "math.abs": (1, abs),
+    "math.acos": (1, math.acos),
+    "math.asin": (1, math.asin),
+    "math.atan": (1, math.atan),
+    "math.ceil": (1, math.ceil),
+    "math.cos": (1, math.cos),
+    "math.floor": (1, math.floor),
+    "math.log": (1, math.log),
+    "math.round": (1, _round),
+    "math.sin": (1, math.sin),
+    "math.sqrt": (1, math.sqrt),
+    "math.tan": (1, math.tan),
+    "math.e": (0, lambda: math.e),
+    "math.pi": (0, lambda: math.pi),
+}
+_OF_LISTS: dict[str, Callable[[list[float]], float]] = {
+    "math.average": statistics.fmean,
+    "math.max": max,
+    "math.median": statistics.median,
+    "math.min": min,
+    "math.std_dev": statistics.pstdev,
+    "math.sum": math.fsum,
+}
+
+FUNCTIONS.update({name: (arity, arity) for name, (arity, _) in _OF_NUMBERS.items()})
+FUNCTIONS.update(dict.fromkeys(_OF_LISTS, (1, 2)))
+FUNCTIONS.update({"math.random": (0, 1), "system.time": (0, 0), ".length": (1, 1), ".count": (1, 1)})
+
+
+def function_value(agent: Agent, call: Call, bindings: Bindings) -> Term:
+    """The value of a function call in an expression.
+
+    Returns:
+        A number, or the call itself as long as its arguments are not bound.
+
+    Raises:
+        EvaluationError: it is not a function, or has no value for these arguments.
+    """
+    if call.name not in FUNCTIONS:
+        raise EvaluationError(f"{call.location}: {call.name} is not a function")
+    if call.name == ".count":
+        return Number(sum(1 for _ in solve(agent, call.args[0], bindings)))  # type: ignore[arg-type, misc]
+    args = [agent.value(arg, bindings) for arg in call.args]  # type: ignore[arg-type]
+    if not all(map(is_ground, args)):
+        return Call(call.name, tuple(args), call.location)
+    try:
+        return Number(_value(agent, call.name, args))
+    except (ArithmeticError, ValueError, TypeError, statistics.StatisticsError):
+        raise EvaluationError(f"{call.name}({','.join(map(str, args))}) has no value") from None
+
+
+def _value(agent: Agent, name: str, args: list[Term]) -> float:
+    if name == "math.random":
+        return agent.run.draw() * (_numbers(args)[0] if args else 1.0)
+    if name == "system.time":
+        agent.run.progress += 1
+        return math.floor(agent.run.time_ms)
+    if name == ".length":
+        value = args[0]
+        return len(value.value) if isinstance(value, String) else len(value.items) if isinstance(value, ListTerm) else 0
+    if name in _OF_LISTS:
+        return _OF_LISTS[name](_numbers(args))
+    return _OF_NUMBERS[name][1](*_numbers(args))
+
+
+def _numbers(args: list[Term]) -> list[float]:
+    terms = args[0].items if len(args) == 1 and isinstance(args[0], ListTerm) else args
+    if not all(isinstance(term, Number) for term in terms):
+        raise ValueError
+    return [float(str(term)) if not isinstance(term, Number) else float(term) for term in terms]

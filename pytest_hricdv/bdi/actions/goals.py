@@ -1,0 +1,188 @@
+"""Internal actions on goals and intentions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from .. import failure
+from ..errors import EvaluationError
+from ..intentions import Event, Intention
+from ..terms import Structure, Term
+from ..unify import unify
+from .registry import MANY, Invocation, Outcome, internal_action
+
+
+def _pursues(intention: Intention, goal: Term) -> bool:
+    return any(frame.sign == "+!" and unify(goal, frame.literal, dict(frame.unifier), []) for frame in intention.frames)
+
+
+def _is_about(event: Event, goal: Term) -> bool:
+    return event.sign == "+!" and unify(goal, event.literal, {}, [])
+
+
+@internal_action("fail", 0, MANY)
+def _fail(invocation: Invocation) -> Outcome:
+    invocation.failure = tuple(invocation.value(index) for index in range(len(invocation)))
+    return False
+
+
+@internal_action("intend", 1)
+def _intend(invocation: Invocation) -> Iterator[object]:
+    for intention, _ in invocation.agent.everywhere():
+        for frame in intention.frames:
+            if frame.sign == "+!" and invocation.unify(0, frame.literal):
+                yield frame
+
+
+@internal_action("desire", 1)
+def _desire(invocation: Invocation) -> Iterator[object]:
+    for event in list(invocation.agent.events):
+        if event.sign == "+!" and invocation.unify(0, event.literal):
+            yield event
+    yield from _intend(invocation)  # type: ignore[misc]
+
+
+def _settle(invocation: Invocation, succeeded: bool) -> bool:
+    agent, goal = invocation.agent, invocation.literal(0)
+    for intention, event in agent.everywhere():
+        waiting = event is not None and _is_about(event, goal)
+        if not waiting and not _pursues(intention, goal):
+            continue
+        agent.take_out(intention)
+        if event is not None and event in agent.events:
+            agent.events.remove(event)
+        if intention is invocation.intention:
+            invocation.held = True
+        if not waiting or event is None or _pursues(intention, goal):
+            failure.drop_goal(agent, intention, goal, succeeded)
+        elif succeeded:
+            agent.go_on(intention)
+        else:
+            failure.fail_goal(agent, intention, "+!", event.literal, "goal_failed", f"goal {goal} was failed")
+    return True
+
+
+@internal_action("succeed_goal", 1)
+def _succeed_goal(invocation: Invocation) -> Outcome:
+    return _settle(invocation, True)
+
+
+@internal_action("fail_goal", 1)
+def _fail_goal(invocation: Invocation) -> Outcome:
+    return _settle(invocation, False)
+
+
+def _drop(invocation: Invocation, intention: Intention) -> None:
+    invocation.agent.take_out(intention)
+    invocation.agent.note_end(intention)
+    invocation.agent.run.progress += 1
+    if intention is invocation.intention:
+        invocation.held = True
+
+
+@internal_action("drop_intention", 0, 1)
+def _drop_intention(invocation: Invocation) -> Outcome:
+    if not len(invocation):
+        _drop(invocation, invocation.own_intention())
+        return True
+    goal = invocation.literal(0)
+    for intention, _ in invocation.agent.everywhere():
+        if _pursues(intention, goal):
+            _drop(invocation, intention)
+    return True
+
+
+@internal_action("drop_event", 1)
+def _drop_event(invocation: Invocation) -> Outcome:
+    agent, goal = invocation.agent, invocation.literal(0)
+    for event in [event for event in agent.events if _is_about(event, goal)]:
+        agent.events.remove(event)
+        if event.intention is not None:
+            agent.note_end(event.intention)
+    return True
+
+
+@internal_action("drop_desire", 1)
+def _drop_desire(invocation: Invocation) -> Outcome:
+    _drop_event(invocation)
+    return _drop_intention(invocation)
+
+
+@internal_action("drop_all_events", 0)
+def _drop_all_events(invocation: Invocation) -> Outcome:
+    for event in invocation.agent.events:
+        if event.intention is not None:
+            invocation.agent.note_end(event.intention)
+    invocation.agent.events.clear()
+    return True
+
+
+@internal_action("drop_all_intentions", 0)
+def _drop_all_intentions(invocation: Invocation) -> Outcome:
+    """Drop all intentions but the one this is a statement of."""
+    agent = invocation.agent
+    for intention, event in agent.everywhere():
+        external = event is not None and event.intention is None
+        if intention is not invocation.intention and not external:
+            _drop(invocation, intention)
+    return True
+
+
+@internal_action("drop_all_desires", 0)
+def _drop_all_desires(invocation: Invocation) -> Outcome:
+    _drop_all_events(invocation)
+    return _drop_all_intentions(invocation)
+
+
+@internal_action("suspend", 0, 1)
+def _suspend(invocation: Invocation) -> Outcome:
+    agent = invocation.agent
+    if not len(invocation):
+        agent.suspended.append(invocation.own_intention())
+        invocation.held = True
+        return True
+    goal = invocation.literal(0)
+    for intention in [intention for intention in agent.intentions if _pursues(intention, goal)]:
+        agent.take_out(intention)
+        agent.suspended.append(intention)
+    own = invocation.intention
+    if own is not None and _pursues(own, goal):
+        agent.suspended.append(own)
+        invocation.held = True
+    return True
+
+
+@internal_action("resume", 1)
+def _resume(invocation: Invocation) -> Outcome:
+    agent, goal = invocation.agent, invocation.literal(0)
+    for intention in [intention for intention in agent.suspended if _pursues(intention, goal)]:
+        agent.suspended.remove(intention)
+        agent.run.progress += 1
+        frame = intention.frames[-1]
+        at_suspend = not frame.finished and str(frame.statement).startswith(".suspend")
+        if at_suspend:
+            agent.go_on(intention)
+        else:
+            agent.intentions.append(intention)
+    return True
+
+
+@internal_action("suspended", 2)
+def _suspended(invocation: Invocation) -> Outcome:
+    goal = invocation.literal(0)
+    if any(_pursues(intention, goal) for intention in invocation.agent.suspended):
+        return invocation.unify(1, Structure("suspended"))
+    return False
+
+
+@internal_action("current_intention", 1)
+def _current_intention(invocation: Invocation) -> Outcome:
+    return invocation.unify(0, Structure("intention", (Structure(f"i{invocation.own_intention().number}"),)))
+
+
+@internal_action("stopMAS", 0, 1)
+def _stop_mas(invocation: Invocation) -> Outcome:
+    if len(invocation) and invocation.number(0) < 0:
+        raise EvaluationError(f"{invocation.call}: a delay cannot be negative")
+    invocation.agent.run.stop()
+    return True

@@ -1,0 +1,181 @@
+"""Internal actions on lists."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from ..errors import EvaluationError
+from ..terms import ListTerm, Number, String, Structure, Term, order
+from ..unify import undo, unify
+from .registry import MANY, Invocation, Outcome, internal_action
+
+
+def _ordered_set(items: Iterable[Term]) -> list[Term]:
+    distinct: list[Term] = []
+    for item in sorted(items, key=order):
+        if not distinct or distinct[-1] != item:
+            distinct.append(item)
+    return distinct
+
+
+@internal_action("member", 2)
+def _member(invocation: Invocation) -> Iterator[object]:
+    for item in invocation.items(1):
+        if invocation.unify(0, item):
+            yield item
+
+
+@internal_action("length", 2)
+def _length(invocation: Invocation) -> Outcome:
+    value = invocation.value(0)
+    if isinstance(value, String):
+        return invocation.unify(1, Number(len(value.value)))
+    return invocation.unify(1, Number(len(invocation.items(0))))
+
+
+@internal_action("empty", 1)
+def _empty(invocation: Invocation) -> Outcome:
+    value = invocation.value(0)
+    return not value.value if isinstance(value, String) else not invocation.items(0)
+
+
+@internal_action("concat", 2, MANY)
+def _concat(invocation: Invocation) -> Outcome:
+    values = [invocation.value(index) for index in range(len(invocation) - 1)]
+    if all(isinstance(value, ListTerm) for value in values):
+        items = tuple(item for value in values if isinstance(value, ListTerm) for item in value.items)
+        return invocation.unify(len(values), ListTerm(items))
+    text = "".join(value.value if isinstance(value, String) else str(value) for value in values)
+    return invocation.unify(len(values), String(text))
+
+
+@internal_action("nth", 3)
+def _nth(invocation: Invocation) -> Iterator[object]:
+    items = invocation.items(1)
+    if invocation.is_free(0):
+        for index, item in enumerate(items):
+            mark = len(invocation.trail)
+            if invocation.unify(0, Number(index)):
+                if invocation.unify(2, item):
+                    yield item
+                else:
+                    undo(invocation.bindings, invocation.trail, mark)
+        return
+    index = int(invocation.number(0))
+    if not 0 <= index < len(items):
+        raise EvaluationError(f"{invocation.call}: no item {index} in a list of {len(items)}")
+    if invocation.unify(2, items[index]):
+        yield items[index]
+
+
+@internal_action("max", 2)
+def _max(invocation: Invocation) -> Outcome:
+    items = invocation.items(0)
+    return bool(items) and invocation.unify(1, max(items, key=order))
+
+
+@internal_action("min", 2)
+def _min(invocation: Invocation) -> Outcome:
+    items = invocation.items(0)
+    return bool(items) and invocation.unify(1, min(items, key=order))
+
+
+@internal_action("sort", 2)
+def _sort(invocation: Invocation) -> Outcome:
+    return invocation.unify(1, ListTerm(tuple(sorted(invocation.items(0), key=order))))
+
+
+@internal_action("reverse", 2)
+def _reverse(invocation: Invocation) -> Outcome:
+    value = invocation.value(0)
+    if isinstance(value, String):
+        return invocation.unify(1, String(value.value[::-1]))
+    return invocation.unify(1, ListTerm(invocation.items(0)[::-1]))
+
+
+@internal_action("shuffle", 2)
+def _shuffle(invocation: Invocation) -> Outcome:
+    items = list(invocation.items(0))
+    for last in range(len(items) - 1, 0, -1):
+        other = int(invocation.agent.run.draw() * (last + 1))
+        items[last], items[other] = items[other], items[last]
+    return invocation.unify(1, ListTerm(tuple(items)))
+
+
+@internal_action("range", 3, 4)
+def _range(invocation: Invocation) -> Iterator[object]:
+    start, end = int(invocation.number(1)), int(invocation.number(2))
+    step = int(invocation.number(3)) if len(invocation) == 4 else 1
+    if step == 0:
+        raise EvaluationError(f"{invocation.call}: a range needs a step other than 0")
+    for number in range(start, end + (1 if step > 0 else -1), step):
+        if invocation.unify(0, Number(number)):
+            yield number
+
+
+@internal_action("delete", 3)
+def _delete(invocation: Invocation) -> Outcome:
+    unwanted, value = invocation.value(0), invocation.value(1)
+    if isinstance(value, String):
+        if isinstance(unwanted, Number):
+            index = int(unwanted)
+            return invocation.unify(2, String(value.value[:index] + value.value[index + 1 :]))
+        return invocation.unify(2, String(value.value.replace(invocation.text(0), "")))
+    items = invocation.items(1)
+    if isinstance(unwanted, Number):
+        index = int(unwanted)
+        return invocation.unify(2, ListTerm(items[:index] + items[index + 1 :]))
+    kept = tuple(item for item in items if not unify(unwanted, item, dict(invocation.bindings), []))
+    return invocation.unify(2, ListTerm(kept))
+
+
+@internal_action("union", 3)
+def _union(invocation: Invocation) -> Outcome:
+    return invocation.unify(2, ListTerm(tuple(_ordered_set((*invocation.items(0), *invocation.items(1))))))
+
+
+@internal_action("intersection", 3)
+def _intersection(invocation: Invocation) -> Outcome:
+    other = invocation.items(1)
+    return invocation.unify(2, ListTerm(tuple(_ordered_set(i for i in invocation.items(0) if i in other))))
+
+
+@internal_action("difference", 3)
+def _difference(invocation: Invocation) -> Outcome:
+    other = invocation.items(1)
+    return invocation.unify(2, ListTerm(tuple(_ordered_set(i for i in invocation.items(0) if i not in other))))
+
+
+def _any_of(invocation: Invocation, lists: Iterable[tuple[Term, ...]]) -> Iterator[object]:
+    for items in lists:
+        if invocation.unify(0, ListTerm(items)):
+            yield items
+
+
+@internal_action("prefix", 2)
+def _prefix(invocation: Invocation) -> Iterator[object]:
+    items = invocation.items(1)
+    return _any_of(invocation, [items[:end] for end in range(len(items), -1, -1)])
+
+
+@internal_action("suffix", 2)
+def _suffix(invocation: Invocation) -> Iterator[object]:
+    items = invocation.items(1)
+    return _any_of(invocation, [items[start:] for start in range(len(items) + 1)])
+
+
+@internal_action("sublist", 2)
+def _sublist(invocation: Invocation) -> Iterator[object]:
+    items = invocation.items(1)
+    size_and_start = [(size, start) for size in range(len(items), 0, -1) for start in range(len(items) - size + 1)]
+    return _any_of(invocation, [*(items[start : start + size] for size, start in size_and_start), ()])
+
+
+@internal_action("list", 1)
+def _list(invocation: Invocation) -> Outcome:
+    return isinstance(invocation.value(0), ListTerm)
+
+
+@internal_action("all_names", 1)
+def _all_names(invocation: Invocation) -> Outcome:
+    return invocation.unify(0, ListTerm(tuple(Structure(name) for name in invocation.agent.run.agents)))

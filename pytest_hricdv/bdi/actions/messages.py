@@ -1,0 +1,38 @@
+"""``.send`` and ``.broadcast``."""
+
+from __future__ import annotations
+
+from ..communication import send, text_of
+from ..intentions import Question
+from ..terms import ListTerm
+from .registry import Invocation, Outcome, internal_action
+
+_QUESTIONS = frozenset({"askOne", "askAll", "askHow"})
+
+
+@internal_action("send", 3, 5)
+def _send(invocation: Invocation) -> Outcome:
+    """``.send(Receiver, Force, Content)``; a question with a fourth argument waits there for its answer."""
+    to, force = invocation.value(0), text_of(invocation.value(1))
+    receivers = [text_of(item) for item in to.items] if isinstance(to, ListTerm) else [text_of(to)]
+    waits = force in _QUESTIONS and len(invocation) > 3
+    reply_to = "" if waits or len(invocation) == 3 else invocation.text(3)
+    content = invocation.value(2)
+    agent = invocation.agent
+    for receiver in receivers:
+        number = send(agent, receiver, force, content, reply_to)
+        if waits:
+            deadline_ms = agent.run.time_ms + invocation.number(4) if len(invocation) == 5 else None
+            question = Question(invocation.own_intention(), force, invocation.args[3], deadline_ms)
+            agent.questions[number] = question
+            invocation.held = True
+    return True
+
+
+@internal_action("broadcast", 2)
+def _broadcast(invocation: Invocation) -> Outcome:
+    force, content = text_of(invocation.value(0)), invocation.value(1)
+    for name in invocation.agent.run.agents:
+        if name != invocation.agent.name:
+            send(invocation.agent, name, force, content)
+    return True

@@ -1,0 +1,69 @@
+"""Internal actions on the agent's own plans."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..errors import EvaluationError
+from ..parser import parse_plan, parse_trigger
+from ..syntax import Plan, Trigger
+from ..terms import ListTerm, Quoted, String, Structure, Term
+from ..unify import unify
+from .registry import Invocation, Outcome, check_calls_of, internal_action
+
+
+def _plan(term: Term) -> Plan:
+    if isinstance(term, String):
+        return parse_plan(term.value)
+    if isinstance(term, Quoted) and isinstance(term.plan, Plan):
+        return term.plan
+    raise EvaluationError(f"{term} is not a plan")
+
+
+@internal_action("add_plan", 1, 3)
+def _add_plan(invocation: Invocation) -> Outcome:
+    agent = invocation.agent
+    value = invocation.value(0)
+    first = len(invocation) == 3 and str(invocation.value(2)) == "begin"
+    for term in value.items if isinstance(value, ListTerm) else (value,):
+        plan = _plan(term)
+        check_calls_of(plan)
+        if not plan.labelled:
+            plan = replace(plan, label=f"_added{len(agent.library.plans) + 1}")
+        agent.library = agent.library.with_plan(plan, at_the_beginning=first)
+        agent.run.progress += 1
+    return True
+
+
+@internal_action("remove_plan", 1, 2)
+def _remove_plan(invocation: Invocation) -> Outcome:
+    agent = invocation.agent
+    value = invocation.value(0)
+    for label in value.items if isinstance(value, ListTerm) else (value,):
+        agent.library = agent.library.without(str(label))
+        agent.run.progress += 1
+    return True
+
+
+@internal_action("relevant_plans", 2, 3)
+def _relevant_plans(invocation: Invocation) -> Outcome:
+    value = invocation.value(0)
+    trigger = _plan(value).trigger if isinstance(value, Quoted) else parse_trigger(invocation.text(0))
+    plans = [plan for plan in invocation.agent.library.plans if not plan.builtin and _is_for(plan, trigger)]
+    labels = ListTerm(tuple(Structure(plan.label) for plan in plans))
+    return invocation.unify(1, ListTerm(tuple(Quoted(plan) for plan in plans))) and (
+        len(invocation) == 2 or invocation.unify(2, labels)
+    )
+
+
+def _is_for(plan: Plan, trigger: Trigger) -> bool:
+    return plan.trigger.sign == trigger.sign and unify(plan.trigger.literal, trigger.literal, {}, [])
+
+
+@internal_action("plan_label", 2)
+def _plan_label(invocation: Invocation) -> Outcome:
+    label = str(invocation.value(1))
+    for plan in invocation.agent.library.plans:
+        if plan.label == label:
+            return invocation.unify(0, Quoted(plan))
+    return False

@@ -1,0 +1,203 @@
+"""How internal actions are defined, found and called."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..errors import BdiError, EvaluationError
+from ..intentions import Intention
+from ..syntax import Formula, Program, children
+from ..terms import Call, ListTerm, Number, String, Structure, Term, Variable
+from ..unify import Bindings, Trail, undo, unify
+
+if TYPE_CHECKING:
+    from ..agent import Agent
+
+MANY = 1_000
+"""More arguments than any action is given: no upper limit."""
+
+
+class Invocation:
+    """One call of an internal action.
+
+    Args:
+        agent: who calls it.
+        call: the call as written.
+        bindings: the variables bound so far; unifying adds to them.
+        trail: what was bound, for backtracking.
+        intention: the intention it is a statement of; None in a context, a rule or a test.
+    """
+
+    __slots__ = ("agent", "args", "bindings", "call", "failure", "held", "intention", "trail")
+
+    def __init__(
+        self, agent: Agent, call: Call, bindings: Bindings, trail: Trail, intention: Intention | None
+    ) -> None:
+        self.agent = agent
+        self.call = call
+        self.args: tuple[Any, ...] = call.args
+        self.bindings = bindings
+        self.trail = trail
+        self.intention = intention
+        self.held = False
+        """Set by an action that takes its own intention somewhere else than to the next statement."""
+        self.failure: tuple[Term, ...] = ()
+        """Annotations for the failure event."""
+
+    def __len__(self) -> int:
+        return len(self.args)
+
+    def value(self, index: int) -> Term:
+        """An argument with its variables replaced and its expressions evaluated."""
+        return self.agent.value(self.args[index], self.bindings)
+
+    def number(self, index: int) -> float:
+        """An argument that has to be a number.
+
+        Raises:
+            EvaluationError: it is none.
+        """
+        value = self.value(index)
+        if not isinstance(value, Number):
+            raise EvaluationError(f"{self.call}: argument {index + 1} is not a number but {value}")
+        return float(value)
+
+    def items(self, index: int) -> tuple[Term, ...]:
+        """The items of an argument that has to be a list.
+
+        Raises:
+            EvaluationError: it is none.
+        """
+        value = self.value(index)
+        if not isinstance(value, ListTerm):
+            raise EvaluationError(f"{self.call}: argument {index + 1} is not a list but {value}")
+        return value.items
+
+    def literal(self, index: int) -> Structure:
+        """An argument that has to be a literal.
+
+        Raises:
+            EvaluationError: it is none.
+        """
+        value = self.value(index)
+        if not isinstance(value, Structure):
+            raise EvaluationError(f"{self.call}: argument {index + 1} is not a literal but {value}")
+        return value
+
+    def text(self, index: int) -> str:
+        """An argument as text, a string without its quotes."""
+        value = self.value(index)
+        return value.value if isinstance(value, String) else str(value)
+
+    def formula(self, index: int) -> Formula:
+        """An argument that is a condition, as written."""
+        formula: Formula = self.args[index]
+        return formula
+
+    def is_free(self, index: int) -> bool:
+        """Whether an argument is a variable that is not bound."""
+        return isinstance(self.value(index), Variable)
+
+    def unify(self, index: int, value: Term) -> bool:
+        """Unify an argument with a value; on failure nothing is bound."""
+        mark = len(self.trail)
+        if unify(self.value(index), value, self.bindings, self.trail):
+            return True
+        undo(self.bindings, self.trail, mark)
+        return False
+
+    def own_intention(self) -> Intention:
+        """The intention the call is a statement of.
+
+        Raises:
+            BdiError: it is part of a condition, where this action makes no sense.
+        """
+        if self.intention is None:
+            raise BdiError(f"{self.call.location}: {self.call.name} cannot be part of a condition")
+        return self.intention
+
+
+Outcome = bool | Iterator[object]
+"""Success or failure, or an iterator that binds variables anew for each solution."""
+Body = Callable[[Invocation], Outcome]
+
+
+@dataclass(frozen=True, slots=True)
+class InternalAction:
+    """A standard internal action: its name, how many arguments it takes, and what it does."""
+
+    name: str
+    least: int
+    most: int
+    body: Body
+
+
+ACTIONS: dict[str, InternalAction] = {}
+FUNCTIONS: dict[str, tuple[int, int]] = {}
+"""The names of functions, with the least and the greatest number of their arguments."""
+
+
+def internal_action(name: str, least: int, most: int | None = None) -> Callable[[Body], Body]:
+    """Define the action ``.name``, which takes ``least`` to ``most`` arguments."""
+
+    def define(body: Body) -> Body:
+        ACTIONS[f".{name}"] = InternalAction(f".{name}", least, least if most is None else most, body)
+        return body
+
+    return define
+
+
+def call_action(invocation: Invocation) -> Outcome:
+    """Call an internal action, whose name and arity have been checked when the program was loaded."""
+    action = ACTIONS.get(invocation.call.name)
+    if action is None:
+        check_call(invocation.call)
+        raise BdiError(f"{invocation.call.location}: {invocation.call.name} is a function, not an action")
+    return action.body(invocation)
+
+
+def check_calls(program: Program) -> None:
+    """See that all internal actions and functions of a program exist and get as many arguments as they take.
+
+    Raises:
+        BdiError: with the place of the first that does not, and the nearest names known.
+    """
+    check_calls_of((program.beliefs, program.goals, program.plans))
+
+
+def check_calls_of(tree: object) -> None:
+    """As :func:`check_calls`, for any part of a program."""
+    pending: list[object] = [tree]
+    calls: list[Call] = []
+    while pending:
+        node = pending.pop()
+        if isinstance(node, Call):
+            calls.append(node)
+        pending.extend(children(node))
+    for call in sorted(calls, key=lambda call: (call.location.file, call.location.line, call.location.column)):
+        check_call(call)
+
+
+def check_call(call: Call) -> None:
+    """See that an internal action or function exists and gets as many arguments as it takes.
+
+    Raises:
+        BdiError: it does not.
+    """
+    action = ACTIONS.get(call.name)
+    limits = (action.least, action.most) if action is not None else FUNCTIONS.get(call.name)
+    if action is not None and call.name in FUNCTIONS:
+        limits = (min(action.least, FUNCTIONS[call.name][0]), action.most)
+    if limits is None:
+        known = sorted({*ACTIONS, *FUNCTIONS})
+        near = difflib.get_close_matches(call.name, known, n=3, cutoff=0.5)
+        hint = f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(known)}"
+        raise BdiError(f"{call.location}: unknown internal action {call.name}; {hint}")
+    least, most = limits
+    if not least <= len(call.args) <= most:
+        takes = str(least) if least == most else f"at least {least}" if most == MANY else f"{least} to {most}"
+        plural = "" if takes == "1" else "s"
+        raise BdiError(f"{call.location}: {call.name} takes {takes} argument{plural}, found {len(call.args)}: {call}")

@@ -1,0 +1,46 @@
+"""Internal actions on strings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..parser import parse_term
+from ..terms import Number, String
+from ..unify import undo
+from .registry import Invocation, Outcome, internal_action
+
+
+@internal_action("substring", 2, 4)
+def _substring(invocation: Invocation) -> Iterator[object]:
+    part, text = invocation.text(0), invocation.text(1)
+    start = text.find(part)
+    while start >= 0:
+        mark = len(invocation.trail)
+        found = len(invocation) < 3 or invocation.unify(2, Number(start))
+        if found and (len(invocation) < 4 or invocation.unify(3, Number(start + len(part)))):
+            yield start
+        else:
+            undo(invocation.bindings, invocation.trail, mark)
+        start = text.find(part, start + 1)
+
+
+@internal_action("replace", 4)
+def _replace(invocation: Invocation) -> Outcome:
+    return invocation.unify(3, String(invocation.text(0).replace(invocation.text(1), invocation.text(2))))
+
+
+@internal_action("lower_case", 2)
+def _lower_case(invocation: Invocation) -> Outcome:
+    return invocation.unify(1, String(invocation.text(0).lower()))
+
+
+@internal_action("upper_case", 2)
+def _upper_case(invocation: Invocation) -> Outcome:
+    return invocation.unify(1, String(invocation.text(0).upper()))
+
+
+@internal_action("term2string", 2)
+def _term2string(invocation: Invocation) -> Outcome:
+    if invocation.is_free(0):
+        return invocation.unify(0, parse_term(invocation.text(1)))
+    return invocation.unify(1, String(str(invocation.value(0))))

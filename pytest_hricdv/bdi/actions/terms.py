@@ -1,0 +1,68 @@
+"""Internal actions that look at terms."""
+
+from __future__ import annotations
+
+from ..communication import add_source, text_of
+from ..terms import ListTerm, Number, String, Structure, Variable, is_ground
+from .registry import Invocation, Outcome, internal_action
+
+
+@internal_action("ground", 1)
+def _ground(invocation: Invocation) -> Outcome:
+    return is_ground(invocation.value(0))
+
+
+@internal_action("number", 1)
+def _number(invocation: Invocation) -> Outcome:
+    return isinstance(invocation.value(0), Number)
+
+
+@internal_action("string", 1)
+def _string(invocation: Invocation) -> Outcome:
+    return isinstance(invocation.value(0), String)
+
+
+@internal_action("var", 1)
+def _var(invocation: Invocation) -> Outcome:
+    return isinstance(invocation.value(0), Variable)
+
+
+@internal_action("atom", 1)
+def _atom(invocation: Invocation) -> Outcome:
+    value = invocation.value(0)
+    return isinstance(value, Structure) and not value.args and not value.annots and not value.negated
+
+
+@internal_action("structure", 1)
+def _structure(invocation: Invocation) -> Outcome:
+    return isinstance(invocation.value(0), (Structure, ListTerm))
+
+
+@internal_action("literal", 1)
+def _literal(invocation: Invocation) -> Outcome:
+    return isinstance(invocation.value(0), Structure)
+
+
+@internal_action("add_annot", 3)
+def _add_annot(invocation: Invocation) -> Outcome:
+    literal = invocation.literal(0)
+    return invocation.unify(2, literal.annotated((*literal.annots, invocation.value(1))))
+
+
+@internal_action("add_nested_source", 3)
+def _add_nested_source(invocation: Invocation) -> Outcome:
+    return invocation.unify(2, add_source(invocation.value(0), text_of(invocation.value(1))))
+
+
+@internal_action("my_name", 1)
+def _my_name(invocation: Invocation) -> Outcome:
+    return invocation.unify(0, Structure(invocation.agent.name))
+
+
+@internal_action("random", 1, 2)
+def _random(invocation: Invocation) -> Outcome:
+    drawn = invocation.agent.run.draw()
+    if len(invocation) == 1:
+        return invocation.unify(0, Number(drawn))
+    items = invocation.items(0)
+    return bool(items) and invocation.unify(1, items[int(drawn * len(items))])

@@ -1,0 +1,61 @@
+"""Waiting, and the virtual clock."""
+
+from __future__ import annotations
+
+from ..errors import EvaluationError
+from ..inference import first
+from ..intentions import Wait
+from ..parser import parse_trigger
+from ..syntax import Plan, Trigger
+from ..terms import Number, Quoted, String, Variable
+from .registry import Invocation, Outcome, internal_action
+
+
+@internal_action("wait", 1, 3)
+def _wait(invocation: Invocation) -> Outcome:
+    """``.wait(Ms)``, ``.wait(Event or condition)``, ``.wait(Event or condition, Ms)``, with the time waited third."""
+    agent, run = invocation.agent, invocation.agent.run
+    what = invocation.args[0]
+    intention = invocation.own_intention()
+    value = invocation.value(0) if _is_value(what) else what
+    wait = Wait(intention, run.time_ms)
+    if isinstance(value, Number):
+        wait.deadline_ms = run.time_ms + max(0.0, value)
+    elif isinstance(value, (String, Quoted)):
+        wait.trigger = _trigger(value)
+    else:
+        solution = first(agent, what, invocation.bindings)
+        if solution is not None:
+            intention.frames[-1].unifier = solution
+            return True
+        wait.condition = what
+    if len(invocation) > 1:
+        wait.deadline_ms = run.time_ms + invocation.number(1)
+    if len(invocation) > 2:
+        wait.elapsed = invocation.args[2]
+    agent.waits.append(wait)
+    invocation.held = True
+    return True
+
+
+def _is_value(what: object) -> bool:
+    from ..terms import Arithmetic
+
+    return isinstance(what, (Number, String, Quoted, Variable, Arithmetic))
+
+
+def _trigger(value: String | Quoted) -> Trigger:
+    if isinstance(value, String):
+        return parse_trigger(value.value)
+    if not isinstance(value.plan, Plan):
+        raise EvaluationError(f"{value} is not an event")
+    return value.plan.trigger
+
+
+@internal_action("time", 3)
+def _time(invocation: Invocation) -> Outcome:
+    """The virtual time of the run as hours, minutes and seconds; every run begins at 0:00:00."""
+    invocation.agent.run.progress += 1
+    seconds = int(invocation.agent.run.time_ms // 1000)
+    parts = (seconds // 3600, seconds // 60 % 60, seconds % 60)
+    return all(invocation.unify(index, Number(part)) for index, part in enumerate(parts))

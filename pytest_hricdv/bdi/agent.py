@@ -1,0 +1,361 @@
+"""One agent: its mental state and its reasoning cycle."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from . import communication, failure, perception
+from .actions import Invocation, call_action, function_value
+from .beliefs import BeliefBase
+from .errors import BdiError, EvaluationError
+from .execution import execute
+from .inference import MAX_NESTED_QUERIES, first
+from .intentions import Event, Frame, Intention, Message, Question, Wait
+from .library import PlanLibrary
+from .syntax import Formula, Plan, Trigger
+from .terms import Call, Number, Structure, Term, Variable
+from .unify import Bindings, Trail, free_variables, substitute, substitute_only, undo, unify
+
+if TYPE_CHECKING:
+    from .scheduler import Run
+
+
+class Agent:
+    """An agent in a run.
+
+    Args:
+        name: its name.
+        run: the run it takes part in.
+        beliefs: what it believes at first; the agent makes it its own.
+        library: its plans.
+        events: what it has to react to at first.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        run: Run,
+        beliefs: BeliefBase,
+        library: PlanLibrary,
+        events: list[tuple[str, Structure]],
+    ) -> None:
+        self.name = name
+        self.run = run
+        self.beliefs = beliefs
+        self.library = library
+        self.mailbox: deque[Message] = deque()
+        self.events: deque[Event] = deque(Event(sign, literal, None) for sign, literal in events)
+        self.feedback: deque[tuple[Intention, bool]] = deque()
+        self.intentions: deque[Intention] = deque()
+        self.waits: list[Wait] = []
+        self.questions: dict[str, Question] = {}
+        self.suspended: list[Intention] = []
+        self.executed: list[str] = []
+        """The labels of the plans selected as intended means, in order."""
+        self.current: Intention | None = None
+        """The intention whose statement is being executed."""
+        message_plans = library.relevant("+!", communication.KQML_RECEIVED)
+        self.has_own_message_plans = any(not plan.builtin for plan in message_plans)
+        self._considered: Plan | None = None
+        self._atomic: Intention | None = None
+        self._seen_percepts = 0
+        self._queries = 0
+        self._intention_count = 0
+        self._condition_version = -1
+
+    # --- the reasoning cycle
+
+    def active(self) -> bool:
+        """Whether its next cycle would do anything."""
+        return bool(
+            self.events
+            or self.intentions
+            or self.mailbox
+            or self.feedback
+            or self._seen_percepts != self.run.environment.version(self.name)
+        )
+
+    def cycle(self) -> None:
+        """Perceive, read one message, react to one event, take one action's outcome, do one statement."""
+        version = self.run.environment.version(self.name)
+        if version != self._seen_percepts:
+            self._seen_percepts = version
+            perception.perceive(self)
+        if self.mailbox:
+            communication.receive(self, self.mailbox.popleft())
+        event = self._select_event() if self.events else None
+        if event is not None:
+            self._react(event)
+        if self.feedback:
+            intention, success = self.feedback.popleft()
+            if success:
+                self.go_on(intention)
+            else:
+                failure.fail(self, intention, "action_failed", "the action failed in the environment")
+        if self.intentions:
+            self._act()
+        if self.waits and self.beliefs.version != self._condition_version:
+            self._condition_version = self.beliefs.version
+            self._wake_by_conditions()
+
+    def _select_event(self) -> Event | None:
+        atomic = self._atomic
+        if atomic is None:
+            return self.events.popleft()
+        if atomic in self.intentions:
+            return None
+        for event in self.events:
+            if event.intention is atomic:
+                self.events.remove(event)
+                return event
+        return self.events.popleft()
+
+    def _react(self, event: Event) -> None:
+        selected = self._applicable_plan(event)
+        if selected is None:
+            failure.no_applicable_plan(self, event)
+            return
+        plan, unifier = selected
+        if not plan.builtin:
+            self.executed.append(plan.label)
+        intention = event.intention
+        if intention is None:
+            intention = self.new_intention()
+        elif intention.frames:
+            _optimize_tail_recursion(intention, event)
+        intention.frames.append(Frame(plan, event.sign, event.literal, unifier))
+        if plan.atomic:
+            self._atomic = intention
+        self.intentions.append(intention)
+
+    def _applicable_plan(self, event: Event) -> tuple[Plan, Bindings] | None:
+        literal = event.literal
+        for plan in self.library.relevant(event.sign, literal.key):
+            self._considered = plan
+            unifier: Bindings = {}
+            wanted = plan.trigger.literal
+            propositional = isinstance(wanted, Structure) and not wanted.args and not wanted.annots
+            if not propositional and not unify(wanted, literal, unifier, []):
+                continue
+            if plan.context is None:
+                return plan, unifier
+            try:
+                solution = first(self, plan.context, unifier)
+            except EvaluationError as error:
+                self.run.warn(f"{self.name}: context of plan @{plan.label} ({plan.location}): {error}")
+                continue
+            if solution is not None:
+                # A propositional context hands back the very bindings it was given.
+                return plan, solution
+        return None
+
+    def _act(self) -> None:
+        atomic = self._atomic
+        if atomic is None:
+            intention = self.intentions.popleft()
+        elif atomic in self.intentions:
+            self.intentions.remove(atomic)
+            intention = atomic
+        else:
+            # It waits for its own event or for time to pass: nothing may come between.
+            return
+        frame = intention.frames[-1]
+        if frame.finished:
+            self.clear(intention)
+            return
+        self.current = intention
+        try:
+            execute(self, intention, frame, frame.statement)
+        except EvaluationError as error:
+            failure.fail(self, intention, "ia_failed", str(error))
+        finally:
+            self.current = None
+
+    # --- intentions
+
+    def new_intention(self) -> Intention:
+        """An intention without plans yet."""
+        self._intention_count += 1
+        return Intention(self._intention_count)
+
+    def go_on(self, intention: Intention) -> None:
+        """The statement an intention was at is done: make it ready for the next one."""
+        frames = intention.frames
+        if not frames:
+            self.note_end(intention)
+            return
+        frame = frames[-1]
+        frame.advance()
+        if frame.finished:
+            self.clear(intention)
+        else:
+            self.intentions.append(intention)
+
+    def clear(self, intention: Intention) -> None:
+        """Take finished plans off an intention; it goes on where they were called, or ends."""
+        frames = intention.frames
+        while frames and frames[-1].finished:
+            done = frames.pop()
+            if done.sign == "+!":
+                self.run.note_achieved(self.name, done.literal)
+            if frames:
+                if not done.literal.ground:
+                    _hand_back(self, done, frames[-1])
+                frames[-1].advance()
+        if self._atomic is intention and not intention.atomic:
+            self._atomic = None
+        if frames:
+            self.intentions.append(intention)
+
+    def note_end(self, intention: Intention) -> None:
+        """An intention has ended, by success or failure."""
+        if self._atomic is intention:
+            self._atomic = None
+
+    # --- events
+
+    def post(self, sign: str, literal: Structure, intention: Intention | None) -> None:
+        """Add an event; an external one that no plan is for is only shown to those who wait for it."""
+        if self.waits:
+            self._wake_by_event(sign, literal)
+        if intention is not None or self.library.relevant(sign, literal.key):
+            self.events.append(Event(sign, literal, intention))
+
+    def post_goal(self, goal: Structure) -> None:
+        """Add a goal to be pursued as an intention of its own."""
+        self.events.append(Event("+!", goal, None))
+
+    def believe(self, belief: Structure, intention: Intention | None = None) -> bool:
+        """Add a belief and post its event; False if that changes nothing."""
+        if not self.beliefs.add(belief):
+            return False
+        self.run.progress += 1
+        self.post("+", belief, intention)
+        return True
+
+    def disbelieve(self, belief: Structure, intention: Intention | None = None) -> bool:
+        """Remove a belief's annotations and post its event; False if that changes nothing."""
+        if not self.beliefs.remove(belief):
+            return False
+        self.run.progress += 1
+        self.post("-", belief, intention)
+        return True
+
+    def _wake_by_event(self, sign: str, literal: Structure) -> None:
+        for wait in [wait for wait in self.waits if wait.trigger is not None]:
+            frame = wait.intention.frames[-1]
+            trigger: Trigger = wait.trigger  # type: ignore[assignment]
+            trail: Trail = []
+            if trigger.sign == sign and unify(trigger.literal, literal, frame.unifier, trail):
+                self.wake(wait)
+            else:
+                undo(frame.unifier, trail, 0)
+
+    def _wake_by_conditions(self) -> None:
+        for wait in [wait for wait in self.waits if wait.condition is not None]:
+            frame = wait.intention.frames[-1]
+            solution = first(self, wait.condition, frame.unifier)  # type: ignore[arg-type]
+            if solution is not None:
+                frame.unifier = solution
+                self.wake(wait)
+
+    def wake(self, wait: Wait) -> None:
+        """End a wait."""
+        self.waits.remove(wait)
+        if wait.elapsed is not None:
+            elapsed = Number(round(self.run.time_ms - wait.since_ms))
+            unify(wait.elapsed, elapsed, wait.intention.frames[-1].unifier, [])
+        self.go_on(wait.intention)
+
+    def everywhere(self) -> list[tuple[Intention, Event | None]]:
+        """All intentions, whatever they are doing or waiting for, and the goal events that wait for a plan."""
+        found: list[tuple[Intention, Event | None]] = [(event.intention or Intention(0), event) for event in self.events]
+        found += [(intention, None) for intention in self.intentions]
+        found += [(intention, None) for intention, _ in self.feedback]
+        found += [(wait.intention, None) for wait in self.waits]
+        found += [(question.intention, None) for question in self.questions.values()]
+        found += [(intention, None) for intention in self.suspended]
+        if self.current is not None:
+            found.append((self.current, None))
+        return found
+
+    def take_out(self, intention: Intention) -> None:
+        """Take an intention out of whatever it is in; it is neither ready nor waiting any more."""
+        self.events = deque(event for event in self.events if event.intention is not intention)
+        self.intentions = deque(other for other in self.intentions if other is not intention)
+        self.feedback = deque(entry for entry in self.feedback if entry[0] is not intention)
+        self.waits = [wait for wait in self.waits if wait.intention is not intention]
+        questions = self.questions.items()
+        self.questions = {number: asked for number, asked in questions if asked.intention is not intention}
+        self.suspended = [other for other in self.suspended if other is not intention]
+
+    # --- evaluation
+
+    def fresh(self) -> Variable:
+        """A variable that occurs nowhere else in the run."""
+        return self.run.fresh()
+
+    def value(self, term: Term, bindings: Bindings) -> Term:
+        """The term with variables replaced and expressions evaluated."""
+        return substitute(term, bindings, self.function)
+
+    def function(self, call: Call, bindings: Bindings) -> Term:
+        """The value of a function in an expression."""
+        return function_value(self, call, bindings)
+
+    def call(self, call: Call, bindings: Bindings, trail: Trail) -> bool | Iterator[object]:
+        """The outcome of an internal action as a condition."""
+        return call_action(Invocation(self, call, bindings, trail, None))
+
+    def enter_query(self, formula: Formula) -> None:
+        """Count a query within queries.
+
+        Raises:
+            BdiError: too many of them: rules that call each other through ``not`` for ever.
+        """
+        self._queries += 1
+        if self._queries > MAX_NESTED_QUERIES:
+            raise BdiError(f"{self.name}: runaway recursion while looking for {formula}: {self.doing()}")
+
+    def leave_query(self) -> None:
+        """The end of a query."""
+        self._queries -= 1
+
+    def doing(self) -> str:
+        """Where the agent is, for error messages."""
+        if self.current is not None and self.current.frames:
+            frame = self.current.frames[-1]
+            place = frame.plan.location if frame.finished else frame.statement.location
+            return f"in plan @{frame.plan.label} ({place})"
+        if self._considered is not None:
+            return f"in the context of plan @{self._considered.label} ({self._considered.location})"
+        return "before any plan"
+
+
+def _optimize_tail_recursion(intention: Intention, event: Event) -> None:
+    """Drop a plan that ends by pursuing its own goal again, so that such loops need no memory."""
+    top = intention.frames[-1]
+    if (
+        event.sign == "+!"
+        and top.sign == "+!"
+        and top.literal.key == event.literal.key
+        and top.pc == len(top.body) - 1
+        and not top.blocks
+        and not top.plan.atomic
+        and top.literal.ground
+    ):
+        intention.frames.pop()
+
+
+def _hand_back(agent: Agent, done: Frame, caller: Frame) -> None:
+    """Bind the caller's variables that the goal's plan has bound."""
+    asked = free_variables(done.literal)
+    for variable in asked:
+        value = agent.value(variable, done.unifier)
+        if value == variable:
+            continue
+        # What the plan left unbound inside the value must not be taken for the caller's variable of that name.
+        own: Bindings = {free: agent.fresh() for free in free_variables(value) if free not in asked}
+        caller.unifier[variable] = substitute_only(value, own) if own else value

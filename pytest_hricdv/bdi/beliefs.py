@@ -1,0 +1,94 @@
+"""An agent's belief base."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from .syntax import Rule
+from .terms import Key, Structure, Term
+
+Entry = Structure | Rule
+Bucket = dict[Structure | Rule, Entry]
+"""The beliefs of one predicate, by their text without annotations, the oldest first."""
+
+_EMPTY: Bucket = {}
+
+
+class BeliefBase:
+    """Beliefs with their sources, and rules, found by predicate; queries look at the newest first."""
+
+    __slots__ = ("_buckets", "version")
+
+    def __init__(self) -> None:
+        self._buckets: dict[Key, Bucket] = {}
+        self.version = 0
+        """Grows with every change."""
+
+    def copy(self) -> BeliefBase:
+        """An independent base with the same content: beliefs themselves are immutable."""
+        other = BeliefBase()
+        other._buckets = {key: dict(bucket) for key, bucket in self._buckets.items()}
+        return other
+
+    def bucket(self, key: Key) -> Bucket:
+        """The beliefs and rules of a predicate."""
+        return self._buckets.get(key, _EMPTY)
+
+    def candidates(self, key: Key) -> Iterable[Entry]:
+        """The beliefs and rules of a predicate in query order, safe against changes on the way."""
+        bucket = self._buckets.get(key)
+        return reversed(list(bucket.values())) if bucket else ()
+
+    def add_rule(self, rule: Rule) -> None:
+        """Add a rule."""
+        self._buckets.setdefault(rule.head.key, {})[rule] = rule
+
+    def add(self, belief: Structure) -> bool:
+        """Add a ground belief, or its annotations to the belief already held.
+
+        Returns:
+            Whether anything changed: adding a belief again from the same source does not.
+        """
+        bucket = self._buckets.setdefault(belief.key, {})
+        plain = belief.plain()
+        held = bucket.get(plain)
+        if isinstance(held, Structure):
+            if all(annot in held.annots for annot in belief.annots):
+                return False
+            bucket[plain] = held.annotated(held.annots + belief.annots)
+        else:
+            bucket[plain] = belief
+        self.version += 1
+        return True
+
+    def remove(self, belief: Structure) -> bool:
+        """Remove the annotations given, sources among them; without any source left the belief goes.
+
+        Returns:
+            Whether anything changed. Nothing does if some annotation given is not held.
+        """
+        plain = belief.plain()
+        bucket = self._buckets.get(belief.key, _EMPTY)
+        held = bucket.get(plain)
+        if not isinstance(held, Structure) or not all(annot in held.annots for annot in belief.annots):
+            return False
+        left = held.annotated(tuple(annot for annot in held.annots if annot not in belief.annots))
+        if left.has_source():
+            bucket[plain] = left
+        else:
+            del bucket[plain]
+        self.version += 1
+        return True
+
+    def with_annotation(self, annot: Term) -> list[Structure]:
+        """The beliefs held with an annotation, such as ``source(percept)``, the oldest first."""
+        return [
+            entry
+            for bucket in self._buckets.values()
+            for entry in bucket.values()
+            if isinstance(entry, Structure) and annot in entry.annots
+        ]
+
+    def __iter__(self) -> Iterator[Entry]:
+        for bucket in self._buckets.values():
+            yield from bucket.values()

@@ -1,0 +1,110 @@
+"""Speech acts: what sending and receiving a message does.
+
+``tell`` and ``achieve`` act at once; the other forces are goals ``+!kqml_received(Sender, Force, Content,
+Number)`` for which every agent has the plans of ``kqml.asl``, after its own.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from . import failure
+from .errors import EvaluationError
+from .intentions import Message, Question
+from .terms import ListTerm, Number, String, Structure, Term, source
+from .unify import Bindings, free_variables, substitute_only, undo, unify
+
+if TYPE_CHECKING:
+    from .agent import Agent
+
+FORCES = frozenset(
+    {"tell", "untell", "achieve", "unachieve", "askOne", "askAll", "askHow", "tellHow", "untellHow", "signal"}
+)
+KQML_RECEIVED = (False, "kqml_received", 4)
+
+
+def add_source(content: Term, sender: str) -> Term:
+    """The content with ``source(sender)``; for a list, each of its literals."""
+    if isinstance(content, Structure):
+        return content.annotated((*content.annots, source(sender)))
+    if isinstance(content, ListTerm):
+        return ListTerm(tuple(add_source(item, sender) for item in content.items), content.tail)
+    return content
+
+
+def send(agent: Agent, receiver: str, force: str, content: Term, reply_to: str = "") -> str:
+    """Put a message into the receiver's mailbox; it is visible from the receiver's next cycle.
+
+    Returns:
+        The number of the message, which an answer refers to.
+
+    Raises:
+        EvaluationError: there is no such agent or no such force.
+    """
+    if force not in FORCES:
+        raise EvaluationError(f"unknown illocutionary force {force}; known are {', '.join(sorted(FORCES))}")
+    to = agent.run.agents.get(receiver)
+    if to is None:
+        raise EvaluationError(f"there is no agent {receiver} to send to")
+    number = agent.run.next_message_number()
+    free = free_variables(content)
+    if free:
+        # The receiver's plans may have variables of the same names.
+        renaming: Bindings = {variable: agent.fresh() for variable in free}
+        content = substitute_only(content, renaming)
+    sender = "self" if to is agent else agent.name
+    to.mailbox.append(Message(sender, force, content, number, reply_to))
+    agent.run.progress += 1
+    return number
+
+
+def receive(agent: Agent, message: Message) -> None:
+    """Act on one message."""
+    question = agent.questions.pop(message.reply_to, None) if message.reply_to else None
+    if question is not None:
+        _answered(agent, question, message)
+        return
+    content = message.content
+    direct = isinstance(content, Structure) and not agent.has_own_message_plans
+    if direct and message.force in ("tell", "signal"):
+        belief = add_source(content, message.sender)
+        if isinstance(belief, Structure):
+            if message.force == "tell":
+                agent.believe(belief)
+            else:
+                agent.post("+", belief, None)
+    elif direct and message.force == "achieve":
+        goal = add_source(content, message.sender)
+        if isinstance(goal, Structure):
+            agent.post_goal(goal)
+    else:
+        args = (Structure(message.sender), Structure(message.force), content, String(message.number))
+        agent.post("+!", Structure("kqml_received", args), None)
+
+
+def _answered(agent: Agent, question: Question, message: Message) -> None:
+    """An intention that waited for an answer goes on with it."""
+    content = message.content
+    if message.force == "untell" and question.force == "askOne":
+        content = Structure("false")
+    elif isinstance(content, (Structure, ListTerm)):
+        content = add_source(content, message.sender)
+    intention = question.intention
+    frame = intention.frames[-1]
+    trail: list[object] = []
+    if unify(question.answer, content, frame.unifier, trail):  # type: ignore[arg-type]
+        agent.go_on(intention)
+    else:
+        undo(frame.unifier, trail, 0)  # type: ignore[arg-type]
+        failure.fail(agent, intention, "ask_failed", f"the answer {content} is not a {question.answer}")
+
+
+def text_of(term: Term) -> str:
+    """The name in an atom or a string."""
+    if isinstance(term, String):
+        return term.value
+    if isinstance(term, Number):
+        return str(term)
+    if isinstance(term, Structure) and not term.args:
+        return term.functor
+    raise EvaluationError(f"{term} is not a name")

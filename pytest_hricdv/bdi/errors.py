@@ -1,0 +1,66 @@
+"""What can go wrong in a BDI model, always with the place where it went wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Location:
+    """A place in a source file; line and column count from 1."""
+
+    file: str
+    line: int
+    column: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}"
+
+
+class BdiError(Exception):
+    """A model that cannot be loaded or cannot go on running."""
+
+
+_SHOWN = 160
+"""Characters of a source line that an error message shows."""
+
+
+class BdiSyntaxError(BdiError):
+    """AgentSpeak or project text that cannot be read.
+
+    Args:
+        message: what was expected and what was found.
+        file: name of the source file as the user gave it.
+        line: line of the offending text, from 1.
+        column: column of the offending text, from 1.
+        source_line: the text of that line, shown with a caret under the column.
+    """
+
+    def __init__(self, message: str, file: str, line: int, column: int, source_line: str = "") -> None:
+        super().__init__(message)
+        self.message = message
+        self.file = file
+        self.line = line
+        self.column = column
+        self.source_line = source_line
+
+    @classmethod
+    def at(cls, message: str, file: str, line: int, column: int, text: str) -> BdiSyntaxError:
+        """The error at a place of the source ``text``, which supplies the line to show."""
+        lines = text.split("\n")
+        source_line = lines[line - 1].rstrip("\r") if 0 < line <= len(lines) else ""
+        return cls(message, file, line, column, source_line)
+
+    def __str__(self) -> str:
+        head = f"{self.file}:{self.line}:{self.column}: {self.message}"
+        if not self.source_line.strip():
+            return head
+        start = max(0, self.column - 1 - _SHOWN // 2) if self.column > _SHOWN else 0
+        shown = self.source_line[start : start + _SHOWN]
+        # Tabs are kept in the indent of the caret so that it stays under its column in any terminal.
+        indent = "".join("\t" if c == "\t" else " " for c in shown[: self.column - 1 - start])
+        return f"{head}\n    {shown}\n    {indent}^"
+
+
+class EvaluationError(BdiError):
+    """An expression or internal action that has no value here: the goal it is in fails, the agent lives on."""

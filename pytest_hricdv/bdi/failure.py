@@ -1,0 +1,120 @@
+"""What happens when a plan cannot go on.
+
+A failed goal ``+!g`` is handled by the nearest plan for ``-!g``: its own, or that of a goal below it in the
+intention. As in Jason, a failure directly in the body of a handling plan, or of a plan for a belief event,
+is not handled: that intention is dropped with a warning, and the agent lives on.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .intentions import ROOT_OF_ADDED_GOALS, ROOT_OF_FAILED_GOALS, Event, Intention
+from .terms import Number, String, Structure, Term
+from .unify import unify
+
+if TYPE_CHECKING:
+    from .agent import Agent
+
+
+def fail(agent: Agent, intention: Intention, error: str, message: str, extra: tuple[Term, ...] = ()) -> None:
+    """The statement an intention is at has failed.
+
+    Args:
+        agent: whose intention it is.
+        intention: the intention, taken out of whatever it was in.
+        error: Jason's name for the kind of failure, the value of the annotation ``error``.
+        message: what happened, in words.
+        extra: annotations for the failure event.
+    """
+    frame = intention.frames[-1]
+    statement = None if frame.finished else frame.statement
+    place = frame.plan.location if statement is None else statement.location
+    annots: tuple[Term, ...] = (
+        Structure("error", (Structure(error),)),
+        Structure("error_msg", (String(message),)),
+        Structure("code", (String(str(statement)),)),
+        Structure("code_src", (String(place.file),)),
+        Structure("code_line", (Number(place.line),)),
+    )
+    if any(isinstance(annot, Structure) and annot.functor == "error" for annot in extra):
+        annots = annots[1:]
+    if frame.sign in ROOT_OF_ADDED_GOALS and _handle(agent, intention, len(intention.frames) - 1, annots + extra):
+        return
+    goal = f"{frame.sign}{frame.literal.plain()}"
+    agent.run.warn(f"{agent.name}: {place}: {message}: no failure plan, the intention of {goal} is dropped")
+    agent.note_end(intention)
+
+
+def no_applicable_plan(agent: Agent, event: Event) -> None:
+    """No plan is applicable for a selected event: a goal fails, a belief event is passed over."""
+    intention = event.intention
+    if event.sign in ROOT_OF_ADDED_GOALS:
+        known = bool(agent.library.relevant(event.sign, event.literal.key))
+        error = "no_applicable" if known else "no_relevant"
+        message = f"no {'applicable' if known else 'relevant'} plan for {event.sign}{event.literal.plain()}"
+        fail_goal(agent, intention or agent.new_intention(), event.sign, event.literal, error, message)
+    elif event.sign in ROOT_OF_FAILED_GOALS:
+        agent.run.warn(f"{agent.name}: no applicable plan for {event}: the intention is dropped")
+        if intention is not None:
+            agent.note_end(intention)
+    elif intention is not None:
+        agent.go_on(intention)
+
+
+def fail_goal(agent: Agent, intention: Intention, sign: str, literal: Structure, error: str, message: str) -> None:
+    """A goal that has no plan on the intention, or none any more, has failed."""
+    annots: tuple[Term, ...] = (
+        Structure("error", (Structure(error),)),
+        Structure("error_msg", (String(message),)),
+    )
+    handler = "-" + sign[1]
+    if agent.library.relevant(handler, literal.key):
+        _post(agent, handler, literal, annots, intention)
+    elif not _handle(agent, intention, len(intention.frames) - 1, annots):
+        agent.run.warn(f"{agent.name}: {message}: no failure plan, the intention is dropped")
+        agent.note_end(intention)
+
+
+def _handle(agent: Agent, intention: Intention, start: int, annots: tuple[Term, ...]) -> bool:
+    """Post the failure event of the topmost goal that has a plan for it; its plans so far are given up."""
+    frames = intention.frames
+    for depth in range(start, -1, -1):
+        frame = frames[depth]
+        if frame.sign in ROOT_OF_ADDED_GOALS:
+            handler = "-" + frame.sign[1]
+            if agent.library.relevant(handler, frame.literal.key):
+                literal = frame.literal
+                del frames[depth:]
+                _post(agent, handler, literal, annots, intention)
+                return True
+    return False
+
+
+def _post(agent: Agent, sign: str, literal: Structure, annots: tuple[Term, ...], intention: Intention) -> None:
+    agent.run.progress += 1
+    agent.post(sign, literal.annotated(literal.annots + annots), intention)
+
+
+def drop_goal(agent: Agent, intention: Intention, goal: Term, succeeded: bool) -> bool:
+    """Give up, or declare achieved, a goal that an intention is pursuing.
+
+    Args:
+        agent: whose intention it is.
+        intention: the intention, taken out of whatever it was in.
+        goal: what the goal has to unify with.
+        succeeded: whether the intention goes on as if the goal were achieved, or as if it had failed.
+
+    Returns:
+        Whether the intention was pursuing it.
+    """
+    frames = intention.frames
+    for depth, frame in enumerate(frames):
+        if frame.sign == "+!" and unify(goal, frame.literal, dict(frame.unifier), []):
+            del frames[depth:]
+            if succeeded:
+                agent.go_on(intention)
+            else:
+                fail_goal(agent, intention, "+!", frame.literal, "goal_failed", f"goal {goal} was failed")
+            return True
+    return False

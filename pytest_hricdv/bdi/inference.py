@@ -1,0 +1,303 @@
+"""What follows from an agent's beliefs: resolution with backtracking, newest beliefs first.
+
+The machine keeps its own stack of choices, so that deep rules cannot exhaust Python's, and stops
+runaway recursion with an error that names the rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from .errors import BdiError, EvaluationError
+from .syntax import And, Comparison, Formula, Not, Or, Rule
+from .terms import Arithmetic, Call, ListTerm, Number, Structure, Term, Variable, order
+from .unify import Bindings, Trail, match_annotations, substitute, substitute_only, undo, unify, walk
+
+if TYPE_CHECKING:
+    from .agent import Agent
+
+MAX_CHOICES = 50_000
+"""Open choices of one query; a rule that calls itself for ever reaches it in a fraction of a second."""
+MAX_NESTED_QUERIES = 60
+"""Queries within queries, through ``not`` and ``.findall``: bounded by Python's stack."""
+
+Goals = tuple[Formula, "Goals"] | None
+"""What is left to show, first things first."""
+
+
+def first(agent: Agent, formula: Formula, bindings: Bindings) -> Bindings | None:
+    """The first solution of a formula, as bindings that extend the given ones; None if there is none."""
+    kind = type(formula)
+    # Most contexts are propositional: those need no machine.
+    if kind is Structure:
+        known = _ground_answer(agent, formula)  # type: ignore[arg-type]
+        if known is not None:
+            return bindings if known else None
+    elif isinstance(formula, Not):
+        return bindings if first(agent, formula.part, bindings) is None else None
+    elif isinstance(formula, And):
+        return _first_of_all(agent, formula, bindings)
+    agent.enter_query(formula)
+    try:
+        return next(solve(agent, formula, bindings), None)
+    finally:
+        agent.leave_query()
+
+
+def _first_of_all(agent: Agent, formula: And, bindings: Bindings) -> Bindings | None:
+    """The first solution of a conjunction; parts with a single answer are decided without the machine."""
+    parts = formula.parts
+    for index, part in enumerate(parts):
+        if type(part) is Structure:
+            known = _ground_answer(agent, part)
+            if known is None:
+                rest = And(parts[index:]) if index else formula
+                agent.enter_query(formula)
+                try:
+                    return next(solve(agent, rest, bindings), None)
+                finally:
+                    agent.leave_query()
+            if not known:
+                return None
+        elif isinstance(part, Not):
+            if first(agent, part.part, bindings) is not None:
+                return None
+        elif isinstance(part, Comparison):
+            extended = dict(bindings)
+            if not compare(agent, part, extended, []):
+                return None
+            bindings = extended
+        else:
+            agent.enter_query(formula)
+            try:
+                return next(solve(agent, And(parts[index:]), bindings), None)
+            finally:
+                agent.leave_query()
+    return bindings
+
+
+def _ground_answer(agent: Agent, literal: Structure) -> bool | None:
+    """Whether a ground literal is believed, if that can be looked up; None if it takes the machine."""
+    if not literal.ground:
+        return None
+    bucket = agent.beliefs.bucket(literal.key)
+    if not bucket:
+        return literal.functor == "true" and not literal.args
+    if literal.annots:
+        held = bucket.get(literal.plain())
+        if isinstance(held, Structure) and all(annot in held.annots for annot in literal.annots):
+            return True
+    elif literal in bucket:
+        return True
+    return None if any(isinstance(entry, Rule) or not entry.ground for entry in bucket.values()) else False
+
+
+def solve(agent: Agent, formula: Formula, bindings: Bindings) -> Iterator[Bindings]:
+    """All solutions of a formula, each as new bindings that extend the given ones.
+
+    Raises:
+        BdiError: rules recurse without end.
+        EvaluationError: an expression in it has no value.
+    """
+    env = dict(bindings)
+    trail: Trail = []
+    renamed: set[Variable] = set()
+    choices: list[tuple[Iterator[Goals], int]] = []
+    goals: Goals = (formula, None)
+    while True:
+        if goals is None:
+            yield _answer(agent, env, renamed)
+        else:
+            goal, rest = goals
+            if isinstance(goal, And):
+                for part in reversed(goal.parts):
+                    rest = (part, rest)
+                goals = rest
+                continue
+            if isinstance(goal, Not):
+                if first(agent, goal.part, env) is None:
+                    goals = rest
+                    continue
+            elif isinstance(goal, Comparison):
+                if compare(agent, goal, env, trail):
+                    goals = rest
+                    continue
+            else:
+                if len(choices) > MAX_CHOICES:
+                    raise BdiError(f"{agent.name}: runaway recursion while looking for {goal}: {agent.doing()}")
+                choices.append((_alternatives(agent, goal, rest, env, trail, renamed), len(trail)))
+        while choices:
+            alternatives, mark = choices[-1]
+            undo(env, trail, mark)
+            try:
+                goals = next(alternatives)
+                break
+            except StopIteration:
+                choices.pop()
+        else:
+            return
+
+
+def _answer(agent: Agent, env: Bindings, renamed: set[Variable]) -> Bindings:
+    """The bindings for the outside: without the variables that rules brought in."""
+    if not renamed:
+        return dict(env)
+    return {
+        variable: substitute(value, env, agent.function) for variable, value in env.items() if variable not in renamed
+    }
+
+
+def _alternatives(
+    agent: Agent, goal: Formula, rest: Goals, env: Bindings, trail: Trail, renamed: set[Variable]
+) -> Iterator[Goals]:
+    """What is left to show for each way to show the goal, with the bindings of that way made."""
+    if isinstance(goal, Or):
+        for part in goal.parts:
+            yield (part, rest)
+        return
+    if isinstance(goal, Call):
+        outcome = agent.call(goal, env, trail)
+        if isinstance(outcome, bool):
+            if outcome:
+                yield rest
+        else:
+            for _ in outcome:
+                yield rest
+        return
+    literal = _literal(agent, goal, env)
+    if literal.functor in ("true", "false") and not literal.args:
+        if literal.functor == "true":
+            yield rest
+        return
+    for entry in agent.beliefs.candidates(literal.key):
+        if isinstance(entry, Rule):
+            yield from _by_rule(agent, literal, entry, rest, env, trail, renamed)
+        else:
+            yield from _by_belief(literal, entry, rest, env, trail)
+
+
+def _literal(agent: Agent, goal: Formula, env: Bindings) -> Structure:
+    if isinstance(goal, Structure) and not goal.evaluable:
+        return goal
+    value = substitute(goal, env, agent.function)  # type: ignore[arg-type]
+    if not isinstance(value, Structure):
+        raise EvaluationError(f"{goal} is not a literal but {value}")
+    return value
+
+
+def _by_belief(literal: Structure, belief: Structure, rest: Goals, env: Bindings, trail: Trail) -> Iterator[Goals]:
+    mark = len(trail)
+    for left, right in zip(literal.args, belief.args, strict=True):
+        if not unify(left, right, env, trail):
+            undo(env, trail, mark)
+            return
+    if not literal.annots and literal.annots_tail is None:
+        yield rest
+    else:
+        yield from _with_annotations(literal, belief.annots, rest, env, trail, mark)
+
+
+def _with_annotations(
+    literal: Structure, annots: tuple[Term, ...], goals: Goals, env: Bindings, trail: Trail, mark: int
+) -> Iterator[Goals]:
+    """Go on once for each way the annotations match; each way binds anew what was bound since ``mark``."""
+    ways = [
+        [(variable, env[variable]) for variable in trail[mark:]]
+        for _ in match_annotations(literal, annots, env, trail)
+    ]
+    for way in ways:
+        undo(env, trail, mark)
+        for variable, value in way:
+            env[variable] = value
+            trail.append(variable)
+        yield goals
+
+
+def _by_rule(
+    agent: Agent, literal: Structure, rule: Rule, rest: Goals, env: Bindings, trail: Trail, renamed: set[Variable]
+) -> Iterator[Goals]:
+    renaming: Bindings = {variable: agent.fresh() for variable in rule.variables}
+    renamed.update(renaming.values())  # type: ignore[arg-type]
+    head = substitute_only(rule.head, renaming) if renaming else rule.head
+    mark = len(trail)
+    if isinstance(head, Structure) and all(
+        unify(left, right, env, trail) for left, right in zip(literal.args, head.args, strict=True)
+    ):
+        body = rename_formula(rule.body, renaming) if renaming else rule.body
+        if not literal.annots and literal.annots_tail is None:
+            yield (body, rest)
+        else:
+            yield from _with_annotations(literal, head.annots, (body, rest), env, trail, mark)
+    else:
+        undo(env, trail, mark)
+
+
+def rename_formula(formula: Formula, renaming: Bindings) -> Formula:
+    """The formula with its variables replaced as ``renaming`` says."""
+    if isinstance(formula, And):
+        return And(tuple(rename_formula(part, renaming) for part in formula.parts))
+    if isinstance(formula, Or):
+        return Or(tuple(rename_formula(part, renaming) for part in formula.parts))
+    if isinstance(formula, Not):
+        return Not(rename_formula(formula.part, renaming))
+    if isinstance(formula, Comparison):
+        left, right = _rename_term(formula.left, renaming), _rename_term(formula.right, renaming)
+        return Comparison(formula.operator, left, right)
+    return _rename_term(formula, renaming)  # type: ignore[return-value]
+
+
+def _rename_term(term: Term, renaming: Bindings) -> Term:
+    if isinstance(term, Call):
+        return Call(term.name, tuple(rename_formula(arg, renaming) for arg in term.args), term.location)  # type: ignore[arg-type]
+    if isinstance(term, Arithmetic):
+        return Arithmetic(term.operator, tuple(_rename_term(operand, renaming) for operand in term.operands))
+    return substitute_only(term, renaming)
+
+
+def compare(agent: Agent, comparison: Comparison, env: Bindings, trail: Trail) -> bool:
+    """Decide a comparison; ``=`` and ``=..`` bind variables.
+
+    Raises:
+        EvaluationError: a side is an expression without a value.
+    """
+    left = substitute(comparison.left, env, agent.function)
+    right = substitute(comparison.right, env, agent.function)
+    operator = comparison.operator
+    if operator == "=":
+        return unify(_valued(left), _valued(right), env, trail)
+    if operator == "==":
+        return left == right
+    if operator == "\\==":
+        return left != right
+    if operator == "=..":
+        return _univ(left, right, env, trail)
+    if isinstance(left, Number) and isinstance(right, Number):
+        below, above = left < right, left > right
+    else:
+        below, above = order(left) < order(right), order(left) > order(right)
+    if operator == "<":
+        return below
+    if operator == ">":
+        return above
+    return not above if operator == "<=" else not below
+
+
+def _valued(term: Term) -> Term:
+    if isinstance(term, Arithmetic):
+        raise EvaluationError(f"{term} has no value: a variable in it is not bound")
+    return term
+
+
+def _univ(left: Term, right: Term, env: Bindings, trail: Trail) -> bool:
+    """``p(a)[b] =.. [p,[a],[b]]``, to take a literal apart or to build one."""
+    if isinstance(left, Structure):
+        parts = ListTerm((Structure(left.functor), ListTerm(left.args), ListTerm(left.annots)))
+        return unify(parts, right, env, trail)
+    if isinstance(right, ListTerm) and len(right.items) == 3:
+        functor, args, annots = (walk(item, env) for item in right.items)
+        if isinstance(functor, Structure) and isinstance(args, ListTerm) and isinstance(annots, ListTerm):
+            return unify(left, Structure(functor.functor, args.items).annotated(annots.items), env, trail)
+    raise EvaluationError(f"neither side of {left} =.. {right} is known")
+
+

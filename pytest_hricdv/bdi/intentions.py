@@ -1,0 +1,157 @@
+"""Events, intentions, and the plans on an intention's stack."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from .syntax import Body, For, Formula, Plan, Statement, Trigger, While
+from .terms import Structure, Term
+from .unify import Bindings
+
+ROOT_OF_ADDED_GOALS = frozenset({"+!", "+?"})
+ROOT_OF_FAILED_GOALS = frozenset({"-!", "-?"})
+
+
+class Event:
+    """Something an agent may react to; an internal one carries the intention that waits for it."""
+
+    __slots__ = ("intention", "literal", "sign")
+
+    def __init__(self, sign: str, literal: Structure, intention: Intention | None) -> None:
+        self.sign = sign
+        self.literal = literal
+        self.intention = intention
+
+    def __str__(self) -> str:
+        return f"{self.sign}{self.literal}"
+
+
+class Loop:
+    """A ``for`` or ``while`` under way: the bindings to restore, and the solutions a ``for`` has left."""
+
+    __slots__ = ("outer", "solutions", "statement")
+
+    def __init__(self, statement: For | While, outer: Bindings, solutions: deque[Bindings]) -> None:
+        self.statement = statement
+        self.outer = outer
+        self.solutions = solutions
+
+
+class Frame:
+    """An intended means: a plan that is being executed, its bindings, and how far it has come."""
+
+    __slots__ = ("blocks", "body", "literal", "loop", "pc", "plan", "sign", "unifier")
+
+    def __init__(self, plan: Plan, sign: str, literal: Structure, unifier: Bindings) -> None:
+        self.plan = plan
+        self.sign = sign
+        self.literal = literal
+        self.unifier = unifier
+        self.body: Body = plan.body
+        self.pc = 0
+        self.blocks: list[tuple[Body, int, Loop | None]] = []
+        """The bodies around the block being executed, innermost last, and where to go on in them."""
+        self.loop: Loop | None = None
+        """The loop whose statement is next, if it has been round at least once."""
+
+    @property
+    def finished(self) -> bool:
+        """Whether the plan has no statement left."""
+        return self.pc >= len(self.body)
+
+    @property
+    def statement(self) -> Statement:
+        """The statement to be executed, or the one waited for."""
+        return self.body[self.pc]
+
+    def advance(self) -> None:
+        """Go on to the next statement, out of the blocks that end here."""
+        self.pc += 1
+        if self.blocks and self.pc >= len(self.body):
+            self.leave_blocks()
+
+    def enter(self, body: Body, loop: Loop | None) -> None:
+        """Execute a block next; afterwards the loop's statement again, or else the statement after this one."""
+        self.blocks.append((self.body, self.pc if loop else self.pc + 1, loop))
+        self.body, self.pc = body, 0
+        self.leave_blocks()
+
+    def leave_blocks(self) -> None:
+        """Return from finished blocks to what is around them."""
+        while self.blocks and self.pc >= len(self.body):
+            self.body, self.pc, loop = self.blocks.pop()
+            if loop is not None:
+                self.loop = loop
+                return
+
+
+class Intention:
+    """A stack of plans, the one being executed last."""
+
+    __slots__ = ("frames", "number")
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        self.frames: list[Frame] = []
+
+    @property
+    def atomic(self) -> bool:
+        """Whether one of its plans must not be interleaved with other intentions."""
+        return any(frame.plan.atomic for frame in self.frames)
+
+
+class Wait:
+    """An intention that waits for an event, for a condition, or for virtual time to pass.
+
+    Args:
+        intention: who waits.
+        since_ms: when it began.
+        deadline_ms: when it stops waiting, in virtual time; None for never.
+        trigger: the event it waits for.
+        condition: the condition it waits for.
+        elapsed: what to unify the time waited with, in ms; without it, running into the deadline while
+            waiting for something is a failure.
+    """
+
+    __slots__ = ("condition", "deadline_ms", "elapsed", "intention", "since_ms", "trigger")
+
+    def __init__(
+        self,
+        intention: Intention,
+        since_ms: float,
+        deadline_ms: float | None = None,
+        trigger: Trigger | None = None,
+        condition: Formula | None = None,
+        elapsed: Term | None = None,
+    ) -> None:
+        self.intention = intention
+        self.since_ms = since_ms
+        self.deadline_ms = deadline_ms
+        self.trigger = trigger
+        self.condition = condition
+        self.elapsed = elapsed
+
+
+class Message:
+    """A speech act on its way; ``reply_to`` is the number of the message it answers, or empty."""
+
+    __slots__ = ("content", "force", "number", "reply_to", "sender")
+
+    def __init__(self, sender: str, force: str, content: Term, number: str, reply_to: str = "") -> None:
+        self.sender = sender
+        self.force = force
+        self.content = content
+        self.number = number
+        self.reply_to = reply_to
+
+
+class Question:
+    """An intention that waits for an answer, and the term the answer is unified with."""
+
+    __slots__ = ("answer", "deadline_ms", "force", "intention")
+
+    def __init__(self, intention: Intention, force: str, answer: Term, deadline_ms: float | None) -> None:
+        self.intention = intention
+        self.force = force
+        self.answer = answer
+        self.deadline_ms = deadline_ms

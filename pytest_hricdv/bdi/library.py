@@ -1,0 +1,46 @@
+"""An agent's plan library: plans found by the event they are for, in source order."""
+
+from __future__ import annotations
+
+from .syntax import EventKey, Plan
+from .terms import Key
+
+
+class PlanLibrary:
+    """Plans by triggering event.
+
+    Args:
+        plans: the plans, in the order in which they are tried.
+    """
+
+    __slots__ = ("_by_event", "_by_sign", "plans")
+
+    def __init__(self, plans: tuple[Plan, ...]) -> None:
+        self.plans = plans
+        self._by_event: dict[EventKey, tuple[Plan, ...]] = {}
+        self._by_sign: dict[str, tuple[Plan, ...]] = {}
+        """Plans for any event of a sign: their trigger is a variable."""
+        for plan in plans:
+            if plan.trigger.key is None:
+                self._by_sign[plan.trigger.sign] = (*self._by_sign.get(plan.trigger.sign, ()), plan)
+        for key in {plan.trigger.key for plan in plans} - {None}:
+            if key is not None:
+                sign = key[0]
+                self._by_event[key] = tuple(
+                    plan
+                    for plan in plans
+                    if plan.trigger.key == key or (plan.trigger.key is None and plan.trigger.sign == sign)
+                )
+
+    def relevant(self, sign: str, key: Key) -> tuple[Plan, ...]:
+        """The plans that may be for an event, in the order in which they are tried."""
+        plans = self._by_event.get((sign, key))
+        return plans if plans is not None else self._by_sign.get(sign, ())
+
+    def with_plan(self, plan: Plan, at_the_beginning: bool = False) -> PlanLibrary:
+        """A library with one plan more, tried last unless asked otherwise."""
+        return PlanLibrary((plan, *self.plans) if at_the_beginning else (*self.plans, plan))
+
+    def without(self, label: str) -> PlanLibrary:
+        """A library without the plan of that label."""
+        return PlanLibrary(tuple(plan for plan in self.plans if plan.label != label))

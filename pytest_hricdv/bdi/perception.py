@@ -1,0 +1,26 @@
+"""Belief update from percepts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .terms import SOURCE_PERCEPT, Structure
+
+if TYPE_CHECKING:
+    from .agent import Agent
+
+
+def perceive(agent: Agent) -> None:
+    """Make what the agent believes as percepts what its environment lists.
+
+    Called only when that list has changed: a percept the agent itself has deleted stays deleted until then.
+    """
+    agent.run.progress += 1
+    listed = agent.run.environment.percepts(agent.name)
+    still_perceived = {percept.plain() for percept in listed}
+    for belief in agent.beliefs.with_annotation(SOURCE_PERCEPT):
+        plain = belief.plain()
+        if plain not in still_perceived:
+            agent.disbelieve(Structure(plain.functor, plain.args, (SOURCE_PERCEPT,), plain.negated))
+    for percept in listed:
+        agent.believe(percept)

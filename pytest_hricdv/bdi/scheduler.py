@@ -1,0 +1,255 @@
+"""One run of a multi-agent system: rounds, virtual time, and how a run ends.
+
+In a round every agent does one reasoning cycle, in the order of the project file, so that a run is a
+function of the models, the percepts and the seed. A round takes :data:`ROUND_MS` of virtual time; when
+nobody has anything to do before some wait is over, time jumps there.
+"""
+
+from __future__ import annotations
+
+import random
+import re
+from typing import TYPE_CHECKING
+
+from .agent import Agent
+from .environment import Environment
+from .errors import BdiError
+from .failure import fail
+from .terms import Structure, Variable
+from .unify import unify
+
+if TYPE_CHECKING:
+    from .intentions import Intention
+
+ROUND_MS = 0.1
+"""Virtual time of a round: what Jason itself takes for one, within a factor of two."""
+QUIET_ROUNDS = 20
+"""Rounds without any change of the world before the run is checked for agents that only spin."""
+FIRST_FRESH = 100_000
+"""Variables made in a run are numbered from here, those of the sources from 1."""
+
+
+class Run:
+    """The state of a run that its agents share.
+
+    Args:
+        environment: what they perceive and act on.
+        seed: of the run's one stream of random numbers.
+        goal: the agent and the goal with whose achievement the run ends, if any.
+    """
+
+    def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None) -> None:
+        self.environment = environment
+        self.agents: dict[str, Agent] = {}
+        self.prints: list[str] = []
+        self.actions: list[tuple[str, str]] = []
+        self.warnings: list[str] = []
+        self.rounds = 0
+        self.time_ms = 0.0
+        self.progress = 0
+        """Grows with everything an agent does that another, or the user, could notice, or that it could remember."""
+        self._seed = seed
+        self._random: random.Random | None = None
+        self._goal = goal
+        self._ended = ""
+        self._fresh = FIRST_FRESH
+        self._messages = 0
+
+    # --- what agents use
+
+    def print(self, agent: str, text: str) -> None:
+        """Note what an agent prints."""
+        self.prints.append(f"[{agent}] {text}")
+        self.progress += 1
+
+    def warn(self, text: str) -> None:
+        """Note what the author of the models should know."""
+        self.warnings.append(text)
+        self.progress += 1
+
+    def draw(self) -> float:
+        """The next random number, from 0 inclusive to 1 exclusive."""
+        if self._random is None:
+            self._random = random.Random(self._seed)
+        self.progress += 1
+        return self._random.random()
+
+    def fresh(self) -> Variable:
+        """A variable that occurs nowhere else in the run."""
+        self._fresh += 1
+        return Variable(f"_{self._fresh}")
+
+    def is_fresh(self, variable: Variable) -> bool:
+        """Whether :meth:`fresh` made the variable."""
+        return variable[:1] == "_" and variable[1:].isdigit() and int(variable[1:]) > FIRST_FRESH
+
+    def next_message_number(self) -> str:
+        """A number for a message."""
+        self._messages += 1
+        return f"mid{self._messages}"
+
+    def note_achieved(self, agent: str, goal: Structure) -> None:
+        """A plan for a goal has come to its end."""
+        if self._goal is not None and self._goal[0] == agent and unify(self._goal[1], goal, {}, []):
+            self._ended = "goal"
+
+    def stop(self) -> None:
+        """End the run after this round."""
+        self._ended = "stopped"
+
+    # --- the rounds
+
+    def go(self, max_rounds: int) -> str:
+        """Do rounds until the run ends by itself or has had ``max_rounds``.
+
+        Returns:
+            How it ended: "idle", "spin", "goal", "stopped" or "round limit".
+
+        Raises:
+            BdiError: an agent cannot go on.
+        """
+        agents = tuple(self.agents.values())
+        quiet = Quiet(self)
+        while self.rounds < max_rounds:
+            busy = False
+            for agent in agents:
+                if agent.active():
+                    busy = True
+                    self._cycle(agent)
+            if not busy:
+                if not self._jump():
+                    return "idle"
+                if quiet.polling():
+                    return "spin"
+                continue
+            self.rounds += 1
+            self.time_ms += ROUND_MS
+            if self._ended:
+                return self._ended
+            self._end_waits()
+            if quiet.spinning():
+                if not self._jump():
+                    return "spin"
+                if quiet.polling():
+                    return "spin"
+        return "round limit"
+
+    def _cycle(self, agent: Agent) -> None:
+        try:
+            agent.cycle()
+        except RecursionError:
+            raise BdiError(f"{agent.name}: terms nested too deeply, {agent.doing()}") from None
+
+    def _next_deadline(self) -> float | None:
+        agents = self.agents.values()
+        deadlines = [wait.deadline_ms for agent in agents for wait in agent.waits]
+        deadlines += [question.deadline_ms for agent in agents for question in agent.questions.values()]
+        return min((deadline for deadline in deadlines if deadline is not None), default=None)
+
+    def _jump(self) -> bool:
+        """Go to the next moment at which a wait is over; False if there is none."""
+        deadline = self._next_deadline()
+        if deadline is None:
+            return False
+        self.time_ms = max(self.time_ms, deadline)
+        self._end_waits()
+        return True
+
+    def _end_waits(self) -> None:
+        for agent in self.agents.values():
+            if agent.waits or agent.questions:
+                _end_waits(agent, self.time_ms)
+
+
+def _end_waits(agent: Agent, now_ms: float) -> None:
+    """Let the intentions go on, or fail, whose wait is over, the earliest first."""
+    over = [wait for wait in agent.waits if wait.deadline_ms is not None and wait.deadline_ms <= now_ms]
+    for wait in sorted(over, key=lambda wait: wait.deadline_ms or 0.0):
+        waits_for_something = wait.trigger is not None or wait.condition is not None
+        if waits_for_something and wait.elapsed is None:
+            agent.waits.remove(wait)
+            fail(agent, wait.intention, "wait_timeout", "what was waited for did not happen in time")
+        else:
+            agent.wake(wait)
+    for number, question in list(agent.questions.items()):
+        if question.deadline_ms is not None and question.deadline_ms <= now_ms:
+            del agent.questions[number]
+            unify(question.answer, Structure("timeout"), question.intention.frames[-1].unifier, [])
+            agent.go_on(question.intention)
+
+
+class Quiet:
+    """Notices that the agents only repeat themselves.
+
+    When nothing has changed for a while and the mental states of all agents are what they were before,
+    nothing will ever change, except by time.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._progress = -1
+        self._rounds = 0
+        self._states: set[str] = set()
+        self._states_at_jumps: set[str] = set()
+
+    def _still_quiet(self) -> bool:
+        if self._run.progress != self._progress:
+            self._progress = self._run.progress
+            self._rounds = 0
+            self._states.clear()
+            self._states_at_jumps.clear()
+            return False
+        return True
+
+    def spinning(self) -> bool:
+        """After a round: whether the agents repeat themselves, waits for time aside."""
+        if not self._still_quiet():
+            return False
+        self._rounds += 1
+        if self._rounds < QUIET_ROUNDS:
+            return False
+        state = mental_states(self._run, with_waits=False)
+        if state in self._states:
+            self._states.clear()
+            return True
+        self._states.add(state)
+        return False
+
+    def polling(self) -> bool:
+        """After a jump in time: whether the agents only wait and look again, over and over."""
+        if not self._still_quiet():
+            return False
+        state = mental_states(self._run, with_waits=True)
+        if state in self._states_at_jumps:
+            return True
+        self._states_at_jumps.add(state)
+        return False
+
+
+def mental_states(run: Run, with_waits: bool) -> str:
+    """All agents' events and intentions as text, with variables numbered as they appear."""
+    parts = []
+    for name, agent in run.agents.items():
+        parts.append(f"{name}:")
+        parts += [f"{event}<{_intention_text(event.intention)}>" for event in agent.events]
+        parts += [_intention_text(intention) for intention in agent.intentions]
+        if with_waits:
+            for wait in agent.waits:
+                left = None if wait.deadline_ms is None else round(wait.deadline_ms - run.time_ms, 3)
+                parts.append(f"{left} {_intention_text(wait.intention)}")
+    numbers: dict[str, int] = {}
+    return re.sub(r"\b_\d+\b", lambda found: f"_{numbers.setdefault(found[0], len(numbers))}", "\n".join(parts))
+
+
+def _intention_text(intention: Intention | None) -> str:
+    if intention is None:
+        return ""
+    return "|".join(
+        f"{frame.plan.label}@{frame.pc}/{id(frame.body)}/{len(frame.blocks)} {frame.sign}{frame.literal} "
+        f"{[(str(variable), str(value)) for variable, value in frame.unifier.items()]} "
+        f"{[len(loop.solutions) for _, _, loop in frame.blocks if loop is not None]}"
+        f"{len(frame.loop.solutions) if frame.loop else ''}"
+        for frame in intention.frames
+    )
+
+

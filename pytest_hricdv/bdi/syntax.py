@@ -1,0 +1,314 @@
+"""The syntax tree of an AgentSpeak program: formulas, statements, plans, rules."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from .errors import Location
+from .terms import SOURCE_SELF, Annotated, Arithmetic, Call, Key, ListTerm, Number, Quoted, Structure, Term, Variable
+
+NOWHERE = Location("<text>", 1, 1)
+"""The place of what was not read from a file."""
+
+
+@dataclass(frozen=True, slots=True)
+class And:
+    """All parts hold, tried from left to right."""
+
+    parts: tuple[Formula, ...]
+
+    def __str__(self) -> str:
+        return f"({' & '.join(map(str, self.parts))})"
+
+
+@dataclass(frozen=True, slots=True)
+class Or:
+    """Some part holds, tried from left to right."""
+
+    parts: tuple[Formula, ...]
+
+    def __str__(self) -> str:
+        return f"({' | '.join(map(str, self.parts))})"
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    """Negation as failure: the part cannot be shown."""
+
+    part: Formula
+
+    def __str__(self) -> str:
+        return f"not {self.part}"
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A relation between two terms; ``=`` unifies them, the others compare values."""
+
+    operator: str
+    left: Term
+    right: Term
+
+    def __str__(self) -> str:
+        return f"({self.left} {self.operator} {self.right})"
+
+
+Formula = Structure | Variable | Annotated | Call | And | Or | Not | Comparison
+FORMULAS = (Structure, Variable, Annotated, Call, And, Or, Not, Comparison)
+GoalTerm = Structure | Variable | Annotated
+"""What may be achieved, tested or believed: a literal, or a variable that will hold one."""
+
+
+def posted(literal: GoalTerm) -> Structure | None:
+    """A ground literal as its event carries it, with a source; None if it has to be instantiated first."""
+    if not isinstance(literal, Structure) or not literal.ground:
+        return None
+    return literal if literal.has_source() else literal.annotated((*literal.annots, SOURCE_SELF))
+
+
+@dataclass(frozen=True, slots=True)
+class Achieve:
+    """``!g``, or ``!!g`` when it is to be pursued ``apart``, as an intention of its own."""
+
+    literal: GoalTerm
+    apart: bool
+    location: Location = field(compare=False)
+    ready: Structure | None = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ready", posted(self.literal))
+
+    def __str__(self) -> str:
+        return f"{'!!' if self.apart else '!'}{self.literal}"
+
+
+@dataclass(frozen=True, slots=True)
+class Test:
+    """``?f``: the formula must hold, and binds variables."""
+
+    formula: Formula
+    location: Location = field(compare=False)
+
+    def __str__(self) -> str:
+        return f"?{self.formula}"
+
+
+@dataclass(frozen=True, slots=True)
+class Believe:
+    """A belief update; ``sign`` is ``+``, ``-``, ``-+``, or ``++`` (``+`` in an intention of its own)."""
+
+    sign: str
+    literal: GoalTerm
+    location: Location = field(compare=False)
+    ready: Structure | None = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ready", posted(self.literal))
+
+    def __str__(self) -> str:
+        return f"{self.sign}{self.literal}"
+
+
+@dataclass(frozen=True, slots=True)
+class Act:
+    """An external action, executed by the environment."""
+
+    action: GoalTerm
+    location: Location = field(compare=False)
+
+    def __str__(self) -> str:
+        return str(self.action)
+
+
+@dataclass(frozen=True, slots=True)
+class Internal:
+    """An internal action as a statement."""
+
+    call: Call
+    location: Location = field(compare=False)
+
+    def __str__(self) -> str:
+        return str(self.call)
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """A comparison or other condition as a statement: ``X = Y + 1``."""
+
+    formula: Formula
+    location: Location = field(compare=False)
+
+    def __str__(self) -> str:
+        return str(self.formula)
+
+
+@dataclass(frozen=True, slots=True)
+class If:
+    """``if (condition) { then } else { otherwise }``."""
+
+    condition: Formula
+    then: Body
+    otherwise: Body
+    location: Location = field(compare=False)
+
+    def __str__(self) -> str:
+        otherwise = f" else {block_text(self.otherwise)}" if self.otherwise else ""
+        return f"if ({self.condition}) {block_text(self.then)}{otherwise}"
+
+
+@dataclass(frozen=True, slots=True)
+class While:
+    """``while (condition) { body }``."""
+
+    condition: Formula
+    body: Body
+    location: Location = field(compare=False)
+
+    def __str__(self) -> str:
+        return f"while ({self.condition}) {block_text(self.body)}"
+
+
+@dataclass(frozen=True, slots=True)
+class For:
+    """``for (condition) { body }``: once for every solution found at its start."""
+
+    condition: Formula
+    body: Body
+    location: Location = field(compare=False)
+
+    def __str__(self) -> str:
+        return f"for ({self.condition}) {block_text(self.body)}"
+
+
+Statement = Achieve | Test | Believe | Act | Internal | Check | If | While | For
+Body = tuple[Statement, ...]
+
+
+def block_text(body: Body) -> str:
+    """A body in braces."""
+    return f"{{ {'; '.join(map(str, body))} }}"
+
+
+EventKey = tuple[str, Key]
+"""What plans are indexed by: the sign of the event, and the key of its literal."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trigger:
+    """A triggering event; ``sign`` is one of ``+ - +! -! +? -?``."""
+
+    sign: str
+    literal: GoalTerm
+
+    @property
+    def key(self) -> EventKey | None:
+        """Index of the plans that may handle it; None when the literal is a variable: any event of that sign."""
+        return (self.sign, self.literal.key) if isinstance(self.literal, Structure) else None
+
+    def __str__(self) -> str:
+        return f"{self.sign}{self.literal}"
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """``@label trigger : context <- body``.
+
+    ``label`` is the author's, or an automatic one starting with ``_``, which no author can write.
+    """
+
+    label: str
+    trigger: Trigger
+    context: Formula | None
+    body: Body
+    location: Location = field(compare=False)
+    annots: tuple[Term, ...] = ()
+    builtin: bool = False
+    atomic: bool = field(init=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "atomic", Structure("atomic") in self.annots)
+
+    @property
+    def labelled(self) -> bool:
+        """Whether its author gave it a label."""
+        return not self.label.startswith("_")
+
+    def __str__(self) -> str:
+        annots = f"[{','.join(map(str, self.annots))}]" if self.annots else ""
+        label = f"@{self.label}{annots} " if self.labelled else ""
+        context = f" : {self.context}" if self.context is not None else ""
+        body = f" <- {'; '.join(map(str, self.body))}" if self.body else ""
+        return f"{label}{self.trigger}{context}{body}"
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """``head :- body``."""
+
+    head: Structure
+    body: Formula
+    location: Location = field(compare=False)
+    variables: tuple[Variable, ...] = ()
+
+    def __str__(self) -> str:
+        return f"{self.head} :- {self.body}"
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """One agent's source: what it believes and wants at first, and how it acts."""
+
+    file: str
+    beliefs: tuple[Structure | Rule, ...]
+    goals: tuple[Structure, ...]
+    plans: tuple[Plan, ...]
+
+
+TRUE = Structure("true")
+
+
+def variables_of(node: object) -> set[Variable]:
+    """The variables in a term or formula."""
+    found: set[Variable] = set()
+    pending: list[object] = [node]
+    while pending:
+        part = pending.pop()
+        if isinstance(part, Variable):
+            found.add(part)
+        elif not isinstance(part, Number):
+            pending.extend(children(part))
+    return found
+
+
+def children(node: object) -> tuple[object, ...]:
+    """The parts of a term, formula or statement, one level down."""
+    if isinstance(node, tuple):
+        return node
+    names = _CHILDREN.get(type(node), ())
+    return tuple(value for name in names if (value := getattr(node, name)) is not None)
+
+
+_CHILDREN: dict[type, tuple[str, ...]] = {
+    Structure: ("args", "annots", "annots_tail"),
+    Annotated: ("variable", "annots", "annots_tail"),
+    Call: ("args",),
+    ListTerm: ("items", "tail"),
+    Arithmetic: ("operands",),
+    Quoted: ("plan",),
+    And: ("parts",),
+    Or: ("parts",),
+    Not: ("part",),
+    Comparison: ("left", "right"),
+    Achieve: ("literal",),
+    Test: ("formula",),
+    Believe: ("literal",),
+    Act: ("action",),
+    Internal: ("call",),
+    Check: ("formula",),
+    If: ("condition", "then", "otherwise"),
+    While: ("condition", "body"),
+    For: ("condition", "body"),
+    Trigger: ("literal",),
+    Plan: ("trigger", "context", "body"),
+    Rule: ("head", "body"),
+}

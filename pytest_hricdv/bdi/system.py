@@ -1,0 +1,229 @@
+"""A multi-agent system that is loaded once and run many times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from os import PathLike
+from pathlib import Path
+
+from .actions import check_calls
+from .agent import Agent
+from .beliefs import BeliefBase
+from .environment import Environment
+from .errors import BdiError
+from .library import PlanLibrary
+from .parser import parse_literal, parse_program, read_program
+from .project import AgentEntry, Project, read_project
+from .scheduler import Run
+from .syntax import Plan, Program, Rule
+from .terms import SOURCE_SELF, Structure
+
+MAX_ROUNDS = 100_000
+"""Rounds after which a run is stopped unless it is told otherwise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What happened in a run.
+
+    Args:
+        prints: what the agents printed, as ``[agent] text``, in order.
+        plans: for each agent, the labels of the plans it executed, in order; labels that begin with ``_``
+            are automatic, of plans their author gave none.
+        actions: the external actions, as pairs of agent and AgentSpeak text, in order.
+        rounds: the number of rounds done.
+        ended: how it ended: "idle" (nothing left to do), "spin" (agents that only look again and again
+            for what never comes), "goal" (the goal asked for was achieved), "round limit", or "stopped"
+            (by ``.stopMAS``).
+        warnings: what the models' author should know, such as goals that failed unhandled.
+        time_ms: virtual time at the end, in ms.
+    """
+
+    prints: list[str]
+    plans: dict[str, list[str]]
+    actions: list[tuple[str, str]]
+    rounds: int
+    ended: str
+    warnings: list[str]
+    time_ms: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Prototype:
+    """An agent as every run begins with it."""
+
+    name: str
+    beliefs: BeliefBase
+    library: PlanLibrary
+    events: list[tuple[str, Structure]]
+
+
+class MultiAgentSystem:
+    """A multi-agent system; made by :meth:`load`.
+
+    Example::
+
+        system = MultiAgentSystem.load("models_bdi/table_assembly.mas2j")
+        result = system.run(percepts={"meta": ["chosen(leg4)", "chosen(m111l4)"]})
+        result.actions   # [("human", "tell(leg)"), ("human", "receivesignal"), ...]
+    """
+
+    def __init__(self, project: Project, prototypes: tuple[_Prototype, ...], environment: Environment) -> None:
+        self._project = project
+        self._prototypes = prototypes
+        self.environment = environment
+
+    @classmethod
+    def load(cls, path: str | PathLike[str], environment: Environment | None = None) -> MultiAgentSystem:
+        """Read a project and its agents' sources.
+
+        Args:
+            path: a ``.mas2j`` file.
+            environment: what the agents perceive and act on; without one, every action succeeds.
+
+        Raises:
+            BdiError: a file is missing or cannot be read as what it should be; the message says where.
+        """
+        try:
+            project = read_project(Path(path))
+        except FileNotFoundError:
+            raise BdiError(f"{path}: no such file") from None
+        programs: dict[Path, Program] = {}
+        prototypes = []
+        for entry in project.agents:
+            if entry.source not in programs:
+                program = read_program(entry.source, entry.location, project.text)
+                check_calls(program)
+                programs[entry.source] = program
+            prototypes.append(_prototype(entry, programs[entry.source]))
+        return cls(project, tuple(prototypes), environment or Environment())
+
+    @property
+    def name(self) -> str:
+        """The name of the project."""
+        return self._project.name
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """The names of the agents, in the order of their cycles."""
+        return tuple(prototype.name for prototype in self._prototypes)
+
+    def plan_labels(self, agent: str) -> tuple[str, ...]:
+        """The labels that the author gave to an agent's plans, in source order.
+
+        Raises:
+            KeyError: there is no such agent.
+        """
+        return tuple(plan.label for plan in self.plans(agent) if plan.labelled)
+
+    def plans(self, agent: str) -> tuple[Plan, ...]:
+        """An agent's plans, in source order.
+
+        Raises:
+            KeyError: there is no such agent.
+        """
+        for prototype in self._prototypes:
+            if prototype.name == agent:
+                return tuple(plan for plan in prototype.library.plans if not plan.builtin)
+        raise KeyError(agent)
+
+    def run(
+        self,
+        *,
+        max_rounds: int = MAX_ROUNDS,
+        seed: int = 0,
+        percepts: Mapping[str, Iterable[str | Structure]] | None = None,
+        goal: tuple[str, str] | None = None,
+    ) -> Result:
+        """Run the system from its initial state.
+
+        Args:
+            max_rounds: the number of rounds after which it is stopped.
+            seed: of the random numbers that the agents draw.
+            percepts: for the agents named, what they perceive at first, instead of what the environment
+                lists for them; it is set in the environment and stays there.
+            goal: an agent and a goal, such as ``("human", "done")``; the run ends when a plan of that agent
+                for that goal has come to its end.
+
+        Raises:
+            BdiError: an agent cannot go on: an action raised an exception, a rule recurses for ever.
+            ValueError: an argument is out of its range, or names an agent that there is not.
+        """
+        if max_rounds < 0:
+            raise ValueError(f"max_rounds must not be negative, got {max_rounds}")
+        environment = self.environment
+        for name, literals in (percepts or {}).items():
+            self._known(name)
+            environment.clear_percepts(name)
+            for literal in literals:
+                environment.add_percept(name, literal)
+        if goal is not None:
+            self._known(goal[0])
+        run = Run(environment, seed, None if goal is None else (goal[0], parse_literal(goal[1])))
+        for prototype in self._prototypes:
+            run.agents[prototype.name] = Agent(
+                prototype.name, run, prototype.beliefs.copy(), prototype.library, prototype.events
+            )
+        ended = run.go(max_rounds)
+        plans = {name: agent.executed for name, agent in run.agents.items()}
+        return Result(run.prints, plans, run.actions, run.rounds, ended, run.warnings, run.time_ms)
+
+    def _known(self, agent: str) -> None:
+        if agent not in self.agents:
+            raise ValueError(f"no agent {agent!r} in {self.name}; there are {', '.join(self.agents)}")
+
+
+@lru_cache(maxsize=1)
+def _message_plans() -> tuple[Plan, ...]:
+    """The plans every agent has for messages that are not acted on at once."""
+    from dataclasses import replace
+
+    plans = read_program(Path(__file__).parent / "kqml.asl").plans
+    return tuple(replace(plan, builtin=True) for plan in plans)
+
+
+def _prototype(entry: AgentEntry, program: Program) -> _Prototype:
+    beliefs = [*program.beliefs]
+    goals = [*program.goals]
+    if entry.beliefs:
+        beliefs += _option(entry, entry.beliefs, "beliefs").beliefs
+    if entry.goals:
+        goals += _option(entry, "".join(f"!{goal}." for goal in _split(entry.goals)), "goals").goals
+    base = BeliefBase()
+    events: list[tuple[str, Structure]] = []
+    library = PlanLibrary((*program.plans, *_message_plans()))
+    # Added from the last to the first: the first is then the newest, and queries find it first.
+    for belief in reversed(beliefs):
+        if isinstance(belief, Rule):
+            base.add_rule(belief)
+            continue
+        own = _own(belief)
+        if base.add(own) and library.relevant("+", own.key):
+            events.append(("+", own))
+    events += [("+!", _own(goal)) for goal in goals]
+    return _Prototype(entry.name, base, library, events)
+
+
+def _own(literal: Structure) -> Structure:
+    return literal if literal.has_source() else literal.annotated((*literal.annots, SOURCE_SELF))
+
+
+def _option(entry: AgentEntry, text: str, what: str) -> Program:
+    """The beliefs or goals that a project gives an agent in brackets after its name."""
+    source = text if text.rstrip().endswith(".") else "".join(f"{part}." for part in _split(text))
+    return parse_program(source, f"{entry.location}: option {what} of agent {entry.name}")
+
+
+def _split(text: str) -> list[str]:
+    """The parts between commas that are in no brackets and no string."""
+    parts, depth, quoted = [""], 0, False
+    for character in text:
+        quoted ^= character == '"'
+        depth += 0 if quoted else (character in "([") - (character in ")]")
+        if character == "," and not depth and not quoted:
+            parts.append("")
+        else:
+            parts[-1] += character
+    return [part.strip() for part in parts if part.strip()]

@@ -1,0 +1,356 @@
+"""The terms of AgentSpeak: numbers, strings, variables, structures, lists and arithmetic expressions.
+
+Terms are immutable values. ``str(term)`` is AgentSpeak text that parses back to an equal term.
+The classes are written out with ``__slots__`` instead of as dataclasses because an agent makes and
+compares terms in every step of every run: hashes, groundness and text are computed once.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .errors import Location
+
+Key = tuple[bool, str, int]
+"""What beliefs and plans are indexed by: strongly negated?, functor, arity."""
+
+
+class Number(float):
+    """A number; like Jason's, always a double, printed without a fraction when it has none."""
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        return _number_text(float(self))
+
+    def __repr__(self) -> str:
+        return f"Number({_number_text(float(self))})"
+
+
+class Variable(str):
+    """A logical variable, known by its name."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return f"Variable({self!s})"
+
+
+class String:
+    """A quoted text."""
+
+    __slots__ = ("value",)
+
+    def __init__(self, value: str) -> None:
+        self.value = value
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, String) and self.value == other.value
+
+    def __hash__(self) -> int:
+        return hash(("string", self.value))
+
+    def __str__(self) -> str:
+        text = self.value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n").replace("\t", "\\t")
+        return f'"{text.replace(chr(13), chr(92) + "r")}"'
+
+    def __repr__(self) -> str:
+        return f"String({self.value!r})"
+
+
+class Structure:
+    """An atom, structure or literal: ``functor(args)[annots]``, strongly negated or not.
+
+    Args:
+        functor: its name.
+        args: its terms; an atom has none.
+        annots: its annotations, kept in term order as Jason keeps them.
+        negated: whether it is strongly negated (``~p``).
+        annots_tail: the variable after ``|`` in the annotations, if any.
+    """
+
+    __slots__ = ("_hash", "_text", "annots", "annots_tail", "args", "evaluable", "functor", "ground", "key", "negated")
+
+    def __init__(
+        self,
+        functor: str,
+        args: tuple[Term, ...] = (),
+        annots: tuple[Term, ...] = (),
+        negated: bool = False,
+        annots_tail: Variable | None = None,
+    ) -> None:
+        self.functor = functor
+        self.args = args
+        self.annots = annots
+        self.negated = negated
+        self.annots_tail = annots_tail
+        self.key: Key = (negated, functor, len(args))
+        self.ground = annots_tail is None and all(map(is_ground, args)) and all(map(is_ground, annots))
+        self.evaluable = not self.ground and (any(map(is_evaluable, args)) or any(map(is_evaluable, annots)))
+        self._hash: int | None = None
+        self._text: str | None = None
+
+    def plain(self) -> Structure:
+        """The same literal without annotations."""
+        if not self.annots and self.annots_tail is None:
+            return self
+        return Structure(self.functor, self.args, (), self.negated)
+
+    def annotated(self, annots: tuple[Term, ...], tail: Variable | None = None) -> Structure:
+        """The same literal with exactly these annotations, which are put in order."""
+        return Structure(self.functor, self.args, in_order(annots), self.negated, tail)
+
+    def has_source(self) -> bool:
+        """Whether some annotation is a ``source(...)``."""
+        return any(isinstance(a, Structure) and a.functor == "source" and len(a.args) == 1 for a in self.annots)
+
+    def __eq__(self, other: object) -> bool:
+        if self is other:
+            return True
+        if not isinstance(other, Structure) or self.key != other.key or hash(self) != hash(other):
+            return False
+        return self.args == other.args and self.annots == other.annots and self.annots_tail == other.annots_tail
+
+    def __hash__(self) -> int:
+        if self._hash is None:
+            self._hash = hash((self.key, self.args, self.annots))
+        return self._hash
+
+    def __str__(self) -> str:
+        if self._text is None:
+            self._text = self._write()
+        return self._text
+
+    def _write(self) -> str:
+        text = ("~" if self.negated else "") + self.functor
+        if self.args:
+            text += f"({','.join(map(str, self.args))})"
+        if self.annots or self.annots_tail is not None:
+            tail = "" if self.annots_tail is None else f"|{self.annots_tail}"
+            text += f"[{','.join(map(str, self.annots))}{tail}]"
+        return text
+
+    def __repr__(self) -> str:
+        return f"Structure({self})"
+
+
+class ListTerm:
+    """A list ``[a,b|Tail]``; a proper list has no tail."""
+
+    __slots__ = ("_hash", "evaluable", "ground", "items", "tail")
+
+    def __init__(self, items: tuple[Term, ...] = (), tail: Term | None = None) -> None:
+        self.items: tuple[Term, ...] = items
+        self.tail: Term | None = tail
+        if isinstance(tail, ListTerm):
+            self.items, self.tail = items + tail.items, tail.tail
+        self.ground = (self.tail is None or is_ground(self.tail)) and all(map(is_ground, self.items))
+        self.evaluable = not self.ground and any(map(is_evaluable, self.items))
+        self._hash: int | None = None
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ListTerm) and self.items == other.items and self.tail == other.tail
+
+    def __hash__(self) -> int:
+        if self._hash is None:
+            self._hash = hash(("list", self.items, self.tail))
+        return self._hash
+
+    def __str__(self) -> str:
+        tail = "" if self.tail is None else f"|{self.tail}"
+        return f"[{','.join(map(str, self.items))}{tail}]"
+
+    def __repr__(self) -> str:
+        return f"ListTerm({self})"
+
+
+class Arithmetic:
+    """An arithmetic expression not yet evaluated; a unary minus has one operand."""
+
+    __slots__ = ("operands", "operator")
+
+    def __init__(self, operator: str, operands: tuple[Term, ...]) -> None:
+        self.operator = operator
+        self.operands = operands
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Arithmetic) and (self.operator, self.operands) == (other.operator, other.operands)
+
+    def __hash__(self) -> int:
+        return hash((self.operator, self.operands))
+
+    def __str__(self) -> str:
+        if len(self.operands) == 1:
+            return f"({self.operator}({self.operands[0]}))"
+        operator = f" {self.operator} " if self.operator.isalpha() else self.operator
+        right = str(self.operands[1])
+        # A negative right operand would fuse with the operator into another token (``1--2``, ``2*-1``).
+        return f"({self.operands[0]}{operator}{f'({right})' if right.startswith('-') else right})"
+
+    def __repr__(self) -> str:
+        return f"Arithmetic{self}"
+
+
+class Call:
+    """An internal action: a step of a body, a condition of a context, or a function in an expression.
+
+    Its arguments may be formulas (``.findall(X, p(X) & X > 2, L)``); its place is for error messages.
+    """
+
+    __slots__ = ("args", "location", "name")
+
+    def __init__(self, name: str, args: tuple[object, ...], location: Location) -> None:
+        self.name = name
+        self.args = args
+        self.location = location
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Call) and (self.name, self.args) == (other.name, other.args)
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.args))
+
+    def __str__(self) -> str:
+        return f"{self.name}({','.join(map(str, self.args))})" if self.args else self.name
+
+    def __repr__(self) -> str:
+        return f"Call({self})"
+
+
+class Annotated:
+    """A variable with annotations, ``X[source(S)]``: stands for a literal once X is bound."""
+
+    __slots__ = ("annots", "annots_tail", "negated", "variable")
+
+    def __init__(
+        self,
+        variable: Variable,
+        annots: tuple[Term, ...] = (),
+        annots_tail: Variable | None = None,
+        negated: bool = False,
+    ) -> None:
+        self.variable = variable
+        self.annots = annots
+        self.annots_tail = annots_tail
+        self.negated = negated
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Annotated) and str(self) == str(other)
+
+    def __hash__(self) -> int:
+        return hash((self.variable, self.annots))
+
+    def __str__(self) -> str:
+        sign = "~" if self.negated else ""
+        if not self.annots and self.annots_tail is None:
+            return f"{sign}{self.variable}"
+        tail = "" if self.annots_tail is None else f"|{self.annots_tail}"
+        return f"{sign}{self.variable}[{','.join(map(str, self.annots))}{tail}]"
+
+    def __repr__(self) -> str:
+        return f"Annotated({self})"
+
+
+class Quoted:
+    """A plan or trigger as a term, ``{ +!g : c <- b }``; ``plan`` is its syntax tree."""
+
+    __slots__ = ("plan",)
+
+    def __init__(self, plan: object) -> None:
+        self.plan = plan
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Quoted) and self.plan == other.plan
+
+    def __hash__(self) -> int:
+        return hash(("quoted", self.plan))
+
+    def __str__(self) -> str:
+        return f"{{ {self.plan} }}"
+
+    def __repr__(self) -> str:
+        return f"Quoted({self})"
+
+
+Term = Number | String | Variable | Structure | ListTerm | Arithmetic | Call | Annotated | Quoted
+
+
+def is_ground(term: Term) -> bool:
+    """Whether a term is a plain value: neither variables nor anything left to evaluate in it."""
+    if isinstance(term, (Structure, ListTerm)):
+        return term.ground
+    return isinstance(term, (Number, String))
+
+
+def is_evaluable(term: Term) -> bool:
+    """Whether a term holds expressions that get a value once their variables are bound."""
+    if isinstance(term, (Structure, ListTerm)):
+        return term.evaluable
+    return isinstance(term, (Arithmetic, Call))
+
+
+def atom(name: str) -> Structure:
+    """The atom of that name."""
+    return Structure(name)
+
+
+def source(agent: str) -> Structure:
+    """The annotation ``source(agent)``."""
+    return Structure("source", (Structure(agent),))
+
+
+SOURCE_SELF = source("self")
+SOURCE_PERCEPT = source("percept")
+EMPTY_LIST = ListTerm()
+
+
+def in_order(terms: tuple[Term, ...]) -> tuple[Term, ...]:
+    """The terms in term order, each once."""
+    if len(terms) < 2:
+        return terms
+    ordered: list[Term] = []
+    for term in sorted(terms, key=order):
+        if not ordered or ordered[-1] != term:
+            ordered.append(term)
+    return tuple(ordered)
+
+
+def order(term: Term) -> tuple[object, ...]:
+    """Sort key of Jason's term order: numbers, strings, lists, literals, negated literals, variables.
+
+    Lists go by length, then by their items; literals by arity, functor, arguments, annotations.
+    """
+    if isinstance(term, Number):
+        return (0, float(term))
+    if isinstance(term, String):
+        return (1, term.value)
+    if isinstance(term, ListTerm):
+        return (2, len(term.items), *map(order, term.items))
+    if isinstance(term, Structure):
+        annots = tuple(map(order, term.annots))
+        return (4 if term.negated else 3, len(term.args), term.functor, tuple(map(order, term.args)), annots)
+    return (6 if isinstance(term, Variable) else 5, str(term))
+
+
+def _number_text(value: float) -> str:
+    """Jason prints a double as Java does: integral values plainly, else the shortest digits that read back."""
+    if math.isinf(value):
+        return "Infinity" if value > 0 else "-Infinity"
+    if math.isnan(value):
+        return "NaN"
+    if value == math.floor(value) and abs(value) < 2.0**63:
+        return str(int(value))
+    if 1e-3 <= abs(value) < 1e7:
+        return repr(value)
+    mantissa, exponent = _scientific(value)
+    return f"{mantissa}E{exponent}"
+
+
+def _scientific(value: float) -> tuple[str, int]:
+    """Shortest mantissa with at least one decimal, and the exponent, as Java writes them."""
+    for digits in range(17):
+        text = f"{value:.{digits}e}"
+        if float(text) == value:
+            break
+    mantissa, exponent = text.split("e")
+    return (mantissa if "." in mantissa else mantissa + ".0"), int(exponent)

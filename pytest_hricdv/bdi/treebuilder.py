@@ -1,0 +1,271 @@
+"""Turns what the parser recognizes into terms, formulas, statements and plans.
+
+Imported by :mod:`parser` only when something is parsed, since it needs lark.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from lark import v_args
+from lark.tree import Meta
+from lark.visitors import Transformer_NonRecursive
+
+from .errors import BdiSyntaxError, Location
+from .parser import Include, InitialGoal
+from .syntax import (
+    FORMULAS,
+    Achieve,
+    Act,
+    And,
+    Believe,
+    Body,
+    Check,
+    Comparison,
+    For,
+    Formula,
+    GoalTerm,
+    If,
+    Internal,
+    Not,
+    Or,
+    Plan,
+    Rule,
+    Statement,
+    Test,
+    Trigger,
+    While,
+    variables_of,
+)
+from .terms import Annotated, Arithmetic, Call, ListTerm, Number, Quoted, String, Structure, Term, Variable
+
+_ESCAPES = {"n": "\n", "t": "\t", "r": "\r"}
+_FORMULA_ONLY = (And, Or, Not, Comparison)
+Children = list[Any]
+
+
+@v_args(meta=True)
+class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
+    """One method a grammar rule; each gets the place of its text and the values of its parts."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.begin("", "")
+
+    def begin(self, text: str, file: str) -> None:
+        """Start on a new source: errors will point into it, anonymous variables are numbered anew."""
+        self._text = text
+        self._file = file
+        self._anonymous = 0
+
+    def _at(self, meta: Meta) -> Location:
+        return Location(self._file, getattr(meta, "line", 1), getattr(meta, "column", 1))
+
+    def _error(self, meta: Meta, message: str) -> BdiSyntaxError:
+        place = self._at(meta)
+        return BdiSyntaxError.at(message, self._file, place.line, place.column, self._text)
+
+    # --- the program
+
+    def start(self, meta: Meta, items: Children) -> Children:
+        return items
+
+    def one_term(self, meta: Meta, items: Children) -> Term:
+        return self._term(meta, items[0])
+
+    def one_trigger(self, meta: Meta, items: Children) -> Trigger:
+        trigger: Trigger = items[0]
+        return trigger
+
+    def one_plan(self, meta: Meta, items: Children) -> Plan:
+        plan: Plan = items[0]
+        return plan
+
+    def belief(self, meta: Meta, items: Children) -> Structure | Rule:
+        literal: Structure = items[0]
+        free = variables_of(literal)
+        # As in Jason, an initial belief with variables holds for any value of them: a rule without conditions.
+        return Rule(literal, Structure("true"), self._at(meta), tuple(sorted(free))) if free else literal
+
+    def rule(self, meta: Meta, items: Children) -> Rule:
+        head, body = items[0], self._formula(meta, items[1])
+        return Rule(head, body, self._at(meta), tuple(sorted(variables_of((head, body)))))
+
+    def goal(self, meta: Meta, items: Children) -> InitialGoal:
+        if not isinstance(items[0], Structure):
+            raise self._error(meta, f"expected a literal as an initial goal, found {items[0]}")
+        return InitialGoal(items[0])
+
+    def include(self, meta: Meta, items: Children) -> Include:
+        return Include(self._unquoted(items[0]), self._at(meta))
+
+    def plan(self, meta: Meta, items: Children) -> Plan:
+        plan: Plan = items[0]
+        return plan
+
+    def plan_text(self, meta: Meta, items: Children) -> Plan:
+        label, trigger, context, body = items
+        name, annots = ("_plan", ()) if label is None else (label.functor, label.annots)
+        return Plan(name, trigger, context, body, self._at(meta), annots)
+
+    def label(self, meta: Meta, items: Children) -> Structure:
+        label: Structure = items[0]
+        if label.args or label.negated:
+            raise self._error(meta, f"expected a name as a plan's label, found {label}")
+        return label
+
+    def trigger(self, meta: Meta, items: Children) -> Trigger:
+        sign = str(items[0]) + ("" if items[1] is None else str(items[1]))
+        return Trigger(sign, items[2])
+
+    def context(self, meta: Meta, items: Children) -> Formula | None:
+        return None if items[0] is None else self._formula(meta, items[0])
+
+    # --- bodies
+
+    def body(self, meta: Meta, items: Children) -> Body:
+        return tuple(item for item in items if item is not None)
+
+    block_body = body
+
+    def achieve(self, meta: Meta, items: Children) -> Statement:
+        return Achieve(items[0], False, self._at(meta))
+
+    def achieve_later(self, meta: Meta, items: Children) -> Statement:
+        return Achieve(items[0], True, self._at(meta))
+
+    def test(self, meta: Meta, items: Children) -> Statement:
+        return Test(self._formula(meta, items[0]), self._at(meta))
+
+    def believe(self, meta: Meta, items: Children) -> Statement:
+        return Believe(str(items[0]), items[1], self._at(meta))
+
+    def perform(self, meta: Meta, items: Children) -> Statement:
+        what = self._formula(meta, items[0])
+        place = self._at(meta)
+        if isinstance(what, Call):
+            return Internal(what, place)
+        if isinstance(what, (Structure, Variable, Annotated)):
+            return Act(what, place)
+        return Check(what, place)
+
+    def if_block(self, meta: Meta, items: Children) -> Statement:
+        condition, then, otherwise = items
+        if isinstance(otherwise, If):
+            otherwise = (otherwise,)
+        return If(self._formula(meta, condition), then, otherwise or (), self._at(meta))
+
+    def else_body(self, meta: Meta, items: Children) -> Body:
+        body: Body = items[0]
+        return body
+
+    def while_block(self, meta: Meta, items: Children) -> Statement:
+        return While(self._formula(meta, items[0]), items[1], self._at(meta))
+
+    def for_block(self, meta: Meta, items: Children) -> Statement:
+        return For(self._formula(meta, items[0]), items[1], self._at(meta))
+
+    # --- formulas
+
+    def disjoin(self, meta: Meta, items: Children) -> Formula:
+        return Or(tuple(self._formula(meta, item) for item in items))
+
+    def conjoin(self, meta: Meta, items: Children) -> Formula:
+        return And(tuple(self._formula(meta, item) for item in items))
+
+    def negate(self, meta: Meta, items: Children) -> Formula:
+        return Not(self._formula(meta, items[0]))
+
+    def compare(self, meta: Meta, items: Children) -> Formula:
+        left, operator, right = items
+        return Comparison(str(operator), self._term(meta, left), self._term(meta, right))
+
+    def _formula(self, meta: Meta, value: Any) -> Formula:
+        if not isinstance(value, FORMULAS):
+            raise self._error(meta, f"expected a condition or an action, found {value}")
+        return value
+
+    # --- terms
+
+    def _term(self, meta: Meta, value: Any) -> Term:
+        if isinstance(value, _FORMULA_ONLY):
+            raise self._error(meta, f"expected a term, found the condition {value}")
+        term: Term = value
+        return term
+
+    def binary(self, meta: Meta, items: Children) -> Term:
+        left, operator, right = items
+        return Arithmetic(str(operator), (self._term(meta, left), self._term(meta, right)))
+
+    def minus(self, meta: Meta, items: Children) -> Term:
+        operand = self._term(meta, items[0])
+        return Number(-operand) if isinstance(operand, Number) else Arithmetic("-", (operand,))
+
+    def number(self, meta: Meta, items: Children) -> Term:
+        return Number(items[0])
+
+    def string(self, meta: Meta, items: Children) -> Term:
+        return String(self._unquoted(items[0]))
+
+    @staticmethod
+    def _unquoted(token: str) -> str:
+        return re.sub(r"\\(.)", lambda m: _ESCAPES.get(m[1], m[1]), token[1:-1], flags=re.DOTALL)
+
+    def call(self, meta: Meta, items: Children) -> Term:
+        return Call(str(items[0]), tuple(items[1] or ()), self._at(meta))
+
+    def list(self, meta: Meta, items: Children) -> Term:
+        terms, tail = self._items(meta, items)
+        return ListTerm(terms, tail)
+
+    def group(self, meta: Meta, items: Children) -> Any:
+        return items[0]
+
+    def quoted(self, meta: Meta, items: Children) -> Term:
+        return Quoted(items[0])
+
+    def literal(self, meta: Meta, items: Children) -> Structure:
+        negation, functor, arguments, annotations = items
+        args = tuple(self._term(meta, argument) for argument in arguments or ())
+        annots, tail = annotations or ((), None)
+        return Structure(str(functor), args, (), negation is not None).annotated(annots, tail)
+
+    def variable(self, meta: Meta, items: Children) -> GoalTerm:
+        negation, token, annotations = items
+        name = str(token)
+        if name == "_":
+            self._anonymous += 1
+            name = f"_{self._anonymous}"
+        annots, tail = annotations or ((), None)
+        if negation is None and annotations is None:
+            return Variable(name)
+        return Annotated(Variable(name), annots, tail, negation is not None)
+
+    def arguments(self, meta: Meta, items: Children) -> Children:
+        return items
+
+    def annotations(self, meta: Meta, items: Children) -> tuple[tuple[Term, ...], Variable | None]:
+        annots, tail = self._items(meta, items)
+        if tail is not None and not isinstance(tail, Variable):
+            raise self._error(meta, "expected a variable after '|' in annotations")
+        return annots, tail
+
+    def tail(self, meta: Meta, items: Children) -> _Tail:
+        if not isinstance(items[0], (Variable, ListTerm)):
+            raise self._error(meta, f"expected a variable or a list after '|', found {items[0]}")
+        return _Tail(items[0])
+
+    def _items(self, meta: Meta, items: Children) -> tuple[tuple[Term, ...], Term | None]:
+        parts = [item for item in items if item is not None]
+        tail = parts.pop().term if parts and isinstance(parts[-1], _Tail) else None
+        return tuple(self._term(meta, part) for part in parts), tail
+
+
+class _Tail:
+    """What stands after ``|`` in a list or in annotations."""
+
+    def __init__(self, term: Variable | ListTerm) -> None:
+        self.term = term
+
+
