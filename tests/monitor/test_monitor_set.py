@@ -184,3 +184,27 @@ def test_the_vocabulary_refuses_what_a_formula_could_not_say() -> None:
     ]:
         with pytest.raises(ValueError, match=problem):
             type(SMALL)(signals=signals)  # type: ignore[arg-type]
+
+
+def test_a_run_may_begin_before_its_signals_do() -> None:
+    monitors = MonitorSet([R3])
+    monitors.message(0.0, "request", {})
+    monitors.signal(0.5, "hand_distance", 1.0)
+    monitors.signal(0.5, "hand_closing", True)
+    assert monitors.finish(1.0)[0].verdict == "Passed"
+
+
+def test_an_arithmetic_result_that_is_not_finite_is_an_error() -> None:
+    monitors = MonitorSet([requirement("always(x * x > 1 -> p)")])
+    monitors.signal(0.0, "x", 1e300)
+    monitors.signal(0.0, "p", True)
+    with pytest.raises(MonitorError, match=r"R at 0\.0 s: an arithmetic result is not a finite number"):
+        monitors.finish(1.0)
+
+
+def test_a_value_missing_for_the_margin_alone_is_no_error() -> None:
+    monitors = MonitorSet([requirement("always(p -> x < 1 | m.level < 1)")])
+    monitors.signal(0.0, "x", 0.25)
+    monitors.signal(0.0, "p", True)
+    verdict = monitors.finish(1.0)[0]
+    assert (verdict.verdict, verdict.margin) == ("Passed", None)
