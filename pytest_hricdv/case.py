@@ -8,7 +8,8 @@ from functools import cached_property
 
 from pytest_hricdv.cover.measure import Measurement
 from pytest_hricdv.cover.source import Bits
-from pytest_hricdv.generate import AbstractTest, ConcreteTest, Concretization, concretize
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict, Vocabulary
 from pytest_hricdv.runtime import Bus, Kernel, Record, Recorder
 from pytest_hricdv.runtime.record import Value

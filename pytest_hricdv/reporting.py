@@ -111,7 +111,7 @@ class Reporting:
             return
         terminalreporter.section("human-robot interaction")
         if self.report is not None:
-            for line in terminal.summary(self.report, self.options.report):
+            for line in terminal.summary(self.report, self.options.report, terminalreporter._tw.fullwidth):
                 terminalreporter.write_line(line.text, **MARKUP[line.style])
         for problem in self.problems:
             terminalreporter.write_line(f"FAILED {problem}", red=True, bold=True)

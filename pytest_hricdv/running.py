@@ -92,7 +92,9 @@ class Running:
         if all(requirement in known for requirement in failed):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed))
         texts = {each.id: {"title": each.title, "source": each.source, "text": each.text} for each in self.requirements}
-        text = terminal.failure(self._entry(case, nodeid), texts, seed=self.options.seed)
+        text = terminal.failure(
+            self._entry(case, nodeid), texts, seed=self.options.seed, suite=self.options.suites, known=known
+        )
         pytest.fail(text, pytrace=False)
 
     def _entry(self, case: HriCase, nodeid: str) -> Entry:

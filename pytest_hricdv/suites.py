@@ -12,7 +12,13 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.case import HriCase
-from pytest_hricdv.generate import Context, Files, GenerateError, Method, Suite, expand, fingerprint, select
+from pytest_hricdv.generate.concrete import expand
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.files import Files
+from pytest_hricdv.generate.method import Context, Method
+from pytest_hricdv.generate.registry import select
+from pytest_hricdv.generate.suite import Suite, fingerprint
+from pytest_hricdv.generate.text import dump_tests
 from pytest_hricdv.options import Options
 from pytest_hricdv.testbench import Testbench
 
@@ -124,3 +130,22 @@ def to_text(selected: Iterable[Selected]) -> str:
 def from_text(text: str) -> list[Selected]:
     """The suites that `to_text` wrote."""
     return [Selected(Suite.from_json(suite), wall_s, cached) for suite, wall_s, cached in json.loads(text)]
+
+
+def export(selected: Iterable[Selected], folder: Path) -> list[Path]:
+    """Write each suite as a text file that `--hri-suite=FOLDER` reads back with its ids unchanged.
+
+    Each file is written aside and renamed. Raises pytest.UsageError where the folder cannot be written.
+    """
+    written = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for each in selected:
+            path = folder / f"{each.suite.name}.txt"
+            aside = path.with_suffix(".txt.part")
+            aside.write_text(dump_tests(each.suite.tests), encoding="utf-8")
+            aside.replace(path)
+            written.append(path)
+    except OSError as error:
+        raise pytest.UsageError(f"--hri-export={folder}: {error.strerror or error}; choose another folder") from None
+    return written

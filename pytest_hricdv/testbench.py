@@ -9,12 +9,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_type_hints
 
 from pytest_hricdv.cover.cross import Bin, CrossProduct
-from pytest_hricdv.generate import BeliefSpace, Concretization, Model
+from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.concrete import Concretization
+from pytest_hricdv.generate.model import Model
+from pytest_hricdv.generate.sampler import Chance, Constant, Range
 from pytest_hricdv.monitor import Vocabulary
 from pytest_hricdv.runtime import topic_of
 
 if TYPE_CHECKING:
     from pytest_hricdv.case import Run
+
+
+__all__ = [
+    "BeliefSpace",
+    "Chance",
+    "Concretization",
+    "Constant",
+    "CrossProduct",
+    "Model",
+    "Outcome",
+    "Range",
+    "Testbench",
+    "TestbenchError",
+    "checked",
+]
 
 
 class TestbenchError(Exception):

@@ -8,8 +8,6 @@ silently pause the user's.
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 import re
 import sys
 import threading
@@ -17,13 +15,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from pytest_hricdv.cover.source import Bits, CodeMap, parse
+from pytest_hricdv.cover.imports import import_bits
+from pytest_hricdv.cover.source import Bits, CodeMap, CoverError
 
 if TYPE_CHECKING:
     import coverage
     from coverage.sqldata import CoverageData
-
-IMPORT_CONTEXT = "hricdv|import"
 
 
 class Measurement(Protocol):
@@ -56,11 +53,12 @@ class NoMeasurement:
 class OwnMeasurement:
     """A `Coverage` of our own: one for the process, used again for every test."""
 
-    def __init__(self, code: CodeMap) -> None:
+    def __init__(self, code: CodeMap, imported: Bits) -> None:
         import coverage
 
         self.reason = ""
-        self._reader = Reader(code)
+        self._code = code
+        self._imported = imported
         self._coverage = coverage.Coverage(
             data_file=None,
             config_file=False,
@@ -70,7 +68,6 @@ class OwnMeasurement:
         )
         # Dynamic contexts come back empty from the sys.monitoring core.
         self._coverage.set_option("run:core", "ctrace")
-        self.measured(IMPORT_CONTEXT, lambda: import_all(code.packages))()
 
     def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """See `Measurement`."""
@@ -87,7 +84,7 @@ class OwnMeasurement:
 
     def take(self, context: str) -> Bits | None:
         """See `Measurement`."""
-        return self._reader.read(self._coverage.get_data(), (exactly(context), exactly(IMPORT_CONTEXT)))
+        return self._imported | read(self._coverage.get_data(), self._code, exactly(context))
 
 
 class JoinedMeasurement:
@@ -98,14 +95,12 @@ class JoinedMeasurement:
         contexts_by_test: the user switches contexts himself (`--cov-context=test`), so they are left alone.
     """
 
-    def __init__(self, code: CodeMap, current: coverage.Coverage, *, contexts_by_test: bool) -> None:
+    def __init__(self, code: CodeMap, imported: Bits, current: coverage.Coverage, *, contexts_by_test: bool) -> None:
         self.reason = ""
-        self._reader = Reader(code)
+        self._code = code
+        self._imported = imported
         self._current = current
         self._contexts_by_test = contexts_by_test
-        previous = self._switch(IMPORT_CONTEXT)
-        import_all(code.packages)
-        self._switch(previous)
 
     def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """See `Measurement`."""
@@ -126,12 +121,12 @@ class JoinedMeasurement:
     def take(self, context: str) -> Bits | None:
         """See `Measurement`."""
         nodeid = context.partition("|")[2]
-        patterns = (exactly(context), exactly(f"{nodeid}|run"), exactly(IMPORT_CONTEXT))
-        bits = self._reader.read(self._current.get_data(), patterns)
+        pattern = f"{exactly(context)}|{exactly(nodeid + '|run')}"
+        bits = read(self._current.get_data(), self._code, pattern)
         if bits.statements == 0:
             self.reason = "the running measurement (--cov) does not look at the code under test: add it with --cov=NAME"
             return None
-        return bits
+        return self._imported | bits
 
     def _switch(self, context: str | None) -> str | None:
         return self._current.switch_context(context or "")
@@ -142,31 +137,16 @@ def exactly(context: str) -> str:
     return f"^{re.escape(context)}$"
 
 
-def import_all(packages: tuple[str, ...]) -> None:
-    """Import every module under test, so that import lines do not land on whichever test runs first."""
-    for package in packages:
-        module = importlib.import_module(package)
-        for found in pkgutil.walk_packages(getattr(module, "__path__", ()), f"{package}."):
-            if not found.name.endswith("__main__"):
-                importlib.import_module(found.name)
-
-
-class Reader:
-    """Turns measured data into bits; keeps the parsed sources, which are read once for many tests."""
-
-    def __init__(self, code: CodeMap) -> None:
-        self._code = code
-        self._parsers = {str(file.path): parse(file.path.read_text(encoding="utf-8"), file.path) for file in code.files}
-
-    def read(self, data: CoverageData, patterns: tuple[str, ...]) -> Bits:
-        """The lines and arcs of the code under test under the given context patterns."""
-        data.set_query_contexts(list(patterns))
-        try:
-            lines = {name: p.translate_lines(data.lines(name) or ()) for name, p in self._parsers.items()}
-            arcs = {name: p.translate_arcs(data.arcs(name) or ()) for name, p in self._parsers.items()}
-        finally:
-            data.set_query_contexts(None)
-        return self._code.bits(lines, arcs if data.has_arcs() else None)
+def read(data: CoverageData, code: CodeMap, pattern: str) -> Bits:
+    """The lines and arcs of the code under test under the contexts that match `pattern`."""
+    names = [str(file.path) for file in code.files]
+    data.set_query_contexts([pattern])
+    try:
+        lines = {name: data.lines(name) or () for name in names}
+        arcs = {name: data.arcs(name) or () for name in names} if data.has_arcs() else None
+    finally:
+        data.set_query_contexts(None)
+    return code.translated(lines, arcs)
 
 
 def choose(code: CodeMap, *, contexts_by_test: bool) -> Measurement:
@@ -174,13 +154,14 @@ def choose(code: CodeMap, *, contexts_by_test: bool) -> Measurement:
     import coverage
 
     current = coverage.Coverage.current()
-    if current is not None:
-        if threading.gettrace() is None:
-            return NoMeasurement("the running measurement uses sys.monitoring: set core = 'ctrace' for coverage")
-        return JoinedMeasurement(code, current, contexts_by_test=contexts_by_test)
-    if sys.gettrace() is not None:
+    if current is None and sys.gettrace() is not None:
         return NoMeasurement("a debugger holds the trace function")
-    loaded = [name for name in sys.modules if name.partition(".")[0] in code.packages]
-    if loaded:
-        return NoMeasurement(f"{min(loaded)} was imported before the measurement: import it inside the testbench's run")
-    return OwnMeasurement(code)
+    if current is not None and threading.gettrace() is None:
+        return NoMeasurement("the running measurement uses sys.monitoring: set core = 'ctrace' for coverage")
+    try:
+        imported = import_bits(code)
+    except CoverError as error:
+        return NoMeasurement(str(error))
+    if current is None:
+        return OwnMeasurement(code, imported)
+    return JoinedMeasurement(code, imported, current, contexts_by_test=contexts_by_test)

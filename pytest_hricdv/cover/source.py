@@ -13,6 +13,7 @@ import re
 import tokenize
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -90,6 +91,18 @@ class CodeMap:
         if arcs is None:
             return Bits(statements, None)
         return Bits(statements, _bitset((f.branches, arcs.get(str(f.path), ())) for f in self.files))
+
+    def translated(self, lines: Mapping[str, Iterable[int]], arcs: Mapping[str, Iterable[Arc]] | None) -> Bits:
+        """Lines and arcs as the tracer saw them (keyed by `str(file.path)`) as bit sets."""
+        first_lines = {name: parser.translate_lines(lines.get(name, ())) for name, parser in self._parsers.items()}
+        if arcs is None:
+            return self.bits(first_lines, None)
+        first_arcs = {name: parser.translate_arcs(arcs.get(name, ())) for name, parser in self._parsers.items()}
+        return self.bits(first_lines, first_arcs)
+
+    @cached_property
+    def _parsers(self) -> dict[str, PythonParser]:
+        return {str(file.path): parse(file.path.read_text(encoding="utf-8"), file.path) for file in self.files}
 
     def waived(self) -> Bits:
         """Statements under a waiver, and branches that lead to or from one."""

@@ -1,0 +1,10 @@
+"""The host test: each generated test of the table assembly becomes one item of it."""
+
+from __future__ import annotations
+
+from pytest_hricdv.case import HriCase
+
+
+def test_table_assembly(hri_case: HriCase) -> None:
+    """The real controller hands over table legs in the simulated world; the monitors of R1-R4 watch."""
+    hri_case.check(hri_case.run())
