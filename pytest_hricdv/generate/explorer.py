@@ -5,20 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure
+from pytest_hricdv.bdi.parser import read_program
+from pytest_hricdv.bdi.project import read_project
+from pytest_hricdv.bdi.syntax import children
 
 from .abstract import Plans, command_from_action
 from .beliefs import BeliefSpace
-from .error import GenerateError
+from .error import GenerateError, nearest
 from .exploration import Exploration
 from .model import Model
-
-
-class _Stage(Environment):
-    """The world of an exploration: every external action succeeds, and changes nothing but the trace."""
-
-    def execute(self, agent: str, action: Structure) -> bool:
-        """Let the action succeed."""
-        return True
 
 
 class Explorer:
@@ -40,17 +35,29 @@ class Explorer:
         self.model = model
         self.space = space
         self.runs = 0
-        self._stage = _Stage()
+        # The plain environment: every external action succeeds, and changes nothing but the trace.
+        self._stage = Environment()
         try:
             self._system = MultiAgentSystem.load(model.path, self._stage)
         except (BdiError, OSError) as error:
             raise GenerateError(f"BDI model {model.path}: {error}") from error
-        self._check_agents()
+        for agent in (model.steering_agent, model.actor, *model.covered):
+            if agent not in self._system.agents:
+                raise GenerateError(
+                    f"{model.path}: no agent {agent!r} in this model{nearest(agent, self._system.agents)}"
+                )
         self.plan_labels: Plans = {agent: tuple(self._system.plan_labels(agent)) for agent in model.covered}
         for agent, labels in self.plan_labels.items():
             if not labels:
                 raise GenerateError(f"{model.path}: agent {agent!r} has no labelled plan; expected some to cover")
-        self._check_beliefs()
+        self._coverage_plans = {agent: frozenset(labels) for agent, labels in self.plan_labels.items()}
+        mentioned = _mentioned(model)
+        for belief in space.beliefs:
+            if belief not in mentioned:
+                raise GenerateError(
+                    f"{model.path}: belief {belief!r} of the space occurs nowhere in agent {model.actor!r}, so that "
+                    f"choosing it could never change a test{nearest(belief, mentioned)}"
+                )
 
     def explore(self, beliefs: Iterable[str]) -> Exploration:
         """Run the model with one subset.
@@ -70,7 +77,10 @@ class Explorer:
             for percept in percepts:
                 self._stage.remove_percept(self.model.steering_agent, percept)
         self.runs += 1
-        sequence = {agent: tuple(result.plans.get(agent, ())) for agent in self.model.covered}
+        sequence = {
+            agent: tuple(label for label in result.plans.get(agent, ()) if label in self._coverage_plans[agent])
+            for agent in self.model.covered
+        }
         return Exploration(
             beliefs=subset,
             lines=tuple(command_from_action(action) for agent, action in result.actions if agent == self.model.actor),
@@ -79,3 +89,17 @@ class Explorer:
             rounds=result.rounds,
             ended=str(result.ended),
         )
+
+
+def _mentioned(model: Model) -> list[str]:
+    """Every name that the actor's program uses for a belief, a goal, an action or an argument."""
+    (source,) = [entry.source for entry in read_project(model.path).agents if entry.name == model.actor]
+    program = read_program(source)
+    names: dict[str, None] = {}
+    pending: list[object] = [*program.beliefs, *program.goals, *program.plans]
+    while pending:
+        part = pending.pop()
+        if isinstance(part, Structure):
+            names[part.functor] = None
+        pending.extend(children(part))
+    return list(names)

@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from .abstract import Plans
 from .beliefs import BeliefSpace
 from .error import GenerateError
 from .exploration import Exploration
-from .explorer import Explorer
 from .identity import Draft
 from .model import Model
 from .qlearning import QLearning
 from .suite import Suite, fingerprint
+
+if TYPE_CHECKING:
+    from .explorer import Explorer
 
 T = TypeVar("T")
 
@@ -59,6 +61,9 @@ class Context:
         Raises:
             GenerateError: there is no model, or it does not fit the belief space.
         """
+        # Imported here: names and options of methods are wanted in every session, the BDI engine in few.
+        from .explorer import Explorer
+
         if self.model is None:
             raise GenerateError("this method needs a BDI model, but the testbench has none")
         return Explorer(self.model, self.beliefs)

@@ -43,5 +43,17 @@ class Model:
             raise GenerateError(f"{self.path}: max_rounds = {self.max_rounds}; expected at least 1")
 
     def files(self) -> tuple[Path, ...]:
-        """The project file and every AgentSpeak file below its folder: what its runs can depend on."""
-        return (self.path, *sorted(self.path.parent.rglob("*.asl")))
+        """What its runs can depend on: the project, its agents' sources, every AgentSpeak file below its folder.
+
+        Raises:
+            GenerateError: the project cannot be read.
+        """
+        # Imported here: a session that replays a suite declares its model, but needs no BDI engine.
+        from pytest_hricdv.bdi import BdiError
+        from pytest_hricdv.bdi.project import read_project
+
+        try:
+            sources = {entry.source for entry in read_project(self.path).agents}
+        except (BdiError, OSError) as error:
+            raise GenerateError(f"BDI model {self.path}: {error}") from error
+        return (self.path, *sorted(sources | set(self.path.parent.rglob("*.asl"))))

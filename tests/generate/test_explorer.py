@@ -50,7 +50,7 @@ def test_a_model_without_its_agents_is_an_error(tmp_path: Path, change: dict[str
 
 def test_a_belief_that_the_actor_never_mentions_is_an_error(tmp_path: Path) -> None:
     space = BeliefSpace(LAMPS.start, {**LAMPS.groups, "more": ("dimm",)})
-    with pytest.raises(GenerateError, match=r"visitor.*'dimm'.*nowhere; nearest: dim"):
+    with pytest.raises(GenerateError, match=r"'dimm'.*nowhere in agent 'visitor'.*; nearest: dim"):
         Explorer(lamps(tmp_path), space)
 
 

@@ -25,8 +25,8 @@ ORIGINAL = Context(commands=COMMANDS)
 def context(tmp_path: Path) -> Context:
     by_hand = tmp_path / "by_hand.toml"
     by_hand.write_text(
-        '[[aim]]\nname = "polite"\nbeliefs = ["*a*l*", "polite", "*"]\n'.replace('"*"', '"bright"')
-        + '[[aim]]\nbeliefs = ["hall", "curt", "d*"]\nconcretizations = 2\n'
+        '[[aim]]\nname = "polite"\nbeliefs = ["?[ae]l*", "polite", "bright"]\n'
+        '[[aim]]\nbeliefs = ["hall", "curt", "d*"]\nconcretizations = 2\n'
     )
     return Context(lamps(tmp_path), LAMPS, by_hand=by_hand)
 
