@@ -1,0 +1,95 @@
+// robot_code: the control code of the robot as an agent, one plan for each of its states.
+//
+// The robot keeps time itself. The belief clock(S) is how many seconds it has spent on the leg at
+// hand: each thing it does adds its duration. listening_since(S) is when it began to wait, for the
+// human or for the sensors; how long it waits at most are the beliefs below. The legs of a table
+// are counted by turns(N), handed over or not.
+
+patience_for_human(60).     // s, until the human says that it is ready
+patience_for_sensors(40).   // s, until a reading comes
+
+!reset.
+
+// --- reset, and requests
+
+// All counters to zero: the next table begins. What stands between two tables is the request.
+@p1 +!reset
+   <- -+clock(0);
+      -+turns(0).
+
+// Receive1: the human wants a leg.
+@p2 +leg_wanted[source(human)]
+   <- -leg_wanted[source(human)];
+      !fetch.
+
+// --- to the handover place
+
+// Move_hand: plan, reach, close the hand, lift, bring.
+@p3 +!fetch : clock(S)
+   <- -+clock(S + 30);
+      !announce.
+
+// Send1: tell the human that the leg is ready, and listen.
+@p4 +!announce : clock(S)
+   <- -+clock(S + 2);
+      -+listening_since(S + 2);
+      .send(human, tell, leg_ready);
+      !hear_ready.
+
+// --- Receive2: wait for the human
+
+@p5 +!hear_ready : human_ready[source(human)] & clock(S)
+   <- -human_ready[source(human)];
+      -+clock(S + 2);
+      -+listening_since(S + 2);
+      .send(sensors, tell, reading_wanted);
+      !sense.
+
+// Timeout2: the human does not say that it is ready.
+@p6 +!hear_ready : clock(S) & listening_since(Since) & patience_for_human(Limit) & S - Since >= Limit
+   <- !discard.
+
+// Not yet: listen for another ten seconds. (A second is a millisecond for the agents.)
++!hear_ready : clock(S)
+   <- .wait(10);
+      -+clock(S + 10);
+      !hear_ready.
+
+// --- Sensing and Decide
+
+// Timeout3: no reading. It comes before the reading in the text, but a reading that is there wins.
+@p7 +!sense : not reading(_, _, _)
+            & clock(S) & listening_since(Since) & patience_for_sensors(Limit) & S - Since >= Limit
+   <- !discard.
+
+@p8 +!sense : reading(Gaze, Pressure, Location)[source(sensors)]
+   <- -reading(Gaze, Pressure, Location)[source(sensors)];
+      !decide(Gaze, Pressure, Location).
+
++!sense : clock(S)
+   <- .wait(10);
+      -+clock(S + 10);
+      !sense.
+
+// The human is not ready: some sensor does not say so.
+@p9 +!decide(Gaze, Pressure, Location) : not (Gaze == 1 & Pressure == 1 & Location == 1)
+   <- !discard.
+
+// The human is ready: open the hand.
+@p10 +!decide(1, 1, 1)
+   <- !leg_done(leg_released).
+
+// --- the end of a turn
+
+// A turn is over: the clock starts anew for the next leg, and with four turns the table is done.
+// The human hears of it last, so that its next request finds the robot ready to receive.
+@p11 +!leg_done(Outcome) : turns(N)
+   <- -+turns(N + 1);
+      -+clock(0);
+      if (N == 3) { !reset };
+      .send(human, tell, Outcome).
+
+// Discard: open away from the human. A "ready" that came too late is not for the next leg.
+@p12 +!discard
+   <- .abolish(human_ready);
+      !leg_done(leg_discarded).
