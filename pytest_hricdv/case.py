@@ -46,7 +46,7 @@ class Run:
     recorder: Recorder
     measured: Callable[[Callable[[], None]], Callable[[], None]]
     """Wrap the body of the node that is the code under test: it is measured in its own greenlet."""
-    next_deadline_s: Callable[[], float | None] = field(repr=False)
+    monitors: MonitorSet = field(repr=False)
 
     def go(self, limit_s: float) -> str:
         """Run the nodes up to `limit_s`, then on until no monitor has an open deadline; then end all nodes.
@@ -56,11 +56,16 @@ class Run:
         """
         try:
             ended = self.kernel.run(limit_s)
-            while (deadline_s := self.next_deadline_s()) is not None and self.kernel.now_s < deadline_s:
-                self.kernel.run(deadline_s)
+            while (deadline_s := self._open_deadline_s()) is not None:
+                if self.kernel.run(deadline_s) == "idle":
+                    self.kernel.skip(deadline_s)
         finally:
             self.kernel.close()
         return ended
+
+    def _open_deadline_s(self) -> float | None:
+        deadline_s = self.monitors.next_deadline_s()
+        return deadline_s if deadline_s is not None and self.kernel.now_s < deadline_s else None
 
 
 @dataclass(frozen=True)
@@ -106,7 +111,7 @@ def execute(
         bus=Bus(kernel, testbench.messages, recorder),
         recorder=recorder,
         measured=lambda body: measurement.measured(context, body),
-        next_deadline_s=monitors.next_deadline_s,
+        monitors=monitors,
     )
     outcome = testbench.run(run)
     verdicts = monitors.finish(kernel.now_s)

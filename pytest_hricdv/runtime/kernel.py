@@ -78,6 +78,8 @@ class Kernel:
     def spawn(self, name: str, body: Callable[[], None]) -> Node:
         """Start `body` as a node at the present simulated instant."""
         node = Node(name, body)
+        if self._hub is not None:  # a node that is started by a node ends in the kernel, not in the one that started it
+            node._greenlet.parent = self._hub
         self._nodes.append(node)
         self._ready.append(node)
         return node
@@ -99,7 +101,8 @@ class Kernel:
             if not (math.isfinite(timeout_s) and timeout_s >= 0):
                 raise KernelError(f"{node.name} at {self.now_s:.3f} s: cannot wait for {timeout_s!r} s")
             self._order += 1
-            due_us = self.now_us + round(timeout_s * US_PER_S)
+            # A wait of less than a microsecond still lets time pass, or "until then" loops would never get there.
+            due_us = self.now_us + max(round(timeout_s * US_PER_S), int(timeout_s > 0))
             heapq.heappush(self._due, (due_us, self._order, node, node._wait))
         assert self._hub is not None
         self._hub.switch()
@@ -144,6 +147,10 @@ class Kernel:
             if self.now_us >= limit_us and not self._ready and (not self._due or self._due[0][0] > limit_us):
                 return "limit"
             self._collect_due()
+
+    def skip(self, until_s: float) -> None:
+        """Let time pass after an idle run, in which nothing is left that could happen."""
+        self.now_us = max(self.now_us, round(until_s * US_PER_S))
 
     def close(self) -> None:
         """End every node that still blocks (their `finally` clauses run)."""
