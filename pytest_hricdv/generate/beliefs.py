@@ -21,20 +21,23 @@ class BeliefSpace:
         start: the beliefs with which a subset begins (one of them is in every subset that a method draws).
         groups: the other beliefs, by the name of their group; a balanced subset has one of each group.
         naming: groups whose chosen belief appears in a test's id next to the start belief.
+        neutral: beliefs that stand for having none of their group, as `not_bored` does: the model need not know them.
 
     Raises:
         GenerateError: no start belief, an empty group, a belief listed twice, a belief that is no AgentSpeak atom,
-            or a name in `naming` that is no group.
+            a name in `naming` that is no group, or one in `neutral` that is no belief of the space.
     """
 
     start: tuple[str, ...]
     groups: Mapping[str, tuple[str, ...]] = field(hash=False)
     naming: tuple[str, ...] = ()
+    neutral: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", tuple(self.start))
         object.__setattr__(self, "groups", {name: tuple(group) for name, group in self.groups.items()})
         object.__setattr__(self, "naming", tuple(self.naming))
+        object.__setattr__(self, "neutral", tuple(self.neutral))
         if START in self.groups:
             raise GenerateError(f"group {START!r}: the start beliefs have this name already; expected another one")
         home: dict[str, str] = {}
@@ -46,6 +49,9 @@ class BeliefSpace:
         for name in self.naming:
             if name not in self.groups:
                 raise GenerateError(f"naming group {name!r} is no group of this space{nearest(name, self.groups)}")
+        for belief in self.neutral:
+            if belief not in home:
+                raise GenerateError(f"neutral belief {belief!r} is not in the belief space{nearest(belief, home)}")
 
     @property
     def beliefs(self) -> tuple[str, ...]:

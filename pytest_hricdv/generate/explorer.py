@@ -28,7 +28,7 @@ class Explorer:
 
     Raises:
         GenerateError: the model cannot be loaded; it lacks an agent or a coverage plan; a belief of the space does not
-            occur in the actor's program, so that choosing it could never change a test.
+            occur in the actor's program, so that choosing it could never change a test, and is not declared neutral.
     """
 
     def __init__(self, model: Model, space: BeliefSpace) -> None:
@@ -53,10 +53,11 @@ class Explorer:
         self._coverage_plans = {agent: frozenset(labels) for agent, labels in self.plan_labels.items()}
         mentioned = _mentioned(model)
         for belief in space.beliefs:
-            if belief not in mentioned:
+            if belief not in mentioned and belief not in space.neutral:
                 raise GenerateError(
                     f"{model.path}: belief {belief!r} of the space occurs nowhere in agent {model.actor!r}, so that "
-                    f"choosing it could never change a test{nearest(belief, mentioned)}"
+                    f"choosing it could never change a test; expected it there, or among the neutral beliefs"
+                    f"{nearest(belief, mentioned)}"
                 )
 
     def explore(self, beliefs: Iterable[str]) -> Exploration:

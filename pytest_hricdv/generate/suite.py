@@ -147,7 +147,7 @@ def fingerprint(
             contents.append([path.name, hashlib.sha256(path.read_bytes()).hexdigest()])
         except OSError as error:
             raise GenerateError(f"{path}: {error.strerror or error}; expected a readable file") from error
-    beliefs = None if space is None else [space.start, list(space.groups.items()), space.naming]
+    beliefs = None if space is None else [space.start, list(space.groups.items()), space.naming, space.neutral]
     plain = asdict(parameters) if hasattr(type(parameters), "__dataclass_fields__") else parameters  # type: ignore[call-overload]
     key = canonical([version, sorted(contents), beliefs, plain, seed])
     return hashlib.sha256(key.encode("ascii")).hexdigest()

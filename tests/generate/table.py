@@ -20,6 +20,7 @@ SPACE = BeliefSpace(
         **{f"leg {leg}": tuple(f"m{pose}l{leg}" for pose in POSES) for leg in range(1, 5)},
     },
     naming=("boredom",),
+    neutral=("not_bored",),
 )
 MODEL = Model(ROOT / "models_bdi" / "table_assembly.mas2j")
 CONCRETIZATION = Concretization(

@@ -50,6 +50,10 @@ def test_the_aim_is_the_start_belief_and_the_naming_groups(beliefs: tuple[str, .
         (lambda: BeliefSpace(("Leg",), {}), "'Leg' is no belief"),
         (lambda: BeliefSpace(("a b",), {}), "'a b' is no belief"),
         (lambda: BeliefSpace(("a",), {"mood": ("b",)}, naming=("moods",)), "'moods' is no group.*nearest: mood"),
+        (
+            lambda: BeliefSpace(("a",), {"mood": ("b",)}, neutral=("c",)),
+            "neutral belief 'c' is not in the belief space",
+        ),
         (lambda: BeliefSpace(("a",), {"start": ("b",)}), "have this name already"),
         (lambda: SPACE.subset(["leg5"]), "'leg5' is not in the belief space; nearest: leg4"),
         (lambda: SPACE.subset(["leg1", "leg1"]), "'leg1' is given twice"),

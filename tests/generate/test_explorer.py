@@ -54,6 +54,11 @@ def test_a_belief_that_the_actor_never_mentions_is_an_error(tmp_path: Path) -> N
         Explorer(lamps(tmp_path), space)
 
 
+def test_a_neutral_belief_need_not_be_mentioned(tmp_path: Path) -> None:
+    space = BeliefSpace(LAMPS.start, {**LAMPS.groups, "more": ("dazed", "sober")}, neutral=("sober", "dazed"))
+    assert Explorer(lamps(tmp_path), space).explore(["hall", "sober"]).lines == ("enter hall", "leave")
+
+
 def test_a_belief_in_a_comment_is_not_mentioned(tmp_path: Path) -> None:
     space = BeliefSpace(LAMPS.start, {**LAMPS.groups, "more": ("gloomy",)})
     with pytest.raises(GenerateError, match="'gloomy'"):

@@ -72,6 +72,7 @@ def test_the_fingerprint_changes_with_whatever_a_suite_depends_on(tmp_path: Path
     others = {
         fingerprint([here, there], SPACE, QLearning(), 0),
         fingerprint([here], replace(SPACE, naming=()), QLearning(), 0),
+        fingerprint([here], replace(SPACE, neutral=()), QLearning(), 0),
         fingerprint([here], None, QLearning(), 0),
         fingerprint([here], SPACE, QLearning(gamma=0.2), 0),
         fingerprint([here], SPACE, QLearning(), 1),
@@ -79,7 +80,7 @@ def test_the_fingerprint_changes_with_whatever_a_suite_depends_on(tmp_path: Path
     }
     here.write_text("!stay.")
     others.add(fingerprint([here], SPACE, QLearning(), 0))
-    assert len(others | {base}) == 8
+    assert len(others | {base}) == 9
 
 
 def test_a_fingerprint_of_no_file_is_an_error(tmp_path: Path) -> None:
