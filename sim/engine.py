@@ -102,9 +102,8 @@ class Engine:
         if not os.path.exists(urdf):
             raise SimulationError(f"no robot description at {urdf}")
         with quiet():
-            body: int = bullet.loadURDF(
-                urdf, useFixedBase=True, flags=bullet.URDF_MERGE_FIXED_LINKS, physicsClientId=self.client
-            )
+            flags = bullet.URDF_MERGE_FIXED_LINKS | bullet.URDF_USE_INERTIA_FROM_FILE
+            body: int = bullet.loadURDF(urdf, useFixedBase=True, flags=flags, physicsClientId=self.client)
         self._link_counts[body] = bullet.getNumJoints(body, physicsClientId=self.client)
         return body
 

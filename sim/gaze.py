@@ -65,8 +65,13 @@ def looking(place: Vector, target: Vector, past_rad: float = 0.0) -> Quaternion:
     """Orientation of a head at `place` whose face points `past_rad` to the side of the direction to `target`."""
     x, y, z = (b - a for a, b in zip(place, target, strict=True))
     yaw, pitch = math.atan2(y, x), -math.atan2(z, math.hypot(x, y))
-    straight = bullet.getQuaternionFromEuler((0.0, pitch, yaw))
+    straight: Quaternion = bullet.getQuaternionFromEuler((0.0, pitch, yaw))
     # Turned about the head's own upright axis, so that the angle to the target is the turn, whatever the pitch is.
-    aside = (0.0, 0.0, math.sin(past_rad / 2.0), math.cos(past_rad / 2.0))
-    turn: Quaternion = bullet.multiplyTransforms((0.0, 0.0, 0.0), straight, (0.0, 0.0, 0.0), aside)[1]
-    return turn
+    return _turned(straight, past_rad)
+
+
+def _turned(turn: Quaternion, about_z_rad: float) -> Quaternion:
+    """`turn`, then a turn about the new z axis; PyBullet's own product has single precision."""
+    x, y, z, w = turn
+    sine, cosine = math.sin(about_z_rad / 2.0), math.cos(about_z_rad / 2.0)
+    return (x * cosine + y * sine, y * cosine - x * sine, z * cosine + w * sine, w * cosine - z * sine)

@@ -41,10 +41,10 @@ REACH_M = 0.08
 CLASP_M = 0.15
 """The person's hand can clasp the robot's fingers when it is this near to the palm."""
 
-CLASP_N_RAD = 60.0
-CLASP_MAX_N = 60.0
-"""A clasping hand gives way like a spring of this stiffness (N at a finger link's tip, per rad of opening), one-sided:
-it withstands the finger motors (0.4 N m) well before RELEASE_RAD (tests/sim/test_grip.py)."""
+CLASP_N_RAD = (60.0, 20.0)
+CLASP_MAX_N = 30.0
+"""A clasping hand gives way like a one-sided spring of this stiffness (N at the tip of a finger's first and second
+link, per rad that it has opened): it withstands the finger motors well before RELEASE_RAD (tests/sim/test_grasp.py)."""
 
 Signal = Callable[[str, float | bool], None]
 
@@ -151,7 +151,7 @@ class Gripper:
         for number in range(2, len(angles)):  # the thumb lies on the leg's end: the four fingers hold it
             opened_rad = angles[number] - CLOSED[number]
             if opened_rad > 0.0:
-                self._torso.push(number, min(CLASP_MAX_N, CLASP_N_RAD * opened_rad))
+                self._torso.push(number, min(CLASP_MAX_N, CLASP_N_RAD[number % 2] * opened_rad))
 
     def _stand_at(self, goal: tuple[float, ...]) -> bool:
         return self._to_go(goal) < COVERED_RAD and self._torso.finger_speed() < STAND_RAD_S

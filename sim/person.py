@@ -126,9 +126,9 @@ class Person:
         self._pull_n, self._pull_step = force_n, self._time.step
 
     @property
-    def pulling(self) -> bool:
-        """True while a pull is meant, from its very beginning."""
-        return self._pull_n > 0.0
+    def pull_changing(self) -> bool:
+        """True while a pull rises to its full force, and in the step in which one ends."""
+        return (self._time.step - self._pull_step) * STEP_S < PULL_RAMP_S
 
     def pull_now(self) -> float:
         """The force (N) of this step."""

@@ -33,6 +33,11 @@ SEAT_HEAD_M: Vector = (1.25, 0.17, 1.15)
 REST_HAND_M: Vector = (0.92, 0.34, 0.47)
 """The person's hand on the own side of the table."""
 
+REST_LOW_M: Vector = (0.475, -0.50, 0.46)
+REST_HIGH_M: Vector = (0.78, 0.10, 0.70)
+"""Corners of the box over the shared table in which a waiting person's hand may rest. It ends where the robot's closing
+hand begins: with uniform places about 3 % come within 0.05 m of it (tests/sim/test_resting.py measures this)."""
+
 AWAY_HEAD_M: Vector = (2.40, 0.90, 1.60)
 AWAY_HAND_M: Vector = (2.30, 0.70, 0.90)
 """Where a person is who walked off."""

@@ -25,7 +25,7 @@ SAMPLE_RAD = 0.04
 CLEARANCE_M = 0.02
 """Nearest that the left arm may come to table, bin or torso."""
 
-SETTLE_S = 0.3
+SETTLE_S = 0.15
 """What a joint motor takes, beyond the planned time, to stand (its gain makes the last bit exponential)."""
 
 ARM_LINKS = ("left_elbow_flex", "left_wrist_pronation", "left_wrist_abduction", "left_wrist_flex")

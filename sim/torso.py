@@ -13,10 +13,11 @@ from sim.furniture import ROBOT
 URDF = Path(__file__).with_name("bert2.urdf")
 
 ARM_FORCE_NM = 200.0
-FINGER_FORCE_NM = 0.4
+FINGER_FORCE_NM = (0.4, 0.1)
 POSITION_GAIN = 0.3
 VELOCITY_GAIN = 1.0
-"""Motor settings whose measured speed is the planned one: one call a joint and move (tests/sim/test_robot.py)."""
+"""Strongest torques (of a finger: its first and second joint), and motor settings whose measured speed is the planned
+one with one call a joint and move (tests/sim/test_robot.py)."""
 
 HOLD_SPEED_RAD_S = 0.02
 """Top speed of a joint that is to stay where it is: it may correct itself, and slowly."""
@@ -26,9 +27,10 @@ STANDS_RAD_S = 0.001
 
 FINGERS = ("thumb", "index_finger", "mid_finger", "anular_finger", "little_finger")
 FINGER_JOINTS = tuple(f"left_{finger}{part}_flex" for finger in FINGERS for part in ("", "2"))
-OPEN: JointPose = (0.0,) * 10
+OPEN: JointPose = (-0.05, 0.05, *(-0.05, -0.05) * 4)
 CLOSED: JointPose = (-0.5, 0.4, *(-0.6, -1.25) * 4)
-"""Finger angles (rad, in the order of FINGER_JOINTS): stretched, and around a leg."""
+"""Finger angles (rad, in the order of FINGER_JOINTS): stretched, and around a leg. Stretched stays off the joints'
+limits: at a limit each joint is one more unknown of the solver, and a step takes half as long again."""
 
 FINGER_LEVER_M = 0.025
 """From a finger link's centre of mass to its tip."""
@@ -73,8 +75,10 @@ class Torso:
     def move_fingers(self, goal: JointPose, duration_s: float) -> None:
         """Start the ten finger joints towards `goal` (rad)."""
         finite("goal and duration of a finger move", (*goal, duration_s))
-        for index, angle, now in zip(self.fingers, goal, self.finger_angles(), strict=True):
-            self._motor(index, angle, FINGER_FORCE_NM, max(abs(angle - now) / duration_s, HOLD_SPEED_RAD_S))
+        fingers = enumerate(zip(self.fingers, goal, self.finger_angles(), strict=True))
+        for number, (index, angle, now) in fingers:
+            speed_rad_s = max(abs(angle - now) / duration_s, HOLD_SPEED_RAD_S)
+            self._motor(index, angle, FINGER_FORCE_NM[number % 2], speed_rad_s)
 
     def check_goal(self, goal: Sequence[float]) -> None:
         """Raise SimulationError unless `goal` is nine finite angles within the arm's limits."""
@@ -173,5 +177,7 @@ class Torso:
             bullet.setCollisionFilterGroupMask(self.body, link, ROBOT, 0, physicsClientId=self._client)
             bullet.changeDynamics(self.body, link, linearDamping=0.0, angularDamping=0.0, physicsClientId=self._client)
         for index in self._all:
-            force_nm = FINGER_FORCE_NM if index in self.fingers else ARM_FORCE_NM
-            self._motor(index, 0.0, force_nm, HOLD_SPEED_RAD_S)
+            self._motor(index, 0.0, ARM_FORCE_NM, HOLD_SPEED_RAD_S)
+        for number, (index, angle) in enumerate(zip(self.fingers, OPEN, strict=True)):
+            bullet.resetJointState(self.body, index, angle, 0.0, physicsClientId=self._client)
+            self._motor(index, angle, FINGER_FORCE_NM[number % 2], HOLD_SPEED_RAD_S)

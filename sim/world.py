@@ -149,7 +149,7 @@ class World:
         self._count(1)
         self.person.follow()
         speed = self.torso.arm_speed()
-        self.signal("arm_speed", speed if speed > CALM_RAD_S else 0.0)
+        self.signal("arm_speed", 0.0 if speed < CALM_RAD_S else speed)
         self.gripper.after_step()
         if self.time.step % TICK_STEPS == 0:
             self._tick()
@@ -169,7 +169,7 @@ class World:
                 self._happened.append(watch)
 
     def _quiet(self) -> bool:
-        """Nothing moves and nobody pulls or pushes."""
+        """True when nothing moves, and nothing that would move it changes."""
         return (
             not self._forced()
             and self.gripper.doing is Doing.NOTHING
@@ -178,8 +178,9 @@ class World:
         )
 
     def _forced(self) -> bool:
+        """True while a force of the person changes: a constant one keeps the robot where it stands."""
         held = self.legs.in_hand is not None
-        return (held and self.person.pulling) or self.legs.carried is not None
+        return (held and self.person.pull_changing) or self.legs.carried is not None
 
     def _calm(self) -> bool:
         return self._freeze and self._calm_ticks >= CALM_TICKS and not self._forced()

@@ -1,0 +1,130 @@
+"""Wrong ids and numbers are errors, never empty answers; one world at a time; nothing printed."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from controller.waypoints import HOME
+from pytest_hricdv.runtime import Recorder
+from sim.engine import UPRIGHT, Engine, SimulationError
+from sim.physics_time import STEP_S, PhysicsTime, steps_until, time_of
+from sim.world import World
+
+from .stage import Stage
+
+NAN = math.nan
+
+
+@pytest.fixture
+def world() -> Iterator[World]:
+    with World(Recorder()) as world:
+        yield world
+
+
+def test_a_wrong_body_or_link_is_an_error(world: World) -> None:
+    engine, hand = world.engine, world.person.hand.body
+    for body, link in ((99, -1), (-1, -1), (world.torso.body, 22), (world.torso.body, -2)):
+        with pytest.raises(SimulationError, match="no link"):
+            engine.distance(hand, body, link)
+    with pytest.raises(SimulationError, match="no link"):
+        engine.pose(1234)
+
+
+@pytest.mark.parametrize("bad", [NAN, math.inf])
+def test_numbers_that_are_not_finite_never_reach_physics(world: World, bad: float) -> None:
+    leg = world.legs.current
+    assert leg is not None
+    with pytest.raises(SimulationError, match="finite"):
+        world.torso.move_arm((bad, *HOME[1:]), 1.0)
+    with pytest.raises(SimulationError, match="finite"):
+        world.torso.move_arm(HOME, bad)
+    with pytest.raises(SimulationError, match="finite"):
+        world.torso.push(2, bad)
+    with pytest.raises(SimulationError, match="finite"):
+        world.person.hand.move((bad, 0.0, 0.0))
+    with pytest.raises(SimulationError, match="finite"):
+        world.person.pull(bad)
+    with pytest.raises(SimulationError, match="finite"):
+        leg.pull((0.0, bad, 0.0))
+    with pytest.raises(SimulationError, match="finite"):
+        world.engine.place(leg.body, ((0.0, 0.0, bad), UPRIGHT))
+
+
+def test_an_arm_pose_outside_the_limits_or_of_wrong_length_is_refused(world: World) -> None:
+    with pytest.raises(SimulationError, match=r"hip_rotor at 2\.0 rad is outside"):
+        world.torso.move_arm((2.0, *HOME[1:]), 1.0)
+    with pytest.raises(SimulationError, match="8 angles"):
+        world.torso.move_arm(HOME[1:], 1.0)
+    with pytest.raises(SimulationError, match="more than 0"):
+        world.torso.move_arm(HOME, 0.0)
+
+
+def test_a_state_that_became_nan_stops_the_run_and_says_when(monkeypatch: pytest.MonkeyPatch) -> None:
+    with Stage(freeze=False) as stage:
+        monkeypatch.setattr(stage.world.torso, "_speed", lambda _: NAN)
+        with pytest.raises(ValueError, match=r"arm_speed is nan at 0\.00"):
+            stage.run(lambda: stage.kernel.sleep(1.0))
+
+
+def test_physics_that_explodes_is_named_with_its_time(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Bad:
+        def __getattr__(self, name: str) -> object:
+            return lambda *_, **__: [(0.0, NAN)] * 9
+
+    monkeypatch.setattr("sim.torso.bullet", Bad())
+    with pytest.raises(SimulationError, match=r"at 0\.0083 s: joint speeds of the robot are \[nan"):
+        world.advance(1_000_000)
+
+
+def test_one_world_at_a_time(world: World) -> None:
+    with pytest.raises(SimulationError, match="close it first"):
+        World(Recorder())
+    world.close()
+    world.close()
+    with World(Recorder()):
+        pass
+
+
+def test_says_nothing_on_the_process_streams(capfd: pytest.CaptureFixture[str]) -> None:
+    with World(Recorder()) as world:
+        world.advance(100_000)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_importing_and_building_is_silent_in_a_process_of_its_own() -> None:
+    code = "from sim.world import World; from pytest_hricdv.runtime import Recorder; World(Recorder()).close()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("", "")
+
+
+def test_missing_pybullet_names_the_extra() -> None:
+    code = "import sys; sys.modules['pybullet'] = None; import sim.world"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert 'pip install "pytest-hricdv[sim]"' in done.stderr
+
+
+def test_steps_lie_at_whole_multiples_for_ever() -> None:
+    hour_us = 3_600_000_000
+    assert steps_until(hour_us) == 3600 * 120
+    assert time_of(steps_until(hour_us)) == hour_us
+    for step in (1, 2, 3, 7, 100_001):
+        assert steps_until(time_of(step)) == step
+        assert steps_until(time_of(step) - 1) == step - 1
+
+
+def test_a_duration_ends_at_the_first_step_that_is_long_enough() -> None:
+    time = PhysicsTime(step=10)
+    assert time.step_in(1.0) == 130
+    assert time.step_in(0.0) == 11
+    assert time.step_in(1.001) == 131
+
+
+def test_an_engine_without_its_robot_says_so() -> None:
+    with Engine(STEP_S) as engine, pytest.raises(SimulationError, match="no robot description at nowhere"):
+        engine.load("nowhere")

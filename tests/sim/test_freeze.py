@@ -1,0 +1,96 @@
+"""Freezing changes nothing that matters; a run is a function of its inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import pytest
+
+from pytest_hricdv.runtime import Record
+
+from .stage import Stage, Step, handover, one_leg
+
+SCRIPTS = {
+    "released": one_leg(),
+    "gripped": one_leg(grip_s=6.0),
+    "not reached for": one_leg(at_leg=False),
+    "bored": [*one_leg()[:2], ("bored", {}), *one_leg()],
+}
+
+
+def value_at(record: Record, name: str, time_s: float) -> float:
+    times, values = record.signals[name]
+    return max((t, v) for t, v in zip(times, values, strict=True) if t <= time_s)[1]
+
+
+@pytest.mark.parametrize("script", SCRIPTS.values(), ids=SCRIPTS)
+def test_messages_and_signals_are_the_same_without_freezing(script: Sequence[Step]) -> None:
+    turns = sum(command == "tell leg" for command, _ in script)
+    frozen, stage = handover(script, turns)
+    stepped, other = handover(script, turns, freeze=False)
+    assert stage.world.frozen_s > 10.0
+    assert other.world.frozen_s == 0.0
+    assert [str(m) for m in frozen.messages] == [str(m) for m in stepped.messages]
+    for name in ("leg_held", "hand_closing"):
+        assert frozen.signals[name] == stepped.signals[name]
+    closing = [t for t, v in zip(*frozen.signals["hand_closing"], strict=True) if v]
+    released = [t for t, v in zip(*frozen.signals["leg_held"], strict=True) if not v]
+    for time_s in closing:
+        assert value_at(frozen, "hand_distance", time_s) == value_at(stepped, "hand_distance", time_s)
+    for time_s in released:
+        assert value_at(frozen, "leg_offset", time_s) == pytest.approx(
+            value_at(stepped, "leg_offset", time_s), abs=1e-6
+        )
+    assert max(frozen.signals["arm_speed"][1]) == pytest.approx(max(stepped.signals["arm_speed"][1]), rel=1e-6)
+
+
+def test_equal_inputs_give_equal_runs_even_after_another_world() -> None:
+    script = one_leg() + one_leg(at_leg=False)
+    first, _ = handover(script, turns=2)
+    between, _ = handover(one_leg(rest={"rest_x_m": 0.5, "rest_y_m": -0.3, "rest_z_m": 0.6}), turns=1, seed=5)
+    again, _ = handover(script, turns=2)
+    assert first.sha256 == again.sha256
+    assert between.sha256 != first.sha256
+
+
+def test_time_passes_while_frozen_and_people_still_move() -> None:
+    with Stage() as stage:
+        hand = stage.world.person.hand
+
+        def wait() -> None:
+            stage.kernel.sleep(5.0)
+            assert stage.world.frozen_s > 4.0
+            frozen_s = stage.world.frozen_s
+            took_s = hand.move((0.7, 0.0, 0.6))
+            stage.kernel.sleep(took_s / 2)
+            middle = hand.pose()[0]
+            assert 0.7 < middle[0] < 0.92
+            stage.kernel.sleep(took_s / 2)
+            assert hand.pose()[0] == pytest.approx((0.7, 0.0, 0.6))
+            assert stage.world.frozen_s > frozen_s
+
+        assert stage.run(wait) == "over"
+
+
+def test_initial_values_are_recorded_at_time_0() -> None:
+    with Stage() as stage:
+        signals = stage.recorder.finish().signals
+    assert {name: times[0] for name, (times, _) in signals.items()} == dict.fromkeys(
+        ("arm_speed", "hand_closing", "hand_distance", "leg_held", "leg_offset"), 0.0
+    )
+    assert signals["arm_speed"][1][0] == 0.0
+    assert 0.3 < signals["leg_offset"][1][0] < 0.6
+
+
+def test_signals_and_messages_never_go_back_in_time() -> None:
+    record, _ = handover(one_leg(), turns=1)
+    for times, _ in record.signals.values():
+        assert all(a <= b for a, b in pairwise(times))
+    assert all(a.time_s <= b.time_s for a, b in pairwise(record.messages))
+
+
+def test_a_resting_robot_is_recorded_as_standing_still() -> None:
+    with Stage(freeze=False) as stage:
+        stage.run(lambda: stage.kernel.sleep(3.0))
+        assert list(stage.recorder.finish().signals["arm_speed"][1]) == [0.0]

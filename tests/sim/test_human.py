@@ -1,0 +1,227 @@
+"""The person enacts the script, at human speed, and reacts to the robot."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from controller.ports import LegReady, Request, TurnDone
+from sim.engine import UPRIGHT, SimulationError
+from sim.human import Human
+from sim.person import HAND_SPEED_M_S, Movement
+from sim.physics_time import STEP_S
+from sim.places import AWAY_HAND_M, REST_HAND_M, SEAT_HEAD_M
+from sim.script import PARAMETERS, checked
+
+from .stage import AT_LEG, LOOKING, Stage, Step, handover, one_leg
+
+TELL: Step = ("tell leg", {"voice_s": 2.0, "rest_x_m": 0.6, "rest_y_m": -0.2, "rest_z_m": 0.5})
+
+
+def times_of(stage: Stage, topic: str) -> list[float]:
+    return [m.time_s for m in stage.recorder.messages if m.topic == topic]
+
+
+def test_the_request_is_heard_at_the_end_of_the_voice_and_then_the_hand_rests_over_the_table() -> None:
+    with Stage() as stage:
+        stage.human([TELL, ("receivesignal", {})])
+        stage.run(lambda: stage.kernel.sleep(5.0))
+        assert times_of(stage, "request") == [2.0]
+        assert stage.world.person.hand.pose()[0] == pytest.approx((0.6, -0.2, 0.5))
+
+
+def test_human_ready_is_heard_at_the_end_of_the_voice() -> None:
+    with Stage() as stage:
+        stage.human([("tell humanReady", {"voice_s": 2.5})])
+        stage.run(lambda: stage.kernel.sleep(5.0))
+        assert times_of(stage, "human_ready") == [2.5]
+
+
+def test_waits_for_the_signal_no_longer_than_its_patience() -> None:
+    for patience_s, expected_s in ((60.0, 60.0), (7.0, 7.0)):
+        with Stage() as stage:
+            stage.human([("receivesignal", {}), ("tell humanReady", {"voice_s": 1.0})], patience_s)
+            stage.run(lambda: stage.kernel.sleep(70.0))
+            assert times_of(stage, "human_ready") == [pytest.approx(expected_s + 1.0)]
+
+
+def test_goes_on_as_soon_as_the_signal_comes() -> None:
+    with Stage() as stage:
+        stage.human([TELL, ("receivesignal", {}), ("tell humanReady", {"voice_s": 1.0})])
+
+        def announce() -> None:
+            stage.kernel.sleep(20.0)
+            stage.bus.port("robot").publish(LegReady(1))
+            stage.kernel.sleep(5.0)
+
+        stage.run(announce)
+        assert times_of(stage, "human_ready") == [pytest.approx(21.0)]
+
+
+def test_an_announcement_from_before_the_request_is_no_answer() -> None:
+    with Stage() as stage:
+        stage.human([TELL, ("receivesignal", {}), ("tell humanReady", {"voice_s": 1.0})], patience_s=10.0)
+
+        def announce_too_early() -> None:
+            stage.kernel.sleep(1.0)
+            stage.bus.port("robot").publish(LegReady(1))
+            stage.kernel.sleep(30.0)
+
+        stage.run(announce_too_early)
+        assert times_of(stage, "human_ready")[0] > 12.0
+
+
+@pytest.mark.parametrize(("answered", "expected_s"), [(True, 32.0), (False, None)])
+def test_asks_for_the_next_leg_when_the_turn_of_an_announced_leg_is_done(
+    answered: bool, expected_s: float | None
+) -> None:
+    with Stage() as stage:
+        stage.human([TELL, ("receivesignal", {}), TELL], patience_s=50.0)
+
+        def turn() -> None:
+            port = stage.bus.port("robot")
+            stage.kernel.sleep(10.0)
+            port.publish(LegReady(1))
+            stage.kernel.sleep(20.0)
+            if answered:
+                port.publish(TurnDone(1, "discarded"))
+            stage.kernel.sleep(60.0)
+
+        stage.run(turn)
+        second_s = times_of(stage, "request")[1]
+        if expected_s is None:
+            assert second_s == pytest.approx(10.0 + 50.0 + 2.0)  # out of patience
+        else:
+            assert expected_s <= second_s < expected_s + 2.0  # back to rest, then the voice
+
+
+def test_asks_at_once_when_no_leg_was_announced() -> None:
+    with Stage() as stage:
+        stage.human([TELL, TELL])
+        stage.run(lambda: stage.kernel.sleep(10.0))
+        first_s, second_s = times_of(stage, "request")
+        assert second_s - first_s < 4.0
+
+
+def test_stops_pulling_when_the_turn_is_done() -> None:
+    with Stage() as stage:
+        stage.human([TELL, ("receivesignal", {}), ("set_param pressure = 1", {"pull_n": 8.0, "grip_s": 0.0})])
+
+        def turn() -> None:
+            port = stage.bus.port("robot")
+            assert stage.fetch()
+            port.publish(LegReady(1))
+            stage.kernel.sleep(3.0)
+            assert stage.world.pressure.change_n() == pytest.approx(8.0, rel=0.02)
+            port.publish(TurnDone(1, "discarded"))
+            stage.kernel.sleep(3.0)
+            assert stage.world.pressure.change_n() == pytest.approx(0.0, abs=0.05)
+            assert stage.world.person.hand.pose()[0] == pytest.approx(REST_HAND_M)
+
+        assert stage.run(turn) == "over"
+
+
+def test_pressure_0_lets_the_leg_be() -> None:
+    with Stage() as stage:
+        pulls: list[Step] = [
+            ("set_param pressure = 1", {"pull_n": 8.0, "grip_s": 5.0}),
+            ("tell humanReady", {"voice_s": 2.0}),
+            ("set_param pressure = 0", {}),
+        ]
+
+        def hold() -> None:
+            assert stage.fetch()
+            stage.human(pulls)
+            stage.kernel.sleep(1.5)
+            assert stage.world.pressure.change_n() > 3.0
+            stage.kernel.sleep(2.0)
+            assert stage.world.pressure.change_n() < 1.0
+
+        assert stage.run(hold) == "over"
+
+
+def test_a_bored_person_walks_off_and_answers_nothing_until_the_next_leg() -> None:
+    script: list[Step] = [
+        TELL,
+        ("bored", {}),
+        ("set_param location = 1", AT_LEG),
+        ("tell humanReady", {"voice_s": 1.0}),
+    ]
+    with Stage() as stage:
+        human = stage.human([*script])
+        stage.run(lambda: stage.kernel.sleep(20.0))
+        assert human.done
+        assert times_of(stage, "human_ready") == []
+        assert stage.world.person.hand.pose()[0] == pytest.approx(AWAY_HAND_M)
+        assert math.dist(stage.world.person.head.pose()[0], SEAT_HEAD_M) > 1.0
+    with Stage() as stage:
+        stage.human([*script, TELL, ("tell humanReady", {"voice_s": 1.0})])
+        stage.run(lambda: stage.kernel.sleep(30.0))
+        assert len(times_of(stage, "request")) == 2
+        assert len(times_of(stage, "human_ready")) == 1
+        assert stage.world.person.head.pose()[0] == pytest.approx(SEAT_HEAD_M)
+
+
+def test_gaze_and_location_are_where_the_script_says_relative_to_the_leg() -> None:
+    with Stage() as stage:
+        stage.human(
+            [("set_param gaze = 1", LOOKING), ("set_param location = 0", {"dx_m": 0.6, "dy_m": 0.5, "dz_m": 0.7})]
+        )
+        stage.run(lambda: stage.kernel.sleep(10.0))
+        leg = stage.world.legs.current
+        assert leg is not None
+        x, y, z = leg.pose()[0]
+        assert stage.world.person.hand.pose()[0] == pytest.approx((x + 0.6, y + 0.5, z + 0.7), abs=1e-4)
+        assert math.dist(stage.world.person.head.pose()[0], (x, y, z)) == pytest.approx(0.55, abs=1e-4)
+
+
+def test_a_whole_run_is_done_at_its_end() -> None:
+    _, stage = handover(one_leg(), turns=1)
+    assert stage.world.legs.received == 1
+
+
+places = st.tuples(*[st.floats(-2.0, 2.0)] * 3)
+
+
+@given(places, places)
+def test_a_hand_moves_smoothly_and_slower_than_1_m_s(
+    start: tuple[float, float, float], goal: tuple[float, float, float]
+) -> None:
+    from sim.person import PEAK_OVER_MEAN, SHORTEST_MOVE_S
+
+    duration_s = max(SHORTEST_MOVE_S, PEAK_OVER_MEAN * math.dist(start, goal) / HAND_SPEED_M_S)
+    steps = math.ceil(duration_s / STEP_S)
+    movement = Movement((start, UPRIGHT), (goal, UPRIGHT), 0, steps)
+    track = [movement.pose(step)[0] for step in range(steps + 2)]
+    assert track[0] == start
+    assert track[-1] == goal
+    assert max(math.dist(a, b) for a, b in pairwise(track)) / STEP_S < 1.0
+
+
+@pytest.mark.parametrize("command", [c for c, names in PARAMETERS.items() if names])
+def test_a_missing_or_bad_parameter_is_named(command: str) -> None:
+    full = dict.fromkeys(PARAMETERS[command], 0.5)
+    checked([(command, full)])
+    for name in PARAMETERS[command]:
+        with pytest.raises(SimulationError, match=name):
+            checked([(command, {n: v for n, v in full.items() if n != name})])
+        with pytest.raises(SimulationError, match="finite"):
+            checked([(command, {**full, name: math.nan})])
+
+
+def test_an_unknown_command_is_named_with_the_known_ones() -> None:
+    with Stage() as stage, pytest.raises(SimulationError, match=r"step 2: unknown command 'dance'.*bored"):
+        Human(stage.world, stage.bus.port("human"), stage.kernel, [("bored", {}), ("dance", {})])
+
+
+def test_the_robot_hears_each_request_once() -> None:
+    with Stage() as stage:
+        requests = stage.bus.port("robot").subscribe(Request)
+        stage.human([TELL])
+        stage.run(lambda: stage.kernel.sleep(10.0))
+        assert requests.poll() == Request()
+        assert requests.poll() is None

@@ -1,0 +1,145 @@
+"""Measured joint speeds, arrival, and the ports of the robot."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from controller import waypoints
+from controller.ports import Arm, Clock, Hand, JointPose, PlanningError
+from sim.planner import SPEED_SHARE
+from sim.robot import RobotArm, RobotClock, RobotHand
+
+from .stage import Stage, handover, one_leg
+
+
+def test_ports_are_the_controllers() -> None:
+    with Stage() as stage:
+        clock: Clock = stage.robot.clock
+        arm: Arm = stage.robot.arm
+        hand: Hand = stage.robot.hand
+        assert isinstance(clock, RobotClock)
+        assert isinstance(arm, RobotArm)
+        assert isinstance(hand, RobotHand)
+
+
+@pytest.mark.parametrize("allowed_rad_s", [0.10, 0.25, 0.30])
+def test_measured_speed_is_the_planned_one(allowed_rad_s: float) -> None:
+    with Stage() as stage:
+        stage.run(lambda: assert_true(stage.fetch(allowed_rad_s)))
+        speeds = stage.recorder.finish().signals["arm_speed"][1]
+    assert max(speeds) == pytest.approx(SPEED_SHARE * allowed_rad_s, rel=0.01)
+    assert (max(speeds) < 0.25) == (allowed_rad_s <= 0.25)
+
+
+def test_a_whole_handover_stays_below_the_speed_limit() -> None:
+    record, _ = handover(one_leg() + one_leg(at_leg=False), turns=2)
+    assert 0.2 < max(record.signals["arm_speed"][1]) < 0.25
+
+
+def test_speed_is_sampled_at_every_physics_step_of_a_motion() -> None:
+    with Stage() as stage:
+        stage.run(lambda: assert_true(stage.fetch()))
+        times, speeds = stage.recorder.finish().signals["arm_speed"]
+    moving = [t for t, v in zip(times, speeds, strict=True) if 0.01 < v < 0.239]
+    assert any(math.isclose(b - a, 1 / 120, abs_tol=2e-6) for a, b in pairwise(moving))
+    assert speeds[-1] == 0.0 or speeds[-1] > 1e-6
+
+
+def test_all_joints_of_a_segment_arrive_together() -> None:
+    goal: JointPose = (-0.4, 0.1, -0.2, 0.1, 0.3, 0.05, 0.0, -0.1, 0.2)
+    with Stage() as stage:
+        arm, torso = stage.robot.arm, stage.world.torso
+
+        def halfway() -> None:
+            path = arm.plan((goal,), 0.25)
+            torso.move_arm(goal, path.segments[0].duration_s)
+            stage.kernel.sleep(path.segments[0].duration_s / 2)
+            for angle, target in zip(torso.arm_angles(), goal, strict=True):
+                assert angle == pytest.approx(target / 2, abs=0.01)
+
+        stage.run(halfway)
+
+
+def test_follow_blocks_until_the_arm_stands_at_the_end() -> None:
+    with Stage() as stage:
+        arm, torso = stage.robot.arm, stage.world.torso
+
+        def there_and_back() -> None:
+            path = arm.plan(waypoints.TO_PICKUP, 0.25)
+            began_s = stage.kernel.now_s
+            assert arm.follow(path)
+            assert torso.stands_at(waypoints.TO_PICKUP[-1], 0.001)
+            assert stage.kernel.now_s - began_s == pytest.approx(path.duration_s, abs=0.5)
+            assert arm.follow(arm.plan((waypoints.HOME,), 0.25))
+            assert torso.stands_at(waypoints.HOME, 0.001)
+
+        assert stage.run(there_and_back) == "over"
+
+
+def test_an_arm_that_is_held_up_does_not_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
+    with Stage() as stage:
+        arm, torso = stage.robot.arm, stage.world.torso
+        slow_motors = torso.move_arm
+
+        def held_up() -> None:
+            path = arm.plan((waypoints.TO_PICKUP[0],), 0.25)
+            monkeypatch.setattr(torso, "move_arm", lambda goal, duration_s: slow_motors(goal, 100 * duration_s))
+            assert not arm.follow(path)
+
+        assert stage.run(held_up) == "over"
+
+
+def test_planning_leaves_the_world_as_it_is() -> None:
+    with Stage() as stage:
+        arm, torso = stage.robot.arm, stage.world.torso
+
+        def plan_only() -> None:
+            before = torso.arm_angles()
+            arm.plan((tuple(angle + 0.001 for angle in waypoints.TO_PICKUP[0]),), 0.25)
+            assert torso.arm_angles() == before
+            assert stage.kernel.now_s == 0.0
+
+        assert stage.run(plan_only) == "over"
+
+
+def test_a_plan_that_fails_raises_in_the_caller_each_time() -> None:
+    outside = (2.0, *waypoints.HOME[1:])
+    with Stage() as stage:
+
+        def twice() -> None:
+            for _ in range(2):
+                with pytest.raises(PlanningError, match=r"hip_rotor at 2\.0 rad is outside"):
+                    stage.robot.arm.plan((outside,), 0.25)
+
+        assert stage.run(twice) == "over"
+
+
+def test_clock_is_the_simulated_time() -> None:
+    with Stage() as stage:
+
+        def wait() -> None:
+            stage.robot.clock.sleep(1.5)
+            assert stage.robot.clock.now_s() == 1.5
+
+        assert stage.run(wait) == "over"
+
+
+def assert_true(value: bool) -> None:
+    assert value
+
+
+def test_a_node_started_by_a_node_ends_without_resuming_the_one_that_started_it() -> None:
+    """The planner is asked from the robot's node; nothing that ends may fall back into a blocked node."""
+    with Stage() as stage:
+        woke_at_s: list[float] = []
+
+        def starts_another() -> None:
+            stage.kernel.spawn("short", lambda: stage.kernel.sleep(0.5))
+            stage.kernel.sleep(2.0)
+            woke_at_s.append(stage.kernel.now_s)
+
+        assert stage.run(starts_another) == "over"
+        assert woke_at_s == [2.0]

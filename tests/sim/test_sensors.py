@@ -1,0 +1,167 @@
+"""What the sensors say is what the bodies do, but for seeded errors; and they speak only when heard."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from controller.ports import LegReady, Reading, TurnDone
+from sim.engine import SimulationError
+from sim.gaze import Gaze, head_for
+from sim.sensors import Sensors, Truth, classify
+
+from .stage import Stage
+
+READY = Gaze(0.15, 0.55, 30.0)
+GAZES = {
+    "ready": (READY, True),
+    "at the very limits": (Gaze(0.2, 0.6, 39.999), True),
+    "too far aside": (Gaze(0.21, 0.55, 30.0), False),
+    "too far away": (Gaze(0.15, 0.61, 30.0), False),
+    "looking elsewhere": (Gaze(0.15, 0.55, 40.001), False),
+    "just not at the limit": (Gaze(0.15, 0.55, 40.0001), False),
+}
+HANDS = {
+    "on the leg": ((0.02, 0.01, -0.03), True),
+    "at the limits": ((0.3, -0.3, 0.3), True),
+    "too far in x": ((0.31, 0.0, 0.0), False),
+    "too far in y": ((0.0, -0.31, 0.0), False),
+    "too far in z": ((0.0, 0.0, 0.31), False),
+    "away": ((0.6, 0.6, 0.6), False),
+}
+
+
+@pytest.fixture
+def stage() -> Iterator[Stage]:
+    with Stage() as stage:
+        yield stage
+
+
+def make_ready(stage: Stage, pull_n: float = 8.0) -> None:
+    leg = stage.world.legs.current
+    assert leg is not None
+    x, y, z = leg.pose()[0]
+    head, hand = stage.world.person.head, stage.world.person.hand
+    took_s = max(head.move(*head_for(READY, 1.0, (x, y, z))), hand.move((x + 0.03, y, z - 0.03)))
+    stage.world.person.pull(pull_n)
+    stage.kernel.sleep(took_s + 1.0)
+
+
+@pytest.mark.parametrize(("gaze", "ready"), GAZES.values(), ids=GAZES)
+def test_gaze_is_read_from_the_head(stage: Stage, gaze: Gaze, ready: bool) -> None:
+    leg = stage.world.legs.current
+    assert leg is not None
+    place, turn = head_for(gaze, -1.0, leg.pose()[0])
+
+    def look() -> None:
+        stage.kernel.sleep(stage.world.person.head.move(place, turn))
+        assert classify(stage.world) == Truth(gaze=ready, pressure=False, location=False)
+
+    assert stage.run(look) == "over"
+
+
+@pytest.mark.parametrize(("offset", "ready"), HANDS.values(), ids=HANDS)
+def test_location_is_read_from_the_hand(stage: Stage, offset: tuple[float, float, float], ready: bool) -> None:
+    leg = stage.world.legs.current
+    assert leg is not None
+    x, y, z = leg.pose()[0]
+
+    def reach() -> None:
+        stage.kernel.sleep(stage.world.person.hand.move((x + offset[0], y + offset[1], z + offset[2])))
+        assert classify(stage.world).location == ready
+
+    assert stage.run(reach) == "over"
+
+
+@pytest.mark.parametrize(("pull_n", "ready"), [(0.0, False), (2.0, False), (6.0, True), (10.0, True)])
+def test_pressure_is_read_from_the_palm(stage: Stage, pull_n: float, ready: bool) -> None:
+    def hold() -> None:
+        assert stage.fetch()
+        make_ready(stage, pull_n)
+        assert classify(stage.world) == Truth(gaze=True, pressure=ready, location=True)
+
+    assert stage.run(hold) == "over"
+
+
+def test_a_pull_at_a_leg_that_nobody_holds_is_not_felt(stage: Stage) -> None:
+    def pull() -> None:
+        make_ready(stage)
+        assert classify(stage.world) == Truth(gaze=True, pressure=False, location=True)
+
+    assert stage.run(pull) == "over"
+
+
+def test_errors_come_at_their_rate_and_only_in_their_direction(stage: Stage) -> None:
+    def read_many() -> None:
+        idle = Sensors(stage.world, stage.bus.port("s"), stage.kernel, seed=1, error_probability=0.05)
+        assert stage.fetch()
+        nobody = [idle.read() for _ in range(4000)]
+        assert not any(reading.gaze or reading.location for reading in nobody)
+        assert 0.04 < sum(reading.pressure for reading in nobody) / 4000 < 0.06
+        make_ready(stage)
+        ready = [idle.read() for _ in range(4000)]
+        assert all(reading.pressure for reading in ready)
+        assert 0.04 < sum(not reading.gaze for reading in ready) / 4000 < 0.06
+        assert 0.04 < sum(not reading.location for reading in ready) / 4000 < 0.06
+
+    assert stage.run(read_many) == "over"
+
+
+def test_no_false_pressure_without_a_leg_in_the_hand(stage: Stage) -> None:
+    idle = Sensors(stage.world, stage.bus.port("s"), stage.kernel, seed=1, error_probability=1.0)
+    assert not any(idle.read().pressure for _ in range(100))
+
+
+def test_equal_seeds_err_alike(stage: Stage) -> None:
+    def errors(seed: int) -> list[Reading]:
+        sensors = Sensors(stage.world, stage.bus.port("s"), stage.kernel, seed, error_probability=0.5)
+        return [sensors.read() for _ in range(50)]
+
+    def read() -> None:
+        assert stage.fetch()
+        assert errors(1) == errors(1) != errors(2)
+
+    assert stage.run(read) == "over"
+
+
+def test_publishes_at_50_hz_and_only_while_someone_listens(stage: Stage) -> None:
+    stage.sensors()
+
+    def listen() -> None:
+        stage.kernel.sleep(2.0)
+        for _ in range(2):
+            readings = stage.bus.port("robot").subscribe(Reading)
+            stage.kernel.sleep(0.995)
+            readings.close()
+            stage.kernel.sleep(3.0)
+
+    assert stage.run(listen) == "over"
+    times = [m.time_s for m in stage.recorder.messages if m.topic == "reading"]
+    assert len(times) == 100
+    assert times[:3] == pytest.approx([2.0, 2.02, 2.04])
+    assert times[50] == pytest.approx(5.995)
+
+
+def test_silent_in_the_turn_of_an_outage(stage: Stage) -> None:
+    stage.sensors(outage_turn=2)
+    heard: dict[int, bool] = {}
+
+    def three_turns() -> None:
+        port = stage.bus.port("robot")
+        for turn in (1, 2, 3):
+            port.publish(LegReady(turn))
+            readings = port.subscribe(Reading)
+            heard[turn] = readings.wait(10.0) is not None
+            readings.close()
+            port.publish(TurnDone(turn, "discarded"))
+            stage.kernel.sleep(1.0)
+
+    assert stage.run(three_turns) == "over"
+    assert heard == {1: True, 2: False, 3: True}
+
+
+@pytest.mark.parametrize(("probability", "outage"), [(-0.1, 0), (1.1, 0), (float("nan"), 0), (0.05, -1)])
+def test_settings_that_make_no_sense_are_refused(stage: Stage, probability: float, outage: int) -> None:
+    with pytest.raises(SimulationError):
+        Sensors(stage.world, stage.bus.port("s"), stage.kernel, 0, probability, outage)

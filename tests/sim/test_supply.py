@@ -1,0 +1,88 @@
+"""Four legs, one after the other: received ones on the person's side, discarded ones in the bin."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from sim.leg import Held
+from sim.leg_supply import RESUPPLY_S
+from sim.places import BIN_M, PICKUP_M, TABLE_TOP_M, in_bin
+
+from .stage import Stage, handover, one_leg
+
+
+def test_four_legs_are_fetched_and_discarded_into_the_bin() -> None:
+    with Stage() as stage:
+
+        def four() -> None:
+            for _ in range(4):
+                assert stage.fetch()
+                assert stage.discard()
+            stage.kernel.sleep(4.0)
+            legs = stage.world.legs.legs
+            assert len(legs) == 5
+            for leg in legs[:4]:
+                assert leg.held is Held.DONE
+                assert in_bin(leg.pose()[0])
+
+        assert stage.run(four) == "over"
+
+
+def test_four_legs_are_handed_over_and_set_down_on_the_persons_side() -> None:
+    with Stage() as stage:
+        human = stage.human(one_leg() * 4)
+        stage.sensors()
+        assert stage.run(lambda: stage.serve(4)) == "over"
+        assert human.done
+        assert stage.world.legs.received == 4
+        places = [leg.pose()[0] for leg in stage.world.legs.legs[:4]]
+        for place in places:
+            assert place[0] > 0.9
+            assert place[2] == pytest.approx(TABLE_TOP_M + 0.126)
+        assert min(math.dist(a, b) for a in places for b in places if a is not b) > 0.09
+
+
+def test_the_next_leg_waits_only_some_seconds_after_the_last_one_left_the_hand() -> None:
+    with Stage() as stage:
+
+        def empty_for_a_while() -> None:
+            assert stage.fetch()
+            assert stage.robot.hand.open()
+            released_s = stage.recorder.finish().signals["leg_held"][0][2]
+            first = stage.world.legs.current
+            stage.kernel.sleep(released_s + RESUPPLY_S - 0.01 - stage.kernel.now_s)
+            assert stage.world.legs.current is first
+            stage.kernel.sleep(0.1)
+            second = stage.world.legs.current
+            assert second is not None
+            assert second is not first
+            assert math.dist(second.pose()[0], PICKUP_M) < 1e-3
+
+        assert stage.run(empty_for_a_while) == "over"
+
+
+def test_a_leg_left_at_the_pickup_place_is_cleared_away() -> None:
+    with Stage() as stage:
+
+        def grasp_and_let_go() -> None:
+            from controller import waypoints
+
+            arm, hand = stage.robot.arm, stage.robot.hand
+            assert arm.follow(arm.plan(waypoints.TO_PICKUP, 0.25))
+            assert hand.close()
+            assert hand.open()
+            stage.kernel.sleep(4.0)
+            first, second = stage.world.legs.legs
+            assert math.dist(first.pose()[0][:2], BIN_M[:2]) < 0.01
+            assert math.dist(second.pose()[0], PICKUP_M) < 1e-3
+
+        assert stage.run(grasp_and_let_go) == "over"
+
+
+def test_a_mixed_run_ends_with_each_leg_where_its_turn_sent_it() -> None:
+    record, stage = handover(one_leg() + one_leg(at_leg=False) + one_leg(pull_n=0.0) + one_leg(), turns=4, seed=3)
+    outcomes = [m.fields["outcome"] for m in record.messages if m.topic == "turn_done"]
+    assert outcomes == ["released", "discarded", "discarded", "released"]
+    assert stage.world.legs.received == 2
