@@ -60,6 +60,7 @@ class Agent:
         self.has_own_message_plans = any(not plan.builtin for plan in message_plans)
         self._considered: Plan | None = None
         self._atomic: Intention | None = None
+        self._percept_versions = run.environment.versions
         self._seen_percepts = 0
         self._queries = 0
         self._intention_count = 0
@@ -67,19 +68,13 @@ class Agent:
 
     # --- the reasoning cycle
 
-    def active(self) -> bool:
-        """Whether its next cycle would do anything."""
-        return bool(
-            self.events
-            or self.intentions
-            or self.mailbox
-            or self.feedback
-            or self._seen_percepts != self.run.environment.version(self.name)
-        )
+    def perceives_change(self) -> bool:
+        """Whether the list of its percepts has changed since it last looked."""
+        return self._seen_percepts != self._percept_versions.get(self.name, 0)
 
     def cycle(self) -> None:
         """Perceive, read one message, react to one event, take one action's outcome, do one statement."""
-        version = self.run.environment.version(self.name)
+        version = self._percept_versions.get(self.name, 0)
         if version != self._seen_percepts:
             self._seen_percepts = version
             perception.perceive(self)

@@ -70,7 +70,13 @@ class BeliefBase:
         plain = belief.plain()
         bucket = self._buckets.get(belief.key, _EMPTY)
         held = bucket.get(plain)
-        if not isinstance(held, Structure) or not all(annot in held.annots for annot in belief.annots):
+        if not isinstance(held, Structure):
+            return False
+        if held.annots == belief.annots:
+            del bucket[plain]
+            self.version += 1
+            return True
+        if not all(annot in held.annots for annot in belief.annots):
             return False
         left = held.annotated(tuple(annot for annot in held.annots if annot not in belief.annots))
         if left.has_source():

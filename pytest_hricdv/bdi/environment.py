@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import lru_cache
 from typing import Self
 
 from .errors import BdiError
@@ -87,10 +89,20 @@ class Environment:
         """Grows whenever what the agent perceives changes; 0 as long as it never has."""
         return self._versions.get(agent, 0)
 
+    @property
+    def versions(self) -> Mapping[str, int]:
+        """:meth:`version` of every agent that has perceived anything."""
+        return self._versions
+
 
 def _percept(literal: str | Structure) -> Structure:
     if isinstance(literal, str):
-        literal = parse_literal(literal)
+        return _parsed_percept(literal)
     if not literal.ground:
         raise BdiError(f"a percept has no variables: {literal}")
     return literal.annotated((*literal.annots, SOURCE_PERCEPT))
+
+
+@lru_cache(maxsize=4096)
+def _parsed_percept(text: str) -> Structure:
+    return _percept(parse_literal(text))

@@ -113,12 +113,10 @@ def _delete(agent: Agent, intention: Intention, frame: Frame, literal: Structure
 
 def _delete_any(agent: Agent, literal: Structure) -> None:
     """For ``-+``: delete the first belief of that predicate and these sources, whatever its arguments."""
-    pattern = Structure(literal.functor, tuple(agent.fresh() for _ in literal.args), literal.annots, literal.negated)
-    solution = first(agent, pattern, {})
-    if solution is not None:
-        found = agent.value(pattern, solution)
-        if isinstance(found, Structure):
-            agent.disbelieve(found)
+    for held in agent.beliefs.candidates(literal.key):
+        if isinstance(held, Structure) and all(annot in held.annots for annot in literal.annots):
+            agent.disbelieve(held if held.annots == literal.annots else held.annotated(literal.annots))
+            return
 
 
 def _act(agent: Agent, intention: Intention, frame: Frame, statement: Act) -> None:

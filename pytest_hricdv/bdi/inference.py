@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from .errors import BdiError, EvaluationError
 from .syntax import And, Comparison, Formula, Not, Or, Rule
-from .terms import Arithmetic, Call, ListTerm, Number, Structure, Term, Variable, order
+from .terms import Arithmetic, Call, ListTerm, Number, Structure, Term, Variable, is_ground, order
 from .unify import Bindings, Trail, match_annotations, substitute, substitute_only, undo, unify, walk
 
 if TYPE_CHECKING:
@@ -34,6 +34,9 @@ def first(agent: Agent, formula: Formula, bindings: Bindings) -> Bindings | None
         known = _ground_answer(agent, formula)  # type: ignore[arg-type]
         if known is not None:
             return bindings if known else None
+        only = _only_candidate(agent, formula)  # type: ignore[arg-type]
+        if only is not None:
+            return _unified(formula, only, bindings)  # type: ignore[arg-type]
     elif isinstance(formula, Not):
         return bindings if first(agent, formula.part, bindings) is None else None
     elif isinstance(formula, And):
@@ -52,6 +55,13 @@ def _first_of_all(agent: Agent, formula: And, bindings: Bindings) -> Bindings | 
         if type(part) is Structure:
             known = _ground_answer(agent, part)
             if known is None:
+                only = _only_candidate(agent, part)
+                if only is not None:
+                    extended = _unified(part, only, bindings)
+                    if extended is None:
+                        return None
+                    bindings = extended
+                    continue
                 rest = And(parts[index:]) if index else formula
                 agent.enter_query(formula)
                 try:
@@ -64,10 +74,10 @@ def _first_of_all(agent: Agent, formula: And, bindings: Bindings) -> Bindings | 
             if first(agent, part.part, bindings) is not None:
                 return None
         elif isinstance(part, Comparison):
-            extended = dict(bindings)
-            if not compare(agent, part, extended, []):
+            if part.operator[0] == "=":
+                bindings = dict(bindings)
+            if not compare(agent, part, bindings, []):
                 return None
-            bindings = extended
         else:
             agent.enter_query(formula)
             try:
@@ -91,6 +101,27 @@ def _ground_answer(agent: Agent, literal: Structure) -> bool | None:
     elif literal in bucket:
         return True
     return None if any(isinstance(entry, Rule) or not entry.ground for entry in bucket.values()) else False
+
+
+def _only_candidate(agent: Agent, literal: Structure) -> Structure | None:
+    """The one belief that can answer a query, in one way at most; None if it takes the machine."""
+    bucket = agent.beliefs.bucket(literal.key)
+    if len(bucket) != 1 or literal.evaluable or literal.annots_tail is not None:
+        return None
+    if not all(map(is_ground, literal.annots)):
+        return None
+    (entry,) = bucket.values()
+    return entry if isinstance(entry, Structure) else None
+
+
+def _unified(literal: Structure, belief: Structure, bindings: Bindings) -> Bindings | None:
+    """The bindings extended so that the literal is the belief; None if it cannot be."""
+    extended = dict(bindings)
+    trail: Trail = []
+    for left, right in zip(literal.args, belief.args, strict=True):
+        if not unify(left, right, extended, trail):
+            return None
+    return extended if all(annot in belief.annots for annot in literal.annots) else None
 
 
 def solve(agent: Agent, formula: Formula, bindings: Bindings) -> Iterator[Bindings]:

@@ -7,6 +7,7 @@ nobody has anything to do before some wait is over, time jumps there.
 
 from __future__ import annotations
 
+import math
 import random
 import re
 from typing import TYPE_CHECKING
@@ -46,6 +47,8 @@ class Run:
         self.warnings: list[str] = []
         self.rounds = 0
         self.time_ms = 0.0
+        self.earliest_deadline_ms = math.inf
+        """No wait is over before this moment."""
         self.progress = 0
         """Grows with everything an agent does that another, or the user, could notice, or that it could remember."""
         self._seed = seed
@@ -111,12 +114,7 @@ class Run:
         agents = tuple(self.agents.values())
         quiet = Quiet(self)
         while self.rounds < max_rounds:
-            busy = False
-            for agent in agents:
-                if agent.active():
-                    busy = True
-                    self._cycle(agent)
-            if not busy:
+            if not self._round(agents):
                 if not self._jump():
                     return "idle"
                 if quiet.polling():
@@ -126,7 +124,8 @@ class Run:
             self.time_ms += ROUND_MS
             if self._ended:
                 return self._ended
-            self._end_waits()
+            if self.time_ms >= self.earliest_deadline_ms:
+                self._end_waits()
             if quiet.spinning():
                 if not self._jump():
                     return "spin"
@@ -134,24 +133,28 @@ class Run:
                     return "spin"
         return "round limit"
 
-    def _cycle(self, agent: Agent) -> None:
-        try:
-            agent.cycle()
-        except RecursionError:
-            raise BdiError(f"{agent.name}: terms nested too deeply, {agent.doing()}") from None
+    def _round(self, agents: tuple[Agent, ...]) -> bool:
+        """One cycle of every agent that has anything to do; False if none has."""
+        busy = False
+        for agent in agents:
+            if agent.intentions or agent.events or agent.mailbox or agent.feedback or agent.perceives_change():
+                busy = True
+                try:
+                    agent.cycle()
+                except RecursionError:
+                    raise BdiError(f"{agent.name}: terms nested too deeply, {agent.doing()}") from None
+        return busy
 
-    def _next_deadline(self) -> float | None:
-        agents = self.agents.values()
-        deadlines = [wait.deadline_ms for agent in agents for wait in agent.waits]
-        deadlines += [question.deadline_ms for agent in agents for question in agent.questions.values()]
-        return min((deadline for deadline in deadlines if deadline is not None), default=None)
+    def note_deadline(self, deadline_ms: float) -> None:
+        """An intention has begun to wait until then."""
+        self.earliest_deadline_ms = min(self.earliest_deadline_ms, deadline_ms)
 
     def _jump(self) -> bool:
         """Go to the next moment at which a wait is over; False if there is none."""
-        deadline = self._next_deadline()
-        if deadline is None:
+        self._find_earliest_deadline()
+        if self.earliest_deadline_ms == math.inf:
             return False
-        self.time_ms = max(self.time_ms, deadline)
+        self.time_ms = max(self.time_ms, self.earliest_deadline_ms)
         self._end_waits()
         return True
 
@@ -159,6 +162,15 @@ class Run:
         for agent in self.agents.values():
             if agent.waits or agent.questions:
                 _end_waits(agent, self.time_ms)
+        self._find_earliest_deadline()
+
+    def _find_earliest_deadline(self) -> None:
+        self.earliest_deadline_ms = math.inf
+        for agent in self.agents.values():
+            for wait in agent.waits:
+                self.note_deadline(math.inf if wait.deadline_ms is None else wait.deadline_ms)
+            for question in agent.questions.values():
+                self.note_deadline(math.inf if question.deadline_ms is None else question.deadline_ms)
 
 
 def _end_waits(agent: Agent, now_ms: float) -> None:

@@ -69,7 +69,19 @@ class Structure:
         annots_tail: the variable after ``|`` in the annotations, if any.
     """
 
-    __slots__ = ("_hash", "_text", "annots", "annots_tail", "args", "evaluable", "functor", "ground", "key", "negated")
+    __slots__ = (
+        "_hash",
+        "_plain",
+        "_text",
+        "annots",
+        "annots_tail",
+        "args",
+        "evaluable",
+        "functor",
+        "ground",
+        "key",
+        "negated",
+    )
 
     def __init__(
         self,
@@ -85,8 +97,11 @@ class Structure:
         self.negated = negated
         self.annots_tail = annots_tail
         self.key: Key = (negated, functor, len(args))
-        self.ground = annots_tail is None and all(map(is_ground, args)) and all(map(is_ground, annots))
+        self.ground = annots_tail is None and (
+            not (args or annots) or (all(map(is_ground, args)) and all(map(is_ground, annots)))
+        )
         self.evaluable = not self.ground and (any(map(is_evaluable, args)) or any(map(is_evaluable, annots)))
+        self._plain: Structure | None = None
         self._hash: int | None = None
         self._text: str | None = None
 
@@ -94,7 +109,9 @@ class Structure:
         """The same literal without annotations."""
         if not self.annots and self.annots_tail is None:
             return self
-        return Structure(self.functor, self.args, (), self.negated)
+        if self._plain is None:
+            self._plain = Structure(self.functor, self.args, (), self.negated)
+        return self._plain
 
     def annotated(self, annots: tuple[Term, ...], tail: Variable | None = None) -> Structure:
         """The same literal with exactly these annotations, which are put in order."""

@@ -25,6 +25,8 @@ def _send(invocation: Invocation) -> Outcome:
             deadline_ms = agent.run.time_ms + invocation.number(4) if len(invocation) == 5 else None
             question = Question(invocation.own_intention(), force, invocation.args[3], deadline_ms)
             agent.questions[number] = question
+            if deadline_ms is not None:
+                agent.run.note_deadline(deadline_ms)
             invocation.held = True
     return True
 

@@ -33,6 +33,8 @@ def _wait(invocation: Invocation) -> Outcome:
         wait.deadline_ms = run.time_ms + invocation.number(1)
     if len(invocation) > 2:
         wait.elapsed = invocation.args[2]
+    if wait.deadline_ms is not None:
+        run.note_deadline(wait.deadline_ms)
     agent.waits.append(wait)
     invocation.held = True
     return True
