@@ -1,7 +1,7 @@
 """Measures the code under test while it runs inside its own greenlet, and nowhere else.
 
-The tracer is started *inside* the greenlet of the code under test. greenlet keeps the tracing state per greenlet, so
-the rest of the process (world, human, monitors) runs untraced at full speed, while every line and branch is found.
+The tracer is started inside the greenlet of the code under test and kept to it, so the rest of the process (world,
+human, monitors) runs untraced at full speed, while every line and branch is found.
 Where the user measures already (`--cov`), that measurement is joined instead of starting a second one, which would
 silently pause the user's.
 """
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from pytest_hricdv.cover.imports import import_bits
 from pytest_hricdv.cover.source import Bits, CodeMap, CoverError
+from pytest_hricdv.cover.tracing import kept_to_this_greenlet
 
 if TYPE_CHECKING:
     import coverage
@@ -73,12 +74,13 @@ class OwnMeasurement:
         """See `Measurement`."""
 
         def traced() -> None:
-            self._coverage.start()
-            try:
-                self._coverage.switch_context(context)
-                body()
-            finally:
-                self._coverage.stop()
+            with kept_to_this_greenlet():
+                self._coverage.start()
+                try:
+                    self._coverage.switch_context(context)
+                    body()
+                finally:
+                    self._coverage.stop()
 
         return traced
 
@@ -107,14 +109,14 @@ class JoinedMeasurement:
 
         def traced() -> None:
             previous = None if self._contexts_by_test else self._switch(context)
-            # A new greenlet is untraced; coverage offers the start of its tracer to new threads, and so to us.
-            sys.settrace(threading.gettrace())
-            try:
-                body()
-            finally:
-                sys.settrace(None)
-                if not self._contexts_by_test:
-                    self._switch(previous)
+            with kept_to_this_greenlet():
+                # Coverage offers the start of a tracer to each new thread, and so to us.
+                sys.settrace(threading.gettrace())
+                try:
+                    body()
+                finally:
+                    if not self._contexts_by_test:
+                        self._switch(previous)
 
         return traced
 
