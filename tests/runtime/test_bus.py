@@ -35,7 +35,8 @@ def test_a_message_reaches_every_subscriber_at_the_instant_it_is_sent() -> None:
 
     def listener(name: str) -> None:
         subscription = bus.port(name).subscribe(Ping)
-        heard.append((name, kernel.now_s, subscription.wait(timeout_s=5.0)))
+        ping = subscription.wait(timeout_s=5.0)
+        heard.append((name, kernel.now_s, ping))
 
     def talker() -> None:
         kernel.sleep(1.0)
@@ -55,7 +56,8 @@ def test_waiting_times_out_and_earlier_messages_are_not_heard() -> None:
 
     def listener() -> None:
         subscription = bus.subscribe(Ping)
-        heard.append((kernel.now_s, subscription.wait(timeout_s=0.25)))
+        ping = subscription.wait(timeout_s=0.25)
+        heard.append((kernel.now_s, ping))
 
     kernel.spawn("listener", listener)
     kernel.run(limit_s=10.0)
