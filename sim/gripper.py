@@ -119,7 +119,7 @@ class Gripper:
             self._signal("hand_closing", False)
             self.doing = Doing.NOTHING
             leg = self._legs.current
-            if leg is not None and self._legs.in_hand is None and leg.graspable and self._in_grasp(leg):
+            if leg.graspable and self._in_grasp(leg):
                 leg.grasp(self._torso)
                 self._signal("leg_held", True)
         elif self.doing is Doing.OPENING and self._stand_at(OPEN):

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from controller.ports import HumanReady, LegReady, Request, TurnDone
 from pytest_hricdv.runtime import Kernel, NodeBus
-from sim.engine import SimulationError, Vector
+from sim.engine import Vector
 from sim.gaze import Gaze, head_for, looking
 from sim.places import AWAY_HAND_M, AWAY_HEAD_M, HANDOVER_M, REST_HAND_M, SEAT_HEAD_M, assembly_place
 from sim.script import Script, checked
@@ -157,7 +157,4 @@ class Human:
         self._kernel.sleep(max(head_s, hand_s))
 
     def _leg_place(self) -> Vector:
-        leg = self._world.legs.current
-        if leg is None:
-            raise SimulationError("there is no leg to look at or reach for")
-        return leg.pose()[0]
+        return self._world.legs.current.pose()[0]

@@ -22,16 +22,15 @@ class LegSupply:
     def __init__(self, engine: Engine, time: PhysicsTime) -> None:
         self._engine = engine
         self._time = time
-        self.current: Leg | None = Leg(engine, PICKUP_M)
-        self.legs: list[Leg] = [self.current]
+        self.current = Leg(engine, PICKUP_M)
+        self.legs = [self.current]
         self.received = 0  # legs that the person set down
         self.due_step: int | None = None
 
     @property
     def in_hand(self) -> Leg | None:
         """The leg that the robot holds."""
-        leg = self.current
-        return leg if leg is not None and leg.held is Held.ROBOT else None
+        return self.current if self.current.held is Held.ROBOT else None
 
     @property
     def carried(self) -> Leg | None:
@@ -39,13 +38,11 @@ class LegSupply:
         return next((leg for leg in self.legs if leg.held is Held.PERSON), None)
 
     def release(self, hand: int | None) -> None:
-        """The robot's hand is open: the leg goes to the person's `hand`, or falls when that is None."""
-        leg = self.in_hand
-        assert leg is not None
+        """The robot's hand is open: the leg goes to the person's `hand` (a body), or falls when that is None."""
         if hand is None:
-            leg.drop()
+            self.current.drop()
         else:
-            leg.take(hand)
+            self.current.take(hand)
         self.due_step = self._time.step_in(RESUPPLY_S)
 
     def set_down(self) -> None:

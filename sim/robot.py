@@ -10,12 +10,15 @@ from collections.abc import Callable, Sequence
 
 from controller.ports import JointPose, Path, PlanningError
 from pytest_hricdv.runtime import Kernel, Node
-from sim.planner import ArmPath, check_free, known, time_path
+from sim.planner import ArmPath, Segment, check_free, known, time_path
 from sim.pressure import PressureSensor
 from sim.world import World
 
 ARRIVED_RAD = 0.005
 """A joint this near to its goal has arrived."""
+
+START_RAD = 0.02
+"""A path is followed only from a pose this near to its start."""
 
 LATE_S = 1.0
 """An arm that does not stand this long after its time has been held up."""
@@ -67,21 +70,26 @@ class RobotArm:
         return path
 
     def follow(self, path: Path) -> bool:
-        """Move along `path`, with a stop at each waypoint; blocks until the arm stands; True when it has arrived."""
+        """Move along `path`, with a stop at each waypoint; blocks until the arm stands; True when it has arrived.
+
+        False at once, without moving, when the arm does not stand at the path's start: it would move too fast.
+        """
         if not isinstance(path, ArmPath):
             raise TypeError(f"an arm follows a path of its own plan(), not {path!r}")
-        arrived = True
+        arrived = self._world.torso.stands_at(path.start, START_RAD)
         for segment in path.segments:
-            self._world.disturb()
-            self._world.torso.move_arm(segment.goal, segment.duration_s)
-            self._kernel.sleep(segment.duration_s)
-            arrived = self._stands_at(segment.goal)
+            if not arrived:
+                break
+            arrived = self._go(segment)
         self._pressure.tare()
         return arrived
 
-    def _stands_at(self, goal: JointPose) -> bool:
+    def _go(self, segment: Segment) -> bool:
         torso = self._world.torso
-        return wait_until(self._kernel, self._world, lambda: torso.stands_at(goal, ARRIVED_RAD), LATE_S)
+        self._world.disturb()
+        torso.move_arm(segment.goal, segment.duration_s)
+        self._kernel.sleep(segment.duration_s)
+        return wait_until(self._kernel, self._world, lambda: torso.stands_at(segment.goal, ARRIVED_RAD), LATE_S)
 
     def _have_checked(self, start: JointPose, waypoints: tuple[JointPose, ...]) -> None:
         self._task, self._asking = (start, waypoints), self._kernel.current()

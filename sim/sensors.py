@@ -38,11 +38,8 @@ class Truth:
 
 
 def classify(world: World) -> Truth:
-    """Classify the bodies' present state. Without a leg nothing is ready."""
-    leg = world.legs.current
-    if leg is None:
-        return Truth(False, False, False)
-    place = leg.pose()[0]
+    """Classify the bodies' present state."""
+    place = world.legs.current.pose()[0]
     gaze = gaze_of(world.person.head.pose(), place)
     hand = world.person.hand.pose()[0]
     return Truth(

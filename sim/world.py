@@ -136,7 +136,6 @@ class World:
         self.gripper = Gripper(engine, self.torso, self.legs, self.person, self.signal)
         for _ in range(SETTLE_STEPS):
             bullet.stepSimulation(physicsClientId=engine.client)
-        assert self.legs.current is not None
         self.signal("arm_speed", 0.0)
         self.signal("leg_held", False)
         self.signal("leg_offset", offset_of(self.legs.current))
@@ -157,11 +156,8 @@ class World:
     def _tick(self) -> None:
         self.gripper.tick()
         self.legs.tick()
-        leg = self.legs.current
-        if leg is not None:
-            place = leg.pose()[0]
-            finite("the leg's place", place)
-            self.signal("leg_offset", offset_of(leg))
+        finite("the leg's place", self.legs.current.pose()[0])
+        self.signal("leg_offset", offset_of(self.legs.current))
         self._calm_ticks = self._calm_ticks + 1 if self._quiet() else 0
         for watch in tuple(self._watches):
             if watch.condition():

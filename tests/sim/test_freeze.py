@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Sequence
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
@@ -52,6 +55,14 @@ def test_equal_inputs_give_equal_runs_even_after_another_world() -> None:
     again, _ = handover(script, turns=2)
     assert first.sha256 == again.sha256
     assert between.sha256 != first.sha256
+
+
+def test_another_process_gives_an_equal_run() -> None:
+    here, _ = handover(one_leg(), turns=1)
+    code = "from tests.sim.stage import handover, one_leg; print(handover(one_leg(), turns=1)[0].sha256)"
+    root = Path(__file__).parents[2]
+    there = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
+    assert there.stdout.strip() == here.sha256
 
 
 def test_time_passes_while_frozen_and_people_still_move() -> None:

@@ -21,7 +21,6 @@ from .stage import Stage
 def in_palm(world: World) -> tuple[float, ...]:
     """The leg's place in the palm's frame (m)."""
     leg = world.legs.current
-    assert leg is not None
     place: tuple[float, ...] = bullet.multiplyTransforms(
         *bullet.invertTransform(*world.torso.palm_pose()), *leg.pose()
     )[0]
@@ -36,7 +35,6 @@ def play(body: Callable[[Stage], None], *, freeze: bool = True) -> Stage:
 
 def hand_to_leg(stage: Stage) -> None:
     leg = stage.world.legs.current
-    assert leg is not None
     x, y, z = leg.pose()[0]
     stage.kernel.sleep(stage.world.person.hand.move((x + 0.03, y, z - 0.03)))
 
@@ -79,7 +77,6 @@ def test_nothing_is_felt_without_a_leg() -> None:
     with Stage() as stage:
         assert stage.world.pressure.change_n() == 0.0
         leg = stage.world.legs.current
-        assert leg is not None
         with pytest.raises(SimulationError, match="pinned"):
             leg.reaction()
 
@@ -139,7 +136,6 @@ def test_a_leg_released_to_nobody_falls_on_the_table() -> None:
     def body(stage: Stage) -> None:
         assert stage.fetch()
         leg = stage.world.legs.current
-        assert leg is not None
         assert stage.robot.hand.open()
         assert stage.world.legs.in_hand is None
         assert stage.world.legs.carried is None

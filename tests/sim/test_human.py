@@ -6,13 +6,13 @@ import math
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.ports import LegReady, Request, TurnDone
 from sim.engine import UPRIGHT, SimulationError
 from sim.human import Human
-from sim.person import HAND_SPEED_M_S, Movement
+from sim.person import HAND_SPEED_M_S, PEAK_OVER_MEAN, SHORTEST_MOVE_S, Movement
 from sim.physics_time import STEP_S
 from sim.places import AWAY_HAND_M, REST_HAND_M, SEAT_HEAD_M
 from sim.script import PARAMETERS, checked
@@ -173,7 +173,6 @@ def test_gaze_and_location_are_where_the_script_says_relative_to_the_leg() -> No
         )
         stage.run(lambda: stage.kernel.sleep(10.0))
         leg = stage.world.legs.current
-        assert leg is not None
         x, y, z = leg.pose()[0]
         assert stage.world.person.hand.pose()[0] == pytest.approx((x + 0.6, y + 0.5, z + 0.7), abs=1e-4)
         assert math.dist(stage.world.person.head.pose()[0], (x, y, z)) == pytest.approx(0.55, abs=1e-4)
@@ -187,12 +186,11 @@ def test_a_whole_run_is_done_at_its_end() -> None:
 places = st.tuples(*[st.floats(-2.0, 2.0)] * 3)
 
 
+@settings(deadline=None)
 @given(places, places)
 def test_a_hand_moves_smoothly_and_slower_than_1_m_s(
     start: tuple[float, float, float], goal: tuple[float, float, float]
 ) -> None:
-    from sim.person import PEAK_OVER_MEAN, SHORTEST_MOVE_S
-
     duration_s = max(SHORTEST_MOVE_S, PEAK_OVER_MEAN * math.dist(start, goal) / HAND_SPEED_M_S)
     steps = math.ceil(duration_s / STEP_S)
     movement = Movement((start, UPRIGHT), (goal, UPRIGHT), 0, steps)

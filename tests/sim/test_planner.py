@@ -6,7 +6,7 @@ import itertools
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.ports import JointPose, PlanningError
@@ -58,6 +58,7 @@ def test_nonsense_is_refused(ways: tuple[JointPose, ...], speed_rad_s: float, co
         time_path(HOME, ways, speed_rad_s)
 
 
+@settings(deadline=None)
 @given(st.lists(angles, min_size=1, max_size=4), angles, st.floats(0.05, 1.0))
 def test_the_fastest_joint_of_each_segment_moves_just_below_the_limit(
     ways: list[JointPose], start: JointPose, limit_rad_s: float

@@ -92,6 +92,20 @@ def test_an_arm_that_is_held_up_does_not_arrive(monkeypatch: pytest.MonkeyPatch)
         assert stage.run(held_up) == "over"
 
 
+def test_a_path_is_followed_only_from_its_start() -> None:
+    """From elsewhere the arm would have further to go in the same time: too fast."""
+    with Stage() as stage:
+        arm, torso = stage.robot.arm, stage.world.torso
+
+        def from_elsewhere() -> None:
+            back = arm.plan((waypoints.HOME,), 0.25)
+            assert arm.follow(arm.plan((waypoints.TO_PICKUP[0],), 0.25))
+            assert not arm.follow(back)
+            assert torso.stands_at(waypoints.TO_PICKUP[0], 0.001)
+
+        assert stage.run(from_elsewhere) == "over"
+
+
 def test_planning_leaves_the_world_as_it_is() -> None:
     with Stage() as stage:
         arm, torso = stage.robot.arm, stage.world.torso

@@ -40,7 +40,6 @@ def stage() -> Iterator[Stage]:
 
 def make_ready(stage: Stage, pull_n: float = 8.0) -> None:
     leg = stage.world.legs.current
-    assert leg is not None
     x, y, z = leg.pose()[0]
     head, hand = stage.world.person.head, stage.world.person.hand
     took_s = max(head.move(*head_for(READY, 1.0, (x, y, z))), hand.move((x + 0.03, y, z - 0.03)))
@@ -51,7 +50,6 @@ def make_ready(stage: Stage, pull_n: float = 8.0) -> None:
 @pytest.mark.parametrize(("gaze", "ready"), GAZES.values(), ids=GAZES)
 def test_gaze_is_read_from_the_head(stage: Stage, gaze: Gaze, ready: bool) -> None:
     leg = stage.world.legs.current
-    assert leg is not None
     place, turn = head_for(gaze, -1.0, leg.pose()[0])
 
     def look() -> None:
@@ -64,7 +62,6 @@ def test_gaze_is_read_from_the_head(stage: Stage, gaze: Gaze, ready: bool) -> No
 @pytest.mark.parametrize(("offset", "ready"), HANDS.values(), ids=HANDS)
 def test_location_is_read_from_the_hand(stage: Stage, offset: tuple[float, float, float], ready: bool) -> None:
     leg = stage.world.legs.current
-    assert leg is not None
     x, y, z = leg.pose()[0]
 
     def reach() -> None:

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from controller import waypoints
 from sim.leg import Held
 from sim.leg_supply import RESUPPLY_S
 from sim.places import BIN_M, PICKUP_M, TABLE_TOP_M, in_bin
@@ -56,7 +57,6 @@ def test_the_next_leg_waits_only_some_seconds_after_the_last_one_left_the_hand()
             assert stage.world.legs.current is first
             stage.kernel.sleep(0.1)
             second = stage.world.legs.current
-            assert second is not None
             assert second is not first
             assert math.dist(second.pose()[0], PICKUP_M) < 1e-3
 
@@ -67,8 +67,6 @@ def test_a_leg_left_at_the_pickup_place_is_cleared_away() -> None:
     with Stage() as stage:
 
         def grasp_and_let_go() -> None:
-            from controller import waypoints
-
             arm, hand = stage.robot.arm, stage.robot.hand
             assert arm.follow(arm.plan(waypoints.TO_PICKUP, 0.25))
             assert hand.close()

@@ -16,7 +16,6 @@ from .stage import Stage
 def test_the_leg_is_upright_at_the_handover_place_and_over_the_bin() -> None:
     with Stage() as stage:
         leg = stage.world.legs.current
-        assert leg is not None
 
         def look() -> None:
             assert stage.fetch()
@@ -34,7 +33,6 @@ def test_the_leg_is_upright_at_the_handover_place_and_over_the_bin() -> None:
 def test_the_leg_stays_upright_on_its_way_up_from_the_pickup_place() -> None:
     with Stage() as stage:
         leg = stage.world.legs.current
-        assert leg is not None
 
         def lift() -> None:
             arm = stage.robot.arm
