@@ -36,6 +36,6 @@ class BdiPseudorandom:
         generation = Generation(
             bdi_runs=explorer.runs,
             declared_plans=explorer.plan_labels,
-            notes=(short,) if len(chosen) < count else (),
+            notes=(*([short] if len(chosen) < count else []), *explorer.notes()),
         )
         return Suite.of_drafts(self.name, context.seed, drafts, generation)

@@ -85,8 +85,10 @@ class BeliefSpace:
 
     def aim(self, beliefs: Iterable[str]) -> str:
         """What a subset aims at, short: its start belief and what it has of the naming groups, as in `leg1-bored`."""
-        shown = {*self.start, *(belief for name in self.naming for belief in self.groups[name])}
-        return "-".join(belief for belief in self.subset(beliefs) if belief in shown) or "no-start"
+        subset = self.subset(beliefs)
+        starts = [belief for belief in subset if belief in self.start] or ["no-start"]
+        shown = {belief for name in self.naming for belief in self.groups[name]}
+        return "-".join([*starts, *(belief for belief in subset if belief in shown)])
 
 
 def _claim(belief: str, group: str, home: dict[str, str]) -> None:

@@ -58,7 +58,7 @@ class ByHand:
         for aim in read_aims(context.by_hand, space):
             for subset in aim.subsets:
                 drafts += [draft_of(explorer.explore(subset), space, aim.name)] * aim.concretizations
-        generation = Generation(bdi_runs=explorer.runs, declared_plans=explorer.plan_labels)
+        generation = Generation(bdi_runs=explorer.runs, declared_plans=explorer.plan_labels, notes=explorer.notes())
         return Suite.of_drafts(self.name, context.seed, spread(drafts, context.tests), generation)
 
 

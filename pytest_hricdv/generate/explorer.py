@@ -15,6 +15,9 @@ from .error import GenerateError, nearest
 from .exploration import Exploration
 from .model import Model
 
+#: How the BDI engine says that a run was ended for its length.
+_CUT_OFF = "round limit"
+
 
 class Explorer:
     """Loads a model once and runs it with any number of belief subsets.
@@ -35,6 +38,7 @@ class Explorer:
         self.model = model
         self.space = space
         self.runs = 0
+        self.cut_off = 0
         # The plain environment: every external action succeeds, and changes nothing but the trace.
         self._stage = Environment()
         try:
@@ -78,6 +82,7 @@ class Explorer:
             for percept in percepts:
                 self._stage.remove_percept(self.model.steering_agent, percept)
         self.runs += 1
+        self.cut_off += result.ended == _CUT_OFF
         sequence = {
             agent: tuple(label for label in result.plans.get(agent, ()) if label in self._coverage_plans[agent])
             for agent in self.model.covered
@@ -88,8 +93,14 @@ class Explorer:
             plans={agent: frozenset(labels) for agent, labels in sequence.items()},
             sequence=sequence,
             rounds=result.rounds,
-            ended=str(result.ended),
+            ended=result.ended,
         )
+
+    def notes(self) -> tuple[str, ...]:
+        """What a suite should say of the runs so far: whether any had to be cut off, and so its test."""
+        if not self.cut_off:
+            return ()
+        return (f"{self.cut_off} of {self.runs} runs of the model were cut off after {self.model.max_rounds} rounds",)
 
 
 def _mentioned(model: Model) -> list[str]:

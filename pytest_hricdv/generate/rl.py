@@ -29,7 +29,7 @@ class ReinforcementLearning:
         walked = subsets(learned.q, space, parameters, count * parameters.candidates, context.seed)
         chosen = balanced(map(explorer.explore, walked), count)
         drafts = [draft_of(exploration, space) for exploration in chosen]
-        notes = []
+        notes = list(explorer.notes())
         if len(chosen) < count:
             notes.append(f"{count} tests asked for, but the policy leads to {len(chosen)} distinct subsets only")
         if learned.converged_at is None:
@@ -43,4 +43,6 @@ class ReinforcementLearning:
             declared_plans=explorer.plan_labels,
             notes=tuple(notes),
         )
-        return Suite.of_drafts(self.name, context.seed, drafts, generation)
+        suite = Suite.of_drafts(self.name, context.seed, drafts, generation)
+        missed = [f"{agent}: {' '.join(labels)}" for agent, labels in suite.uncovered_plans().items()]
+        return suite.noted("plans that no test executes: " + "; ".join(missed)) if missed else suite

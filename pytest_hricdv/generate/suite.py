@@ -74,6 +74,10 @@ class Suite:
         distinct = len({test.lines for test in tests})
         return cls(name, seed, tuple(tests), replace(generation, distinct_texts=distinct))
 
+    def noted(self, note: str) -> Suite:
+        """The same suite with one more note on how it came about."""
+        return replace(self, generation=replace(self.generation, notes=(*self.generation.notes, note)))
+
     def covered_plans(self) -> Plans:
         """The coverage plans that the model executed in at least one of the tests, by agent."""
         covered: dict[str, set[str]] = {agent: set() for agent in self.generation.declared_plans}
@@ -81,6 +85,15 @@ class Suite:
             for agent, labels in test.plans.items():
                 covered.setdefault(agent, set()).update(labels)
         return {agent: tuple(sorted(labels)) for agent, labels in covered.items()}
+
+    def uncovered_plans(self) -> Plans:
+        """The declared coverage plans that none of the tests executed, by agent, where there are any."""
+        covered = self.covered_plans()
+        left = {
+            agent: tuple(label for label in labels if label not in covered[agent])
+            for agent, labels in self.generation.declared_plans.items()
+        }
+        return {agent: labels for agent, labels in left.items() if labels}
 
     def to_json(self) -> str:
         """Canonical JSON, a plain string; the same for equal suites."""

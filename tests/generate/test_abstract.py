@@ -4,18 +4,10 @@ from __future__ import annotations
 
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from pytest_hricdv.generate.abstract import AbstractTest, action_from_command, command_from_action, command_of
 from pytest_hricdv.generate.error import GenerateError
-
-words = st.from_regex(r"[a-z][A-Za-z0-9_]{0,8}", fullmatch=True)
-values = words | st.integers(-99, 99).map(str) | st.sampled_from(["0.5", "-1.25", "2e-3"])
-commands = (
-    words
-    | st.tuples(words, values).map(lambda parts: "{} {}".format(*parts))
-    | st.tuples(words, values, values).map(lambda parts: "{} {} = {}".format(*parts))
-)
+from tests.generate.strategies import commands
 
 
 @pytest.mark.parametrize(

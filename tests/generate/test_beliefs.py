@@ -33,7 +33,7 @@ def test_a_subset_has_one_order_whatever_order_it_was_chosen_in(beliefs: list[st
         (("leg4", "m000l4"), "leg4"),
         (("m000l4",), "no-start"),
         ((), "no-start"),
-        (("not_bored",), "not_bored"),
+        (("not_bored",), "no-start-not_bored"),
     ],
 )
 def test_the_aim_is_the_start_belief_and_the_naming_groups(beliefs: tuple[str, ...], aim: str) -> None:

@@ -32,6 +32,7 @@ def test_runs_do_not_leak_into_each_other_and_order_does_not_matter(tmp_path: Pa
     assert explorer.explore([]).lines == ()
     assert {explorer.explore(beliefs) for beliefs in permutations(["hall", "polite", "bright"])} == {first}
     assert explorer.runs == 8
+    assert explorer.notes() == ()
 
 
 @pytest.mark.parametrize(
@@ -78,9 +79,11 @@ def test_a_model_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
         Explorer(lamps(tmp_path, guide=GUIDE + "@g3 +!x <- ;;"), LAMPS)
 
 
-def test_a_run_without_end_is_ended(tmp_path: Path) -> None:
+def test_a_run_without_end_is_cut_off_and_noted(tmp_path: Path) -> None:
     model = lamps(tmp_path, guide=GUIDE + "@g3 +asked <- !g.\n+!g <- .random(X); -+seen(X); !g.\n!g.\n")
-    assert Explorer(replace(model, max_rounds=50), LAMPS).explore(["hall"]).rounds <= 50
+    explorer = Explorer(replace(model, max_rounds=50), LAMPS)
+    assert explorer.explore(["hall"]).rounds == 50
+    assert explorer.notes() == ("1 of 1 runs of the model were cut off after 50 rounds",)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.generate import identity
 from pytest_hricdv.generate.identity import Draft, identify
-from tests.generate.test_abstract import commands, words
+from tests.generate.strategies import commands, words
 
 drafts = st.builds(
     Draft,

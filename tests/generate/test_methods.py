@@ -81,7 +81,8 @@ def test_rl_says_when_it_has_not_converged(context: Context) -> None:
     learning = replace(context.learning, iterations=3, suite_size=2)
     suite = ReinforcementLearning().generate(replace(context, learning=learning))
     assert len(suite.tests) == 2
-    assert "not converged after 3 iterations" in suite.generation.notes[-1]
+    assert "not converged after 3 iterations" in suite.generation.notes[0]
+    assert suite.generation.notes[1].startswith("plans that no test executes: visitor: v")
 
 
 def test_pseudorandom_draws_lengths_and_commands() -> None:

@@ -13,8 +13,8 @@ from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.suite import Generation, Suite, fingerprint
 from pytest_hricdv.generate.text import parse_tests
+from tests.generate.strategies import abstract_tests
 from tests.generate.table import SPACE
-from tests.generate.test_text import abstract_tests
 
 generations = st.builds(
     Generation,
@@ -40,6 +40,7 @@ def test_covered_plans_are_those_of_all_tests() -> None:
     text = "# id: {0}\n# suite: s\n# aim: a\n# seed: 1\n# plans human: p{0}\n"
     tests = parse_tests("\n".join(map(text.format, (2, 1))), file="f", suite="s")
     assert Suite.of_tests("s", 0, tests, generation).covered_plans() == {"human": ("p1", "p2"), "robot": ()}
+    assert Suite.of_tests("s", 0, tests, generation).uncovered_plans() == {"robot": ("r1",)}
 
 
 @given(abstract_tests)

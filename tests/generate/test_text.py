@@ -11,21 +11,8 @@ from hypothesis import strategies as st
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.text import dump_tests, parse_tests
+from tests.generate.strategies import abstract_tests
 from tests.generate.table import COMMANDS
-from tests.generate.test_abstract import commands, words
-
-phrases = st.lists(st.text(st.characters(exclude_categories=["C", "Z"]), min_size=1), max_size=4).map(" ".join)
-abstract_tests = st.builds(
-    AbstractTest,
-    id=st.from_regex(r"[A-Za-z0-9_-]{1,20}", fullmatch=True),
-    suite=phrases.filter(bool),
-    aim=phrases.filter(bool),
-    beliefs=st.lists(words, max_size=4).map(tuple),
-    lines=st.lists(commands, max_size=5).map(tuple),
-    plans=st.dictionaries(words, st.lists(words, max_size=3).map(tuple), max_size=2),
-    seed=st.integers(0, 2**63 - 1),
-    name=phrases,
-)
 
 TWO = """\
 # Recorded on the second day; this block is commentary only.
