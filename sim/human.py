@@ -15,6 +15,9 @@ from sim.world import World
 PATIENCE_S = 60.0
 """A person waits this long for the robot. Case study: `receivesignal`."""
 
+REST_OF_RUN_S = 1000.0
+"""Longer than any run."""
+
 
 class Human:
     """A person who does one command after the other; movements and speech take their time.
@@ -51,7 +54,10 @@ class Human:
         self.done = False
 
     def enact(self) -> None:
-        """The node's body: the whole script, then the end of the last turn."""
+        """The node's body: the whole script, then the end of the last turn; `done` from there on.
+
+        The body goes on to react to the robot: a leg that comes late is still taken and set down.
+        """
         for command, parameters in self._script:
             self._notice()
             if command == "tell leg":
@@ -60,6 +66,10 @@ class Human:
                 self._enact_one(command, parameters)
         self._await_turn_end()
         self.done = True
+        while True:
+            end = self._ends.wait(REST_OF_RUN_S)
+            if end is not None:
+                self._turn_ended(end)
 
     def _enact_one(self, command: str, parameters: Mapping[str, float]) -> None:
         if command == "receivesignal":

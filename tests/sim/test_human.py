@@ -125,6 +125,25 @@ def test_stops_pulling_when_the_turn_is_done() -> None:
         assert stage.run(turn) == "over"
 
 
+def test_a_person_whose_script_is_over_still_sets_a_leg_down() -> None:
+    unannounced = [step for step in one_leg() if step[0] != "receivesignal"]
+    with Stage() as stage:
+        human = stage.human([("tell humanReady", {"voice_s": 25.0}), *unannounced[1:]])
+
+        def hand_over() -> None:
+            assert stage.fetch()
+            stage.kernel.sleep(35.0 - stage.kernel.now_s)
+            assert human.done
+            assert stage.robot.hand.open()
+            assert stage.world.legs.carried is not None
+            stage.bus.port("robot").publish(TurnDone(1, "released"))
+            stage.kernel.sleep(6.0)
+            assert stage.world.legs.carried is None
+            assert stage.world.legs.received == 1
+
+        assert stage.run(hand_over) == "over"
+
+
 def test_pressure_0_lets_the_leg_be() -> None:
     with Stage() as stage:
         pulls: list[Step] = [
