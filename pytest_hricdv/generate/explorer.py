@@ -45,22 +45,27 @@ class Explorer:
             self._system = MultiAgentSystem.load(model.path, self._stage)
         except (BdiError, OSError) as error:
             raise GenerateError(f"BDI model {model.path}: {error}") from error
-        for agent in (model.steering_agent, model.actor, *model.covered):
-            if agent not in self._system.agents:
-                raise GenerateError(
-                    f"{model.path}: no agent {agent!r} in this model{nearest(agent, self._system.agents)}"
-                )
+        self._check_agents()
         self.plan_labels: Plans = {agent: tuple(self._system.plan_labels(agent)) for agent in model.covered}
+        self._coverage_plans = {agent: frozenset(labels) for agent, labels in self.plan_labels.items()}
         for agent, labels in self.plan_labels.items():
             if not labels:
                 raise GenerateError(f"{model.path}: agent {agent!r} has no labelled plan; expected some to cover")
-        self._coverage_plans = {agent: frozenset(labels) for agent, labels in self.plan_labels.items()}
-        mentioned = _mentioned(model)
-        for belief in space.beliefs:
-            if belief not in mentioned and belief not in space.neutral:
+        self._check_beliefs()
+
+    def _check_agents(self) -> None:
+        for agent in (self.model.steering_agent, self.model.actor, *self.model.covered):
+            if agent not in self._system.agents:
+                known = nearest(agent, self._system.agents)
+                raise GenerateError(f"{self.model.path}: no agent {agent!r} in this model{known}")
+
+    def _check_beliefs(self) -> None:
+        mentioned = _mentioned(self.model)
+        for belief in self.space.beliefs:
+            if belief not in mentioned and belief not in self.space.neutral:
                 raise GenerateError(
-                    f"{model.path}: belief {belief!r} of the space occurs nowhere in agent {model.actor!r}, so that "
-                    f"choosing it could never change a test; expected it there, or among the neutral beliefs"
+                    f"{self.model.path}: belief {belief!r} of the space occurs nowhere in agent {self.model.actor!r}, "
+                    "so that choosing it could never change a test; expected it there, or among the neutral beliefs"
                     f"{nearest(belief, mentioned)}"
                 )
 
