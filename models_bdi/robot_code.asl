@@ -49,15 +49,15 @@ patience_for_sensors(40).   // s, until a reading comes
 @p6 +!hear_ready : clock(S) & listening_since(Since) & patience_for_human(Limit) & S - Since >= Limit
    <- !discard.
 
-// Not yet: listen for another ten seconds. (A second is a millisecond for the agents.)
+// Not yet: listen for another twenty seconds. (A second is a millisecond for the agents.)
 +!hear_ready : clock(S)
-   <- .wait(10);
-      -+clock(S + 10);
+   <- .wait(20);
+      -+clock(S + 20);
       !hear_ready.
 
 // --- Sensing and Decide
 
-// Timeout3: no reading. It comes before the reading in the text, but a reading that is there wins.
+// Timeout3: no reading came.
 @p7 +!sense : not reading(_, _, _)
             & clock(S) & listening_since(Since) & patience_for_sensors(Limit) & S - Since >= Limit
    <- !discard.
@@ -67,8 +67,8 @@ patience_for_sensors(40).   // s, until a reading comes
       !decide(Gaze, Pressure, Location).
 
 +!sense : clock(S)
-   <- .wait(10);
-      -+clock(S + 10);
+   <- .wait(20);
+      -+clock(S + 20);
       !sense.
 
 // The human is not ready: some sensor does not say so.

@@ -266,7 +266,8 @@ class Agent:
 
     def everywhere(self) -> list[tuple[Intention, Event | None]]:
         """All intentions, whatever they are doing or waiting for, and the goal events that wait for a plan."""
-        found: list[tuple[Intention, Event | None]] = [(event.intention or Intention(0), event) for event in self.events]
+        found: list[tuple[Intention, Event | None]] = []
+        found += [(event.intention or Intention(0), event) for event in self.events]
         found += [(intention, None) for intention in self.intentions]
         found += [(intention, None) for intention, _ in self.feedback]
         found += [(wait.intention, None) for wait in self.waits]

@@ -147,7 +147,11 @@ def _unify_lists(pattern: ListTerm, target: ListTerm, bindings: Bindings, trail:
     for left, right in zip(pattern.items[:shared], target.items[:shared], strict=True):
         if not unify(left, right, bindings, trail):
             return False
-    return unify(_rest(pattern, shared), _rest(target, shared), bindings, trail)
+    rest, other = _rest(pattern, shared), _rest(target, shared)
+    if isinstance(rest, ListTerm) and isinstance(other, ListTerm):
+        # Neither ends in an open tail here: equal only if nothing is left of both.
+        return rest.items == other.items and rest.tail == other.tail
+    return unify(rest, other, bindings, trail)
 
 
 def _rest(term: ListTerm, start: int) -> Term:

@@ -1,0 +1,2 @@
+!go.
++!go <- .broadcast(tell,hello); .wait(100); .send(b,askAll,item(_),L); .print(L); .send([b,c],achieve,say(bye)).

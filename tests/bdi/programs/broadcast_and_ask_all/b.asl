@@ -1,0 +1,3 @@
+item(1). item(2).
++hello[source(S)] <- .print("hello ",S).
++!say(X) <- .print(X).

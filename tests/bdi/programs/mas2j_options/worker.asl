@@ -1,0 +1,1 @@
++!start : size(N) & colour(C) & .my_name(Me) <- .print(Me," ",N," ",C).

@@ -1,0 +1,65 @@
+"""``python -m pytest_hricdv.bdi run``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.bdi.__main__ import main
+from tests.bdi.models import TABLE, system_of
+
+
+def test_run_prints_what_agents_print_and_nothing_else(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    system_of(tmp_path, a="!go. +!go <- .print(hello); .send(b, tell, hi).", b="+hi[source(S)] <- .print(hi, S).")
+    assert main(["run", str(tmp_path / "mas.mas2j")]) == 0
+    out, err = capsys.readouterr()
+    assert out == "[a] hello\n[b] hia\n"
+    assert err == "ended after 2 rounds: idle\n"
+
+
+def test_round_limit_and_seed_are_options(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    system_of(tmp_path, a="n(0). !go. +!go : n(X) <- .random(R); .print(R); -+n(X + 1); !go.")
+    main(["run", str(tmp_path / "mas.mas2j"), "--max-rounds", "9", "--seed", "3"])
+    first = capsys.readouterr()
+    main(["run", str(tmp_path / "mas.mas2j"), "--max-rounds", "9", "--seed", "3"])
+    assert capsys.readouterr() == first
+    assert first.err == "ended after 9 rounds: round limit\n"
+
+
+@pytest.mark.parametrize("source", ["+!g <- .", "+!g <- .prnt(1).", "p :- p. !g. +!g : p."])
+def test_model_that_cannot_run_gives_a_message_and_exit_code_2(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], source: str
+) -> None:
+    system_of(tmp_path, a="p.")
+    (tmp_path / "a.asl").write_text(source)
+    assert main(["run", str(tmp_path / "mas.mas2j")]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("error: ")
+    assert "a.asl:1:" in err
+
+
+def test_missing_file_gives_a_message_and_exit_code_2(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "nowhere.mas2j"]) == 2
+    assert capsys.readouterr().err == "error: nowhere.mas2j: no such file\n"
+
+
+@pytest.mark.parametrize("arguments", [[], ["walk"], ["run"], ["run", "x.mas2j", "--max-rounds", "0"]])
+def test_wrong_usage_is_exit_code_2(arguments: list[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+
+
+def test_help_teaches_by_example(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["run", "--help"])
+    help_text = capsys.readouterr().out
+    assert "--max-rounds 500 --seed 7" in help_text
+    assert "MAS hello { agents: ann; bob; }" in help_text
+
+
+def test_table_model_runs_from_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", str(TABLE)]) == 0
+    assert capsys.readouterr().out == ""

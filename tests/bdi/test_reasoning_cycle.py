@@ -1,0 +1,264 @@
+"""The reasoning cycle: percepts, sources, failures, the environment, and how runs end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure
+from tests.bdi.models import prints_of, system_of
+
+
+class Switch(Environment):
+    """A world in which agents can show each other lights and take them away."""
+
+    def execute(self, agent: str, action: Structure) -> bool:
+        if action.functor == "show":
+            self.add_percept(agent, str(action.args[0]))
+        elif action.functor == "hide":
+            return self.remove_percept(agent, str(action.args[0]))
+        elif action.functor == "explode":
+            raise ValueError("boom")
+        return action.functor != "refuse"
+
+
+REPORT = "+light(X)[source(S)] <- .print(on, X, S). -light(X)[source(S)] <- .print(off, X, S)."
+
+
+def test_percept_is_believed_until_it_is_no_longer_listed(tmp_path: Path) -> None:
+    system = system_of(tmp_path, Switch(), a="!go. +!go <- show(light(1)); .wait(1); hide(light(1)). " + REPORT)
+    assert system.run().prints == ["[a] on1percept", "[a] off1percept"]
+
+
+def test_percepts_present_at_the_start_are_perceived_before_the_first_goal(tmp_path: Path) -> None:
+    environment = Environment()
+    environment.add_percept("a", "light(7)")
+    system = system_of(tmp_path, environment, a="!go. +!go : light(X) <- .print(saw, X).")
+    assert system.run().prints == ["[a] saw7"]
+
+
+def test_percept_the_agent_deleted_stays_deleted_until_its_percepts_change(tmp_path: Path) -> None:
+    source = """
+    !go.
+    +!go <- -light(1)[source(percept)]; .wait(5); !look; show(light(2)); .wait(5); !look.
+    +!look <- .findall(X, light(X), L); .sort(L, S); .print(S).
+    """
+    system = system_of(tmp_path, Switch(), a=source)
+    assert system.run(percepts={"a": ["light(1)"]}).prints == ["[a] []", "[a] [1,2]"]
+
+
+def test_removing_a_percept_leaves_what_the_agent_believes_from_another_source(tmp_path: Path) -> None:
+    source = "!go. +!go <- +light(1); hide(light(1)); .wait(5); ?light(1)[source(S)]; .print(S)."
+    assert system_of(tmp_path, Switch(), a=source).run(percepts={"a": ["light(1)"]}).prints == ["[a] self"]
+
+
+def test_believing_again_from_the_same_source_is_no_event(tmp_path: Path) -> None:
+    assert prints_of(tmp_path, "!go. +!go <- +p; +p; +p[source(x)]; +p[source(x)]. +p[source(S)] <- .print(S).") == [
+        "self",
+        "x",
+    ]
+
+
+def test_deleting_without_a_source_deletes_only_what_the_agent_itself_told(tmp_path: Path) -> None:
+    source = "p[source(bob)]. !go. +!go <- -p; ?p; .print(still); -p[source(bob)]; if (not p) { .print(gone) }."
+    assert prints_of(tmp_path, source) == ["still", "gone"]
+
+
+def test_unbound_variable_is_greater_than_any_number(tmp_path: Path) -> None:
+    source = "!go. +!go <- if (X > 1000000) { .print(greater) }; if (not (Y < 3)) { .print(ok) }."
+    assert prints_of(tmp_path, source) == ["greater", "ok"]
+
+
+def test_first_plan_with_an_applicable_context_is_taken(tmp_path: Path) -> None:
+    assert prints_of(tmp_path, "p(1). p(2). !g. +!g : p(X) & X > 1 <- .print(X). +!g <- .print(no).") == ["2"]
+
+
+def test_false_action_fails_the_goal_and_the_failure_plan_sees_what_failed(tmp_path: Path) -> None:
+    source = """
+    !go.
+    +!go <- !try; .print(after).
+    +!try <- refuse(me); .print(no).
+    -!try[error(E), code(C)] <- .print(E, C).
+    """
+    result = system_of(tmp_path, Switch(), a=source).run()
+    assert result.prints == ["[a] action_failedrefuse(me)", "[a] after"]
+    assert result.actions == [("a", "refuse(me)")]
+
+
+def test_unhandled_failure_drops_only_its_intention_and_warns(tmp_path: Path) -> None:
+    result = system_of(tmp_path, a="!bad. !good. +!bad <- .fail; .print(no). +!good <- .print(yes).").run()
+    assert result.prints == ["[a] yes"]
+    assert len(result.warnings) == 1
+    assert "a.asl:1:23" in result.warnings[0]
+
+
+def test_goal_without_any_plan_is_a_warning(tmp_path: Path) -> None:
+    result = system_of(tmp_path, a="!nobody.").run()
+    assert result.ended == "idle"
+    assert "no relevant plan for +!nobody" in result.warnings[0]
+
+
+def test_expression_without_a_value_fails_the_goal(tmp_path: Path) -> None:
+    source = '!go. +!go <- !t(1); !t(2); .print(end). +!t(1) <- X = "a" + 1. +!t(2) <- X = Y + 1. -!t(N) <- .print(N).'
+    assert prints_of(tmp_path, source) == ["1", "2", "end"]
+
+
+def test_sending_to_nobody_fails(tmp_path: Path) -> None:
+    assert prints_of(tmp_path, "!go. +!go <- .send(ghost, tell, p). -!go[error_msg(M)] <- .print(M).") == [
+        "there is no agent ghost to send to"
+    ]
+
+
+def test_action_that_raises_names_agent_plan_and_line(tmp_path: Path) -> None:
+    system = system_of(tmp_path, Switch(), a="!go.\n@boom\n+!go\n   <- explode(now).")
+    message = r"agent a, plan @boom \(.*a\.asl:4:7\): action explode\(now\) raised ValueError: boom"
+    with pytest.raises(BdiError, match=message):
+        system.run()
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "p(X) :- p(X). !go. +!go : p(1) <- .print(no).",
+        "p(N) :- p(N + 1). !go. +!go <- ?p(1).",
+        "p :- not q. q :- not p. !go. +!go : p <- .print(no).",
+    ],
+    ids=["left-recursive", "endless", "through negation"],
+)
+def test_runaway_rule_is_an_error_that_names_it(tmp_path: Path, source: str) -> None:
+    with pytest.raises(BdiError, match=r"runaway recursion while looking for [pq].*a\.asl:1:"):
+        system_of(tmp_path, a=source).run()
+
+
+def test_deep_but_finite_rules_are_no_problem(tmp_path: Path) -> None:
+    source = "down(0). down(N) :- N > 0 & down(N - 1). !go. +!go : down(3000) <- .print(done)."
+    assert prints_of(tmp_path, source) == ["done"]
+
+
+def test_term_that_is_nested_too_deeply_to_be_printed_is_an_error(tmp_path: Path) -> None:
+    source = "c(0). n(z). !go. +!go : c(3000) & n(X) <- .print(X). +!go : n(X) & c(N) <- -+n(s(X)); -+c(N + 1); !go."
+    with pytest.raises(BdiError, match="a: terms nested too deeply"):
+        system_of(tmp_path, a=source).run(max_rounds=100_000)
+
+
+def test_endless_agent_stops_at_the_round_limit(tmp_path: Path) -> None:
+    result = system_of(tmp_path, a="n(0). !go. +!go : n(X) <- -+n(X + 1); !go.").run(max_rounds=50)
+    assert (result.ended, result.rounds) == ("round limit", 50)
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "!w. +!w : not x <- !w.",
+        "!w. !v. +!w : not x <- !w. +!v : not y <- !v.",
+        "!w. +!w <- while (not x) { }.",
+        "!w. +!w(N) : not x <- .wait(100); !w(N). +!w <- !w(1).",
+    ],
+    ids=["pure spin", "two spins", "empty loop", "polling"],
+)
+def test_agent_that_only_looks_again_ends_the_run_as_a_spin(tmp_path: Path, source: str) -> None:
+    result = system_of(tmp_path, a=source).run()
+    assert result.ended == "spin"
+    assert result.rounds < 100
+
+
+def test_spin_ends_when_another_agent_brings_what_it_waits_for(tmp_path: Path) -> None:
+    system = system_of(
+        tmp_path,
+        a="!w. +!w : not x[source(b)] <- !w. +!w <- .print(got, x).",
+        b="!go. +!go <- .wait(60000); .send(a, tell, x).",
+    )
+    result = system.run()
+    assert (result.prints, result.ended) == (["[a] gotx"], "idle")
+
+
+def test_run_ends_at_the_goal_asked_for(tmp_path: Path) -> None:
+    system = system_of(tmp_path, a="!go. +!go <- !half; .print(rest). +!half <- .print(half).")
+    result = system.run(goal=("a", "half"))
+    assert (result.prints, result.ended) == (["[a] half"], "goal")
+
+
+def test_agent_can_stop_the_run(tmp_path: Path) -> None:
+    result = system_of(tmp_path, a="!go. +!go <- .print(1); .stopMAS; .print(2).").run()
+    assert (result.prints, result.ended) == (["[a] 1"], "stopped")
+
+
+def test_agent_waits_in_virtual_time(tmp_path: Path) -> None:
+    result = system_of(tmp_path, a="!x. !y. +!x <- .wait(3600000); .print(x). +!y <- .wait(1000); .print(y).").run()
+    assert result.prints == ["[a] y", "[a] x"]
+    assert result.rounds < 20
+    assert result.time_ms == pytest.approx(3_600_000, abs=10)
+
+
+def test_random_numbers_depend_on_the_seed_alone(tmp_path: Path) -> None:
+    system = system_of(tmp_path, a="!go. +!go <- .random(X); .print(X); Y = math.random(5); .print(Y).")
+    assert system.run(seed=1) == system.run(seed=1)
+    assert system.run(seed=1).prints != system.run(seed=2).prints
+
+
+def test_executed_plans_are_recorded_in_order_with_automatic_labels_for_the_rest(tmp_path: Path) -> None:
+    system = system_of(tmp_path, a="!go. @one +!go <- !two; !two; !three. @two +!two. +!three. @unused +!four.", b="p.")
+    assert system.agents == ("a", "b")
+    assert system.plan_labels("a") == ("one", "two", "unused")
+    assert system.run().plans == {"a": ["one", "two", "two", "_plan3"], "b": []}
+
+
+def test_percepts_of_a_run_replace_those_of_the_run_before(tmp_path: Path) -> None:
+    system = system_of(tmp_path, a="+see(X) <- .print(X).")
+    assert system.run(percepts={"a": ["see(1)", "see(2)"]}).prints == ["[a] 1", "[a] 2"]
+    assert system.run(percepts={"a": ["see(3)"]}).prints == ["[a] 3"]
+    assert system.run(percepts={"a": []}).prints == []
+
+
+def test_unknown_agent_and_bad_round_limit_are_refused(tmp_path: Path) -> None:
+    system = system_of(tmp_path, a="p.")
+    with pytest.raises(ValueError, match="no agent 'b'"):
+        system.run(percepts={"b": []})
+    with pytest.raises(ValueError, match="max_rounds"):
+        system.run(max_rounds=-1)
+    with pytest.raises(KeyError):
+        system.plan_labels("b")
+
+
+def test_subclass_that_does_not_call_the_base_constructor_still_perceives(tmp_path: Path) -> None:
+    class Own(Environment):
+        def __init__(self) -> None:
+            self.log: list[tuple[str, str]] = []
+
+        def execute(self, agent: str, action: Structure) -> bool:
+            self.log.append((agent, str(action)))
+            return True
+
+    environment = Own()
+    environment.add_percept("a", "go")
+    system_of(tmp_path, environment, a="+go <- walk(3, X, [a|T]).").run()
+    assert environment.log == [("a", "walk(3,X,[a|T])")]
+
+
+def test_percept_with_a_variable_is_refused() -> None:
+    with pytest.raises(BdiError, match=r"a percept has no variables: p\(X\)"):
+        Environment().add_percept("a", "p(X)")
+
+
+def test_own_plans_for_messages_come_before_the_standard_ones(tmp_path: Path) -> None:
+    system = system_of(
+        tmp_path,
+        a="!go. +!go <- .send(b, tell, p).",
+        b="+!kqml_received(S, tell, C, _) <- .print(S, \" says \", C).",
+    )
+    assert system.run().prints == ["[b] a says p"]
+
+
+def test_importing_the_package_does_not_import_lark() -> None:
+    import subprocess
+    import sys
+
+    code = "import sys, pytest_hricdv.bdi; sys.exit('lark' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60).returncode == 0
+
+
+def test_system_can_be_loaded_from_text_paths(tmp_path: Path) -> None:
+    system_of(tmp_path, a="!go. +!go <- .print(hi).")
+    system = MultiAgentSystem.load(str(tmp_path / "mas.mas2j"), Environment())
+    assert system.run(max_rounds=10, seed=0).prints == ["[a] hi"]

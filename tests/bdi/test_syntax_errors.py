@@ -1,0 +1,118 @@
+"""What cannot be read is reported with its place, the line, and a caret."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.bdi import BdiError, BdiSyntaxError, MultiAgentSystem
+from pytest_hricdv.bdi.parser import parse_program
+from tests.bdi.models import system_of
+
+
+def _error(text: str) -> str:
+    with pytest.raises(BdiSyntaxError) as caught:
+        parse_program(text, "human.asl")
+    return str(caught.value)
+
+
+def test_message_shows_place_line_and_a_caret_under_the_column() -> None:
+    assert _error("started.\n\n!go <- tell(leg).") == (
+        "human.asl:3:5: expected '.', found '<-'\n    !go <- tell(leg).\n        ^"
+    )
+
+
+def test_caret_stays_under_its_column_behind_tabs() -> None:
+    assert _error("+!g\n\t<- a b.").splitlines()[1:] == ["    \t<- a b.", "    \t     ^"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("+!a <- b\n+!c <- d.", "human.asl:2:1: expected '.' before the next plan, found '+!'"),
+        ("+!a <- b", "human.asl:1:9: expected '.', found the end of the file"),
+        ("+!a <- f(b, c.", "human.asl:1:14: expected ',' or ')', found '.'"),
+        ("+!a <- b;; c.", "human.asl:1:10: expected a statement, found ';'"),
+        ('p("never closed).', "human.asl:1:3: a string that is not closed"),
+        ("p. /* never closed", "human.asl:1:4: a comment that is not closed"),
+        ("p(X) :- .", "human.asl:1:9: expected a term or condition, found '.'"),
+        ("+!a : 3 <- b.", "human.asl:1:5: expected a condition or an action, found 3"),
+        ("+!a : X > (b & c) <- d.", "human.asl:1:7: expected a term, found the condition (b & c)"),
+        ("@l(1) +!a.", "human.asl:1:1: expected a name as a plan's label, found l(1)"),
+        ("p(é).", "human.asl:1:3: unexpected character 'é'"),
+    ],
+)
+def test_message_says_what_was_expected_and_what_came(text: str, message: str) -> None:
+    assert _error(text).splitlines()[0] == message
+
+
+def test_error_carries_file_line_and_column() -> None:
+    with pytest.raises(BdiSyntaxError) as caught:
+        parse_program("p.\nq(.", "sensors.asl")
+    assert (caught.value.file, caught.value.line, caught.value.column) == ("sensors.asl", 2, 3)
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (".prnt(1)", r"a\.asl:1:8: unknown internal action \.prnt; did you mean \.print"),
+        ("X = math.sqr(4)", r"a\.asl:1:12: unknown internal action math\.sqr; did you mean math\.sqrt"),
+        ("a; .nth(1, [])", r"a\.asl:1:11: \.nth takes 3 arguments, found 2: \.nth\(1,\[\]\)"),
+        ("if (.membr(X, [1])) { a }", r"a\.asl:1:12: unknown internal action \.membr; did you mean \.member"),
+    ],
+)
+def test_unknown_or_misused_internal_action_is_named_with_its_place(tmp_path: Path, body: str, message: str) -> None:
+    with pytest.raises(BdiError, match=message):
+        system_of(tmp_path, a=f"+!g <- {body}.")
+
+
+def test_missing_project_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(BdiError, match=r"nothing\.mas2j: no such file"):
+        MultiAgentSystem.load(tmp_path / "nothing.mas2j")
+
+
+def test_folder_instead_of_a_project_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(BdiError, match="cannot be read"):
+        MultiAgentSystem.load(tmp_path)
+
+
+def test_missing_source_is_an_error_at_the_agent_that_needs_it(tmp_path: Path) -> None:
+    (tmp_path / "mas.mas2j").write_text("MAS m {\n  agents:\n    ann;\n}")
+    with pytest.raises(BdiSyntaxError, match=r"mas\.mas2j:3:5: no such file: .*ann\.asl\n +ann;\n +\^"):
+        MultiAgentSystem.load(tmp_path / "mas.mas2j")
+
+
+def test_text_that_is_not_utf8_is_an_error_at_its_first_bad_byte(tmp_path: Path) -> None:
+    (tmp_path / "mas.mas2j").write_text("MAS m { agents: ann; }")
+    (tmp_path / "ann.asl").write_bytes(b"p.\nq(\xff).")
+    with pytest.raises(BdiSyntaxError, match=r"ann\.asl:2:3: not UTF-8 text: byte 0xff"):
+        MultiAgentSystem.load(tmp_path / "mas.mas2j")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "1:1: expected 'MAS', found the end of the file"),
+        ("MAS m { agents: }", "1:9: a project needs agents"),
+        ("MAS m { }", "1:1: a project needs agents"),
+        ("MAS m { agents: ann }", "1:21: expected ';', found '}'"),
+        ("MAS m { agent: ann; }", "1:9: expected one of .*agents.*, found 'agent'"),
+        ("MAS m { agents: ann; ann; }", "1:22: a second agent named ann"),
+        ("MAS m { agents: ann; } more", "1:24: expected the end of the file, found 'more'"),
+        ("MAS m { agents: ann %; }", "1:21: unexpected character '%'"),
+    ],
+)
+def test_project_that_cannot_be_read_is_a_located_error(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "ann.asl").write_text("p.")
+    (tmp_path / "mas.mas2j").write_text(text)
+    with pytest.raises(BdiSyntaxError, match=rf"mas\.mas2j:{message}"):
+        MultiAgentSystem.load(tmp_path / "mas.mas2j")
+
+
+def test_included_source_is_read_and_its_errors_are_its_own(tmp_path: Path) -> None:
+    (tmp_path / "base.asl").write_text("+!g <- .print(included).")
+    assert system_of(tmp_path, a='{ include("base.asl") }\n!g.').run().prints == ["[a] included"]
+    (tmp_path / "base.asl").write_text("+!g <- <-.")
+    with pytest.raises(BdiSyntaxError, match=r"base\.asl:1:8: "):
+        system_of(tmp_path, a='{ include("base.asl") }\n!g.')
