@@ -65,6 +65,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             groups={"boredom": ("bored", "not_bored")}
             | {f"leg {leg}": tuple(f"m{pose}l{leg}" for pose in poses) for leg in range(1, 5)},
             naming=("boredom",),
+            neutral=("not_bored",),
         ),
         concretization=Concretization(
             commands=commands,
