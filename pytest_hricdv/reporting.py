@@ -18,6 +18,7 @@ from pytest_hricdv.report import files, terminal
 from pytest_hricdv.report.files import ReportError
 from pytest_hricdv.results import Entry, Session, build_report, reached
 from pytest_hricdv.running import ATTRIBUTE, Running
+from pytest_hricdv.suites import export
 
 MARKUP: dict[str, dict[str, bool]] = {
     "title": {"bold": True},
@@ -53,7 +54,7 @@ class Reporting:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionstart(self) -> None:
-        """Finds what is wrong with the testbench, its files and the report folder before any test runs."""
+        """Finds what is wrong with the testbench, its files and the report folder before any test runs; exports."""
         _ = self.collecting.selected, self.running.code
         known = {requirement.id for requirement in self.running.requirements}
         for requirement in self.options.known:
@@ -65,6 +66,8 @@ class Reporting:
                 files.prepare(self.options.report)
             except ReportError as error:
                 raise pytest.UsageError(str(error)) from None
+        if self.options.export is not None:
+            export(self.collecting.selected, self.options.export)
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """Without xdist: notes which tests were chosen."""

@@ -17,7 +17,7 @@ from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.files import Files
 from pytest_hricdv.generate.method import Context, Method
 from pytest_hricdv.generate.registry import select
-from pytest_hricdv.generate.suite import Suite, fingerprint
+from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.generate.text import dump_tests
 from pytest_hricdv.options import Options
 from pytest_hricdv.testbench import Testbench
@@ -72,7 +72,7 @@ def selected_suites(
 def _generate(method: Method, context: Context, cache: Any | None, say: Callable[[str], None]) -> Selected:
     if isinstance(method, Files):  # reading files is as quick as reading the cache
         return Selected(method.generate(context), 0.0, cached=False)
-    key = f"{CACHE_FOLDER}/{fingerprint_of(method, context)}"
+    key = f"{CACHE_FOLDER}/{context.fingerprint(method.name)}"
     text = cache.get(key, None) if cache is not None else None
     if isinstance(text, str):
         try:
@@ -86,21 +86,6 @@ def _generate(method: Method, context: Context, cache: Any | None, say: Callable
     if cache is not None:
         cache.set(key, suite.to_json())
     return Selected(suite, wall_s, cached=False)
-
-
-def fingerprint_of(method: Method, context: Context) -> str:
-    """The cache key: everything that a suite depends on."""
-    files = [*context.model.files()] if context.model is not None else []
-    if context.by_hand is not None:
-        files.append(context.by_hand)
-    parameters = {
-        "method": method.name,
-        "tests": context.tests,
-        "commands": list(context.commands),
-        "lengths": list(context.lengths),
-        "learning": repr(context.learning),
-    }
-    return fingerprint(files, context.space, parameters, context.seed)
 
 
 def _check_commands(suite: Suite, testbench: Testbench) -> None:

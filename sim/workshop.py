@@ -1,0 +1,96 @@
+"""The whole workshop around one test: world, person and sensors as nodes, the robot's ports, and when it is over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import TracebackType
+from typing import Self
+
+from controller.ports import Reading, State, TurnDone
+from pytest_hricdv.runtime import Bus, Kernel, RecordedMessage, Recorder, topic_of
+from sim.human import Human
+from sim.robot import Robot
+from sim.sensors import Sensors
+from sim.world import World
+
+IDLE_STATE = "Timeout1"
+"""The robot says with this state that it waited for a request in vain."""
+
+WAIT_S = 1000.0
+"""Longer than any run."""
+
+
+class Workshop:
+    """Builds everything that a controller meets in one run; use it as a context manager.
+
+    Args:
+        kernel: keeps the time.
+        bus: carries the messages.
+        recorder: gets the world's signals.
+        script: what the person enacts: commands with their parameters (see `sim.script`).
+        seed: of the sensor errors.
+        sensor_error: probability of an error per reading and sensor.
+        outage_turn: the turn whose readings never come; 0 for none.
+        freeze: let time pass without stepping while nothing can move.
+    """
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        bus: Bus,
+        recorder: Recorder,
+        script: Sequence[tuple[str, Mapping[str, float]]],
+        *,
+        seed: int,
+        sensor_error: float = 0.05,
+        outage_turn: int = 0,
+        freeze: bool = True,
+    ) -> None:
+        self._kernel = kernel
+        self._bus = bus
+        self.world = World(recorder, freeze=freeze)
+        try:
+            kernel.world = self.world
+            self.robot = Robot(kernel, self.world)
+            self.human = Human(self.world, bus.port("human"), kernel, script)
+            self.sensors = Sensors(self.world, bus.port("sensors"), kernel, seed, sensor_error, outage_turn)
+        except BaseException:
+            self.world.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.world.close()
+
+    def start(self, control: Callable[[], None]) -> None:
+        """Start all nodes; `control` is the controller's body. The run ends with it, or when nobody asks any more."""
+
+        def robot() -> None:
+            control()
+            self._kernel.stop("table done")
+
+        self._kernel.spawn("robot", robot)
+        self._kernel.spawn("human", self.human.enact)
+        self._kernel.spawn("sensors", self.sensors.sense)
+        self._kernel.spawn("end of work", self._end)
+
+    def _end(self) -> None:
+        states = self._bus.subscribe(State)
+        while True:
+            state = states.wait(WAIT_S)
+            if state is not None and state.name == IDLE_STATE and self.human.done:
+                self._kernel.stop("nobody asks any more")
+
+
+def turns(messages: Iterable[RecordedMessage]) -> tuple[tuple[str, str], ...]:
+    """Each turn's sensor reading (gaze, pressure, location, as in "101"; "none" without one) and how it ended."""
+    found, reading = [], "none"
+    for message in messages:
+        if message.topic == topic_of(Reading):
+            reading = "".join(str(int(bool(message.fields[name]))) for name in ("gaze", "pressure", "location"))
+        elif message.topic == topic_of(TurnDone):
+            found.append((reading, str(message.fields["outcome"])))
+            reading = "none"
+    return tuple(found)
