@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from . import communication, failure, perception
+from . import communication, failure, perception, waiting
 from .actions import Invocation, call_action, function_value
 from .beliefs import BeliefBase
 from .errors import BdiError, EvaluationError
@@ -14,9 +14,9 @@ from .execution import execute
 from .inference import MAX_NESTED_QUERIES, first
 from .intentions import Event, Frame, Intention, Message, Question, Wait
 from .library import PlanLibrary
-from .syntax import Formula, Plan, Trigger
-from .terms import Call, Number, Structure, Term, Variable
-from .unify import Bindings, Trail, free_variables, substitute, substitute_only, undo, unify
+from .syntax import Formula, Plan
+from .terms import Call, Structure, Term, Variable
+from .unify import Bindings, Trail, free_variables, substitute, substitute_only, unify
 
 if TYPE_CHECKING:
     from .scheduler import Run
@@ -93,7 +93,7 @@ class Agent:
             self._act()
         if self.waits and self.beliefs.version != self._condition_version:
             self._condition_version = self.beliefs.version
-            self._wake_by_conditions()
+            waiting.wake_by_conditions(self)
 
     def _select_event(self) -> Event | None:
         atomic = self._atomic
@@ -138,7 +138,7 @@ class Agent:
                 return plan, unifier
             try:
                 solution = first(self, plan.context, unifier)
-            except EvaluationError as error:
+            except (EvaluationError, ArithmeticError, ValueError) as error:
                 self.run.warn(f"{self.name}: context of plan @{plan.label} ({plan.location}): {error}")
                 continue
             if solution is not None:
@@ -163,7 +163,7 @@ class Agent:
         self.current = intention
         try:
             execute(self, intention, frame, frame.statement)
-        except EvaluationError as error:
+        except (EvaluationError, ArithmeticError, ValueError) as error:
             failure.fail(self, intention, "ia_failed", str(error))
         finally:
             self.current = None
@@ -214,7 +214,7 @@ class Agent:
     def post(self, sign: str, literal: Structure, intention: Intention | None) -> None:
         """Add an event; an external one that no plan is for is only shown to those who wait for it."""
         if self.waits:
-            self._wake_by_event(sign, literal)
+            waiting.wake_by_event(self, sign, literal)
         if intention is not None or self.library.relevant(sign, literal.key):
             self.events.append(Event(sign, literal, intention))
 
@@ -237,32 +237,6 @@ class Agent:
         self.run.progress += 1
         self.post("-", belief, intention)
         return True
-
-    def _wake_by_event(self, sign: str, literal: Structure) -> None:
-        for wait in [wait for wait in self.waits if wait.trigger is not None]:
-            frame = wait.intention.frames[-1]
-            trigger: Trigger = wait.trigger  # type: ignore[assignment]
-            trail: Trail = []
-            if trigger.sign == sign and unify(trigger.literal, literal, frame.unifier, trail):
-                self.wake(wait)
-            else:
-                undo(frame.unifier, trail, 0)
-
-    def _wake_by_conditions(self) -> None:
-        for wait in [wait for wait in self.waits if wait.condition is not None]:
-            frame = wait.intention.frames[-1]
-            solution = first(self, wait.condition, frame.unifier)  # type: ignore[arg-type]
-            if solution is not None:
-                frame.unifier = solution
-                self.wake(wait)
-
-    def wake(self, wait: Wait) -> None:
-        """End a wait."""
-        self.waits.remove(wait)
-        if wait.elapsed is not None:
-            elapsed = Number(round(self.run.time_ms - wait.since_ms))
-            unify(wait.elapsed, elapsed, wait.intention.frames[-1].unifier, [])
-        self.go_on(wait.intention)
 
     def everywhere(self) -> list[tuple[Intention, Event | None]]:
         """All intentions, whatever they are doing or waiting for, and the goal events that wait for a plan."""

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from . import failure
 from .actions import Invocation, call_action
+from .comparison import compare
 from .errors import BdiError, EvaluationError
-from .inference import compare, first, solve
+from .inference import first, solve
 from .intentions import Frame, Intention, Loop
 from .syntax import (
     Achieve,

@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from .comparison import compare
 from .errors import BdiError, EvaluationError
 from .syntax import And, Comparison, Formula, Not, Or, Rule
-from .terms import Arithmetic, Call, ListTerm, Number, Structure, Term, Variable, is_ground, order
-from .unify import Bindings, Trail, match_annotations, substitute, substitute_only, undo, unify, walk
+from .terms import Arithmetic, Call, Structure, Term, Variable, is_ground
+from .unify import Bindings, Trail, match_annotations, substitute, substitute_only, undo, unify
 
 if TYPE_CHECKING:
     from .agent import Agent
@@ -284,51 +285,3 @@ def _rename_term(term: Term, renaming: Bindings) -> Term:
     if isinstance(term, Arithmetic):
         return Arithmetic(term.operator, tuple(_rename_term(operand, renaming) for operand in term.operands))
     return substitute_only(term, renaming)
-
-
-def compare(agent: Agent, comparison: Comparison, env: Bindings, trail: Trail) -> bool:
-    """Decide a comparison; ``=`` and ``=..`` bind variables.
-
-    Raises:
-        EvaluationError: a side is an expression without a value.
-    """
-    left = substitute(comparison.left, env, agent.function)
-    right = substitute(comparison.right, env, agent.function)
-    operator = comparison.operator
-    if operator == "=":
-        return unify(_valued(left), _valued(right), env, trail)
-    if operator == "==":
-        return left == right
-    if operator == "\\==":
-        return left != right
-    if operator == "=..":
-        return _univ(left, right, env, trail)
-    if isinstance(left, Number) and isinstance(right, Number):
-        below, above = left < right, left > right
-    else:
-        below, above = order(left) < order(right), order(left) > order(right)
-    if operator == "<":
-        return below
-    if operator == ">":
-        return above
-    return not above if operator == "<=" else not below
-
-
-def _valued(term: Term) -> Term:
-    if isinstance(term, Arithmetic):
-        raise EvaluationError(f"{term} has no value: a variable in it is not bound")
-    return term
-
-
-def _univ(left: Term, right: Term, env: Bindings, trail: Trail) -> bool:
-    """``p(a)[b] =.. [p,[a],[b]]``, to take a literal apart or to build one."""
-    if isinstance(left, Structure):
-        parts = ListTerm((Structure(left.functor), ListTerm(left.args), ListTerm(left.annots)))
-        return unify(parts, right, env, trail)
-    if isinstance(right, ListTerm) and len(right.items) == 3:
-        functor, args, annots = (walk(item, env) for item in right.items)
-        if isinstance(functor, Structure) and isinstance(args, ListTerm) and isinstance(annots, ListTerm):
-            return unify(left, Structure(functor.functor, args.items).annotated(annots.items), env, trail)
-    raise EvaluationError(f"neither side of {left} =.. {right} is known")
-
-

@@ -9,23 +9,21 @@ from __future__ import annotations
 
 import math
 import random
-import re
 from typing import TYPE_CHECKING
 
 from .agent import Agent
 from .environment import Environment
 from .errors import BdiError
-from .failure import fail
+from .quiet import Quiet
 from .terms import Structure, Variable
 from .unify import unify
+from .waiting import end_waits
 
 if TYPE_CHECKING:
-    from .intentions import Intention
+    pass
 
 ROUND_MS = 0.1
 """Virtual time of a round: what Jason itself takes for one, within a factor of two."""
-QUIET_ROUNDS = 20
-"""Rounds without any change of the world before the run is checked for agents that only spin."""
 FIRST_FRESH = 100_000
 """Variables made in a run are numbered from here, those of the sources from 1."""
 
@@ -161,7 +159,7 @@ class Run:
     def _end_waits(self) -> None:
         for agent in self.agents.values():
             if agent.waits or agent.questions:
-                _end_waits(agent, self.time_ms)
+                end_waits(agent, self.time_ms)
         self._find_earliest_deadline()
 
     def _find_earliest_deadline(self) -> None:
@@ -171,97 +169,3 @@ class Run:
                 self.note_deadline(math.inf if wait.deadline_ms is None else wait.deadline_ms)
             for question in agent.questions.values():
                 self.note_deadline(math.inf if question.deadline_ms is None else question.deadline_ms)
-
-
-def _end_waits(agent: Agent, now_ms: float) -> None:
-    """Let the intentions go on, or fail, whose wait is over, the earliest first."""
-    over = [wait for wait in agent.waits if wait.deadline_ms is not None and wait.deadline_ms <= now_ms]
-    for wait in sorted(over, key=lambda wait: wait.deadline_ms or 0.0):
-        waits_for_something = wait.trigger is not None or wait.condition is not None
-        if waits_for_something and wait.elapsed is None:
-            agent.waits.remove(wait)
-            fail(agent, wait.intention, "wait_timeout", "what was waited for did not happen in time")
-        else:
-            agent.wake(wait)
-    for number, question in list(agent.questions.items()):
-        if question.deadline_ms is not None and question.deadline_ms <= now_ms:
-            del agent.questions[number]
-            unify(question.answer, Structure("timeout"), question.intention.frames[-1].unifier, [])
-            agent.go_on(question.intention)
-
-
-class Quiet:
-    """Notices that the agents only repeat themselves.
-
-    When nothing has changed for a while and the mental states of all agents are what they were before,
-    nothing will ever change, except by time.
-    """
-
-    def __init__(self, run: Run) -> None:
-        self._run = run
-        self._progress = -1
-        self._rounds = 0
-        self._states: set[str] = set()
-        self._states_at_jumps: set[str] = set()
-
-    def _still_quiet(self) -> bool:
-        if self._run.progress != self._progress:
-            self._progress = self._run.progress
-            self._rounds = 0
-            self._states.clear()
-            self._states_at_jumps.clear()
-            return False
-        return True
-
-    def spinning(self) -> bool:
-        """After a round: whether the agents repeat themselves, waits for time aside."""
-        if not self._still_quiet():
-            return False
-        self._rounds += 1
-        if self._rounds < QUIET_ROUNDS:
-            return False
-        state = mental_states(self._run, with_waits=False)
-        if state in self._states:
-            self._states.clear()
-            return True
-        self._states.add(state)
-        return False
-
-    def polling(self) -> bool:
-        """After a jump in time: whether the agents only wait and look again, over and over."""
-        if not self._still_quiet():
-            return False
-        state = mental_states(self._run, with_waits=True)
-        if state in self._states_at_jumps:
-            return True
-        self._states_at_jumps.add(state)
-        return False
-
-
-def mental_states(run: Run, with_waits: bool) -> str:
-    """All agents' events and intentions as text, with variables numbered as they appear."""
-    parts = []
-    for name, agent in run.agents.items():
-        parts.append(f"{name}:")
-        parts += [f"{event}<{_intention_text(event.intention)}>" for event in agent.events]
-        parts += [_intention_text(intention) for intention in agent.intentions]
-        if with_waits:
-            for wait in agent.waits:
-                left = None if wait.deadline_ms is None else round(wait.deadline_ms - run.time_ms, 3)
-                parts.append(f"{left} {_intention_text(wait.intention)}")
-    numbers: dict[str, int] = {}
-    return re.sub(r"\b_\d+\b", lambda found: f"_{numbers.setdefault(found[0], len(numbers))}", "\n".join(parts))
-
-
-def _intention_text(intention: Intention | None) -> str:
-    if intention is None:
-        return ""
-    return "|".join(
-        f"{frame.plan.label}@{frame.pc}/{id(frame.body)}/{len(frame.blocks)} {frame.sign}{frame.literal} "
-        f"{[(str(variable), str(value)) for variable, value in frame.unifier.items()]} "
-        f"{[len(loop.solutions) for _, _, loop in frame.blocks if loop is not None]}"
-        f"{len(frame.loop.solutions) if frame.loop else ''}"
-        for frame in intention.frames
-    )
-
-

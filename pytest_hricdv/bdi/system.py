@@ -18,7 +18,8 @@ from .parser import parse_literal, parse_program, read_program
 from .project import AgentEntry, Project, read_project
 from .scheduler import Run
 from .syntax import Plan, Program, Rule
-from .terms import SOURCE_SELF, Structure
+from .terms import SOURCE_SELF, Structure, Variable
+from .unify import Bindings, free_variables, substitute_only
 
 MAX_ROUNDS = 100_000
 """Rounds after which a run is stopped unless it is told otherwise."""
@@ -202,8 +203,15 @@ def _prototype(entry: AgentEntry, program: Program) -> _Prototype:
         own = _own(belief)
         if base.add(own) and library.relevant("+", own.key):
             events.append(("+", own))
-    events += [("+!", _own(goal)) for goal in goals]
+    events += [("+!", _own(_with_own_variables(goal))) for goal in goals]
     return _Prototype(entry.name, base, library, events)
+
+
+def _with_own_variables(goal: Structure) -> Structure:
+    """The goal with variables of names that no plan uses."""
+    renaming: Bindings = {variable: Variable(f"_initial_{variable}") for variable in free_variables(goal)}
+    renamed = substitute_only(goal, renaming)
+    return renamed if isinstance(renamed, Structure) else goal
 
 
 def _own(literal: Structure) -> Structure:

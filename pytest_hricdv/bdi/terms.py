@@ -7,9 +7,8 @@ compares terms in every step of every run: hashes, groundness and text are compu
 
 from __future__ import annotations
 
-import math
-
 from .errors import Location
+from .numerals import number_text
 
 Key = tuple[bool, str, int]
 """What beliefs and plans are indexed by: strongly negated?, functor, arity."""
@@ -21,10 +20,10 @@ class Number(float):
     __slots__ = ()
 
     def __str__(self) -> str:
-        return _number_text(float(self))
+        return number_text(float(self))
 
     def __repr__(self) -> str:
-        return f"Number({_number_text(float(self))})"
+        return f"Number({number_text(float(self))})"
 
 
 class Variable(str):
@@ -347,27 +346,3 @@ def order(term: Term) -> tuple[object, ...]:
         annots = tuple(map(order, term.annots))
         return (4 if term.negated else 3, len(term.args), term.functor, tuple(map(order, term.args)), annots)
     return (6 if isinstance(term, Variable) else 5, str(term))
-
-
-def _number_text(value: float) -> str:
-    """Jason prints a double as Java does: integral values plainly, else the shortest digits that read back."""
-    if math.isinf(value):
-        return "Infinity" if value > 0 else "-Infinity"
-    if math.isnan(value):
-        return "NaN"
-    if value == math.floor(value) and abs(value) < 2.0**63:
-        return str(int(value))
-    if 1e-3 <= abs(value) < 1e7:
-        return repr(value)
-    mantissa, exponent = _scientific(value)
-    return f"{mantissa}E{exponent}"
-
-
-def _scientific(value: float) -> tuple[str, int]:
-    """Shortest mantissa with at least one decimal, and the exponent, as Java writes them."""
-    for digits in range(17):
-        text = f"{value:.{digits}e}"
-        if float(text) == value:
-            break
-    mantissa, exponent = text.split("e")
-    return (mantissa if "." in mantissa else mantissa + ".0"), int(exponent)

@@ -16,6 +16,8 @@ from .errors import BdiSyntaxError, Location
 from .parser import Include, InitialGoal
 from .syntax import (
     FORMULAS,
+    NOWHERE,
+    TRUE,
     Achieve,
     Act,
     And,
@@ -48,6 +50,8 @@ Children = list[Any]
 @v_args(meta=True)
 class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
     """One method a grammar rule; each gets the place of its text and the values of its parts."""
+
+    _NOTHING = Check(TRUE, NOWHERE)
 
     def __init__(self) -> None:
         super().__init__()
@@ -86,7 +90,7 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
         literal: Structure = items[0]
         free = variables_of(literal)
         # As in Jason, an initial belief with variables holds for any value of them: a rule without conditions.
-        return Rule(literal, Structure("true"), self._at(meta), tuple(sorted(free))) if free else literal
+        return Rule(literal, TRUE, self._at(meta), tuple(sorted(free))) if free else literal
 
     def rule(self, meta: Meta, items: Children) -> Rule:
         head, body = items[0], self._formula(meta, items[1])
@@ -125,7 +129,8 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
     # --- bodies
 
     def body(self, meta: Meta, items: Children) -> Body:
-        return tuple(item for item in items if item is not None)
+        # 'true' as a statement is how an empty body is written out.
+        return tuple(item for item in items if item is not None and item != self._NOTHING)
 
     block_body = body
 
@@ -146,7 +151,8 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
         place = self._at(meta)
         if isinstance(what, Call):
             return Internal(what, place)
-        if isinstance(what, (Structure, Variable, Annotated)):
+        truth = isinstance(what, Structure) and what.functor in ("true", "false") and not what.args
+        if isinstance(what, (Structure, Variable, Annotated)) and not truth:
             return Act(what, place)
         return Check(what, place)
 

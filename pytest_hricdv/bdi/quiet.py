@@ -1,0 +1,90 @@
+"""Noticing that the agents of a run only repeat themselves."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .intentions import Intention
+    from .scheduler import Run
+
+QUIET_ROUNDS = 20
+"""Rounds without any change of the world before the run is checked for agents that only spin."""
+
+
+class Quiet:
+    """Notices that the agents only repeat themselves.
+
+    When nothing has changed for a while and the mental states of all agents are what they were before,
+    nothing will ever change, except by time.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._progress = -1
+        self._rounds = 0
+        self._states: set[str] = set()
+        self._states_at_jumps: set[str] = set()
+
+    def _still_quiet(self) -> bool:
+        if self._run.progress != self._progress:
+            self._progress = self._run.progress
+            self._rounds = 0
+            self._states.clear()
+            self._states_at_jumps.clear()
+            return False
+        return True
+
+    def spinning(self) -> bool:
+        """After a round: whether the agents repeat themselves, waits for time aside."""
+        if not self._still_quiet():
+            return False
+        self._rounds += 1
+        if self._rounds < QUIET_ROUNDS:
+            return False
+        state = mental_states(self._run, with_waits=False)
+        if state in self._states:
+            self._states.clear()
+            return True
+        self._states.add(state)
+        return False
+
+    def polling(self) -> bool:
+        """After a jump in time: whether the agents only wait and look again, over and over."""
+        if not self._still_quiet():
+            return False
+        state = mental_states(self._run, with_waits=True)
+        if state in self._states_at_jumps:
+            return True
+        self._states_at_jumps.add(state)
+        return False
+
+
+def mental_states(run: Run, with_waits: bool) -> str:
+    """All agents' events and intentions as text, with variables numbered as they appear."""
+    parts = []
+    for name, agent in run.agents.items():
+        parts.append(f"{name}:")
+        parts += [f"{event}<{_intention_text(event.intention)}>" for event in agent.events]
+        parts += [_intention_text(intention) for intention in agent.intentions]
+        if with_waits:
+            for wait in agent.waits:
+                left = None if wait.deadline_ms is None else round(wait.deadline_ms - run.time_ms, 3)
+                parts.append(f"{left} {_intention_text(wait.intention)}")
+    numbers: dict[str, int] = {}
+    return re.sub(r"\b_\d+\b", lambda found: f"_{numbers.setdefault(found[0], len(numbers))}", "\n".join(parts))
+
+
+def _intention_text(intention: Intention | None) -> str:
+    if intention is None:
+        return ""
+    return "|".join(
+        f"{frame.plan.label}@{frame.pc}/{id(frame.body)}/{len(frame.blocks)} {frame.sign}{frame.literal} "
+        f"{[(str(variable), str(value)) for variable, value in frame.unifier.items()]} "
+        f"{[len(loop.solutions) for _, _, loop in frame.blocks if loop is not None]}"
+        f"{len(frame.loop.solutions) if frame.loop else ''}"
+        for frame in intention.frames
+    )
+
+

@@ -1,0 +1,69 @@
+"""How the intentions go on that wait for events, conditions, answers or time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .failure import fail
+from .inference import first
+from .intentions import Wait
+from .syntax import Trigger
+from .terms import Number, Structure
+from .unify import Trail, undo, unify
+
+if TYPE_CHECKING:
+    from .agent import Agent
+
+
+def wake_by_event(agent: Agent, sign: str, literal: Structure) -> None:
+    """Let those go on that wait for an event like this one."""
+    for wait in list(agent.waits):
+        if wait.trigger is not None and _is_awaited(wait, wait.trigger, sign, literal):
+            wake(agent, wait)
+
+
+def _is_awaited(wait: Wait, trigger: Trigger, sign: str, literal: Structure) -> bool:
+    bindings = wait.intention.frames[-1].unifier
+    trail: Trail = []
+    if trigger.sign == sign and unify(trigger.literal, literal, bindings, trail):
+        return True
+    undo(bindings, trail, 0)
+    return False
+
+
+def wake_by_conditions(agent: Agent) -> None:
+    """Let those go on whose condition holds now."""
+    for wait in list(agent.waits):
+        if wait.condition is None:
+            continue
+        frame = wait.intention.frames[-1]
+        solution = first(agent, wait.condition, frame.unifier)
+        if solution is not None:
+            frame.unifier = solution
+            wake(agent, wait)
+
+
+def wake(agent: Agent, wait: Wait) -> None:
+    """End a wait: its intention goes on."""
+    agent.waits.remove(wait)
+    if wait.elapsed is not None:
+        elapsed = Number(round(agent.run.time_ms - wait.since_ms))
+        unify(wait.elapsed, elapsed, wait.intention.frames[-1].unifier, [])
+    agent.go_on(wait.intention)
+
+
+def end_waits(agent: Agent, now_ms: float) -> None:
+    """Let the intentions go on, or fail, whose wait is over, the earliest first."""
+    over = [wait for wait in agent.waits if wait.deadline_ms is not None and wait.deadline_ms <= now_ms]
+    for wait in sorted(over, key=lambda wait: wait.deadline_ms or 0.0):
+        waits_for_something = wait.trigger is not None or wait.condition is not None
+        if waits_for_something and wait.elapsed is None:
+            agent.waits.remove(wait)
+            fail(agent, wait.intention, "wait_timeout", "what was waited for did not happen in time")
+        else:
+            wake(agent, wait)
+    for number, question in list(agent.questions.items()):
+        if question.deadline_ms is not None and question.deadline_ms <= now_ms:
+            del agent.questions[number]
+            unify(question.answer, Structure("timeout"), question.intention.frames[-1].unifier, [])
+            agent.go_on(question.intention)
