@@ -1,0 +1,85 @@
+"""How long the main job takes: learning, collecting, running. Prints a table of medians.
+
+    python -m benchmarks.end_to_end [--repeat N]
+
+Run it on an otherwise idle machine; nothing else may use its cores.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--repeat", type=int, default=3, metavar="N", help="runs of each measurement (default 3)")
+    repeat = parser.parse_args().repeat
+    print(f"machine: {machine()}\nmedians of {repeat}\n")
+    with tempfile.TemporaryDirectory() as folder:
+        report = Path(folder) / "report"
+        cache = ["-o", f"cache_dir={folder}/cache"]
+        show("learning and collecting", repeat, lambda: collect(["-p", "no:cacheprovider"]))
+        collect(cache)
+        show("collecting a learned suite", repeat, lambda: collect(cache))
+        show("the learned suite on two workers", repeat, lambda: suite([*cache, f"--hri-report={report}"]))
+        figures = json.loads((report / "report.json").read_text(encoding="utf-8"))
+    simulated_s = sum(test["sim_s"] for test in figures["tests"])
+    busy_s = sum(test["wall_s"] for test in figures["tests"])
+    print(f"\ntests {figures['reported']}, simulated {simulated_s:.0f} s")
+    print(f"simulated seconds per second of one core, coverage and monitors included: {simulated_s / busy_s:.0f}")
+
+
+def machine() -> str:
+    """Processor, cores and Python, as the figures have to be read."""
+    model = platform.processor() or platform.machine()
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        names = [line.partition(":")[2].strip() for line in cpuinfo.read_text().splitlines() if "model name" in line]
+        model = names[0] if names else model
+    return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}"
+
+
+def show(what: str, repeat: int, action: Callable[[], None]) -> None:
+    """Print the median wall time of an action."""
+    times = []
+    for _ in range(repeat):
+        began = time.perf_counter()
+        action()
+        times.append(time.perf_counter() - began)
+    print(f"{what:34} {statistics.median(times):7.2f} s", flush=True)
+
+
+def collect(options: list[str]) -> None:
+    """Collect the learned suite without running it."""
+    pytest(["--hri-suite=rl", "--collect-only", "-q", *options])
+
+
+def suite(options: list[str]) -> None:
+    """The main job."""
+    pytest(["--hri-suite=rl", "-n", "2", *options])
+
+
+def pytest(arguments: list[str]) -> None:
+    """Run pytest in a process of its own; anything but success ends the benchmark with its output."""
+    process = subprocess.run(
+        [sys.executable, "-m", "pytest", *arguments], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    if process.returncode:
+        sys.exit(process.stdout + process.stderr)
+
+
+if __name__ == "__main__":
+    main()
