@@ -86,11 +86,15 @@ def run(run: Run) -> Outcome:
 
     test = run.test
     script = [(action.command, action.parameters) for action in test.actions]
-    settings = Settings(sensing_timeout_s=test.run["sensing_timeout_s"])
+
+    def settings() -> Settings:
+        return Settings(sensing_timeout_s=test.run["sensing_timeout_s"])
+
     outage_turn = int(test.run["outage_turn"])
     with Workshop(run.kernel, run.bus, run.recorder, script, seed=test.seed, outage_turn=outage_turn) as shop:
-        robot = Robot(run.bus.port("robot"), shop.robot.clock, shop.robot.arm, shop.robot.hand, settings)
-        shop.start(run.measured(lambda: machine.run(robot)))
+        bus, ports = run.bus.port("robot"), shop.robot
+        # All of the code under test runs inside `measured`, or it would not be counted.
+        shop.start(run.measured(lambda: machine.run(Robot(bus, ports.clock, ports.arm, ports.hand, settings()))))
         ended = run.go(LIMIT_S)
         done = turns(run.recorder.messages)
         return Outcome(ended, tuple(outcome for _, outcome in done), shop.world.frozen_s, done)
