@@ -86,15 +86,15 @@ def run(run: Run) -> Outcome:
 
     test = run.test
     script = [(action.command, action.parameters) for action in test.actions]
-
-    def settings() -> Settings:
-        return Settings(sensing_timeout_s=test.run["sensing_timeout_s"])
-
     outage_turn = int(test.run["outage_turn"])
     with Workshop(run.kernel, run.bus, run.recorder, script, seed=test.seed, outage_turn=outage_turn) as shop:
-        bus, ports = run.bus.port("robot"), shop.robot
-        # All of the code under test runs inside `measured`, or it would not be counted.
-        shop.start(run.measured(lambda: machine.run(Robot(bus, ports.clock, ports.arm, ports.hand, settings()))))
+
+        def control() -> None:
+            # All of the code under test is called in here: only what runs in this node is measured.
+            settings = Settings(sensing_timeout_s=test.run["sensing_timeout_s"])
+            machine.run(Robot(run.bus.port("robot"), shop.robot.clock, shop.robot.arm, shop.robot.hand, settings))
+
+        shop.start(run.measured(control))
         ended = run.go(LIMIT_S)
         done = turns(run.recorder.messages)
         return Outcome(ended, tuple(outcome for _, outcome in done), shop.world.frozen_s, done)
