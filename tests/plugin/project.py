@@ -1,0 +1,242 @@
+"""A complete project of a user, small and without physics: a guide robot switches lamps for visitors.
+
+The model is the one of `tests.generate.toy`; everything else that a user writes is here, as the text of files.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.generate.toy import lamps
+
+INI = """
+[pytest]
+pythonpath = .
+hri_known_violations =
+    R2: the hall has no dimmer
+"""
+
+CONFTEST = '''
+"""The lamps testbench."""
+
+from pathlib import Path
+
+HERE = Path(__file__).parent
+LIMIT_S = 60.0
+
+
+def pytest_hricdv_testbench(config):
+    from lamps.messages import Answer, Greeting, Switched, Wish
+    from pytest_hricdv.testbench import BeliefSpace, Concretization, CrossProduct, Model, Range, Testbench
+
+    pause = {"pause_s": Range(0.5, 1.0, "s")}
+    levels = ("0", "10", "100", "none")
+    return Testbench(
+        name="lamps",
+        model=Model(
+            HERE / "models" / "lamps.mas2j", steering_agent="usher", actor="visitor", covered=("visitor", "guide")
+        ),
+        beliefs=BeliefSpace(
+            start=("hall", "cellar"),
+            groups={"mood": ("polite", "curt"), "wish": ("bright", "dim", "dark")},
+            naming=("mood",),
+        ),
+        concretization=Concretization(
+            commands={
+                "enter hall": pause,
+                "enter cellar": pause,
+                "greet": pause,
+                "set_lamp level = 100": pause,
+                "set_lamp level = 10": pause,
+                "set_lamp level = 0": pause,
+                "leave": {},
+            },
+            run={"patience_s": Range(5.0, 8.0, "s")},
+        ),
+        requirements=HERE / "requirements.toml",
+        messages=(Answer, Greeting, Switched, Wish),
+        signals={"lamp_level": float},
+        code=("lamps",),
+        run=run,
+        by_hand=HERE / "by_hand.toml",
+        cross=CrossProduct({"place": ("hall", "cellar"), "level": levels}, impossible={}),
+    )
+
+
+def run(run):
+    from lamps import guide
+    from lamps.messages import Greeting, Wish
+    from pytest_hricdv.testbench import Outcome
+
+    class Lamp:
+        def set(self, level):
+            run.recorder.signal(run.kernel.now_s, "lamp_level", level)
+
+    def visitor():
+        bus = run.bus.port("visitor")
+        for action in run.test.actions:
+            name, *words = action.command.split()
+            run.kernel.sleep(action.parameters.get("pause_s", 0.0))
+            if name == "greet":
+                bus.publish(Greeting())
+            if name == "set_lamp":
+                bus.publish(Wish(level=float(words[-1]), cellar=place == "cellar"))
+
+    def robot():
+        guide.serve(run.bus.port("guide"), run.kernel, lamp, run.test.run["patience_s"])
+        run.kernel.stop("patience over")
+
+    commands = [action.command for action in run.test.actions]
+    place = "cellar" if "enter cellar" in commands else "hall"
+    lamp = Lamp()
+    lamp.set(0.0)
+    run.kernel.spawn("visitor", visitor)
+    run.kernel.spawn("guide", run.measured(robot))
+    ended = run.go(LIMIT_S)
+    levels = [command.split()[-1] for command in commands if command.startswith("set_lamp")]
+    return Outcome(ended, legs=("released",), cross=tuple((place, level) for level in levels or ["none"]))
+'''
+
+HOST_TEST = '''
+"""The host test."""
+
+
+def test_lamps(hri_case):
+    hri_case.check(hri_case.run())
+
+
+def test_of_their_own():
+    pass
+'''
+
+MESSAGES = '''
+"""Who says what."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Greeting:
+    """A visitor greets."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The guide greets back."""
+
+
+@dataclass(frozen=True)
+class Wish:
+    """A visitor asks for light (level in percent)."""
+
+    level: float
+    cellar: bool
+
+
+@dataclass(frozen=True)
+class Switched:
+    """The guide says that the lamp is as it was asked for."""
+
+    level: float
+'''
+
+GUIDE = '''
+"""The guide: waits for wishes and switches the lamp."""
+
+from lamps.messages import Answer, Greeting, Switched, Wish
+
+GLARE = 80.0
+SWITCHING_S = 0.3
+
+
+def serve(bus, clock, lamp, patience_s):
+    """Serve one visitor after the other, until none has come for a while."""
+    greetings, wishes = bus.subscribe(Greeting), bus.subscribe(Wish)
+    while True:
+        wish = wishes.wait(patience_s)
+        if greetings.poll() is not None:
+            bus.publish(Answer())
+        if wish is None:
+            return
+        level = level_for(wish)
+        lamp.set(level)
+        clock.sleep(SWITCHING_S)
+        bus.publish(Switched(level))
+
+
+def level_for(wish):
+    """What the lamp is set to: no glare in the cellar. The hall was forgotten."""
+    if wish.cellar and wish.level > GLARE:
+        return GLARE
+    if wish.level == 0.0:
+        return switched_off()
+    if wish.level == 10.0:
+        return dimmed()
+    return wish.level
+
+
+def switched_off():
+    return 0.0
+
+
+def dimmed():
+    return 10.0
+
+
+def serviced():
+    return "by hand"
+'''
+
+REQUIREMENTS = """
+[R1]
+title = "A wish shall be fulfilled within a second"
+formula = "always(on(wish) -> eventually[0:1](on(switched)))"
+
+[R2]
+title = "The lamp shall never glare"
+source = "EN 12464-1"
+formula = "always(lamp_level > 0 -> lamp_level <= 80)"
+
+[R3]
+title = "A greeting shall be answered"
+formula = "always(on(greeting) -> eventually[0:2](on(answer)))"
+"""
+
+BY_HAND = """
+[[aim]]
+name = "polite visitors"
+beliefs = ["?[ae]l*", "polite", "bright"]
+
+[[aim]]
+name = "curt visitors"
+beliefs = ["hall", "curt", "d*"]
+"""
+
+FILES = {
+    "pytest.ini": INI,
+    "conftest.py": CONFTEST,
+    "test_lamps.py": HOST_TEST,
+    "requirements.toml": REQUIREMENTS,
+    "by_hand.toml": BY_HAND,
+    "lamps/__init__.py": '"""The code under test."""\n',
+    "lamps/messages.py": MESSAGES,
+    "lamps/guide.py": GUIDE,
+}
+
+
+def write(folder: Path) -> None:
+    """Write the project into an empty folder."""
+    for name, text in FILES.items():
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text.lstrip("\n"), encoding="utf-8")
+    (folder / "models").mkdir()
+    lamps(folder / "models")
+
+
+def change(folder: Path, name: str, old: str, new: str) -> None:
+    """Change one place of one file of the project, as its user would."""
+    path = folder / name
+    text = path.read_text(encoding="utf-8")
+    assert text.count(old) == 1, f"{name}: expected {old!r} once, found it {text.count(old)} times"
+    path.write_text(text.replace(old, new), encoding="utf-8")
