@@ -70,14 +70,14 @@ def _requirements(rows: Sequence[totals.Tally], columns: int) -> Iterator[Line]:
         return
     margins = any(row.margin is not None for row in rows)
     marks = 6 if any(row.failed and row.known for row in rows) else 0
-    numbers = 7 + 8 + marks + 6 + 10 + (9 if margins else 0)
+    numbers = 7 + 8 + marks + 6 + 10 + (10 if margins else 0)
     room = max(columns - numbers - 2, 4)
-    head = f"{'Passed':>7}{'Failed':>8}{'':{marks}}{'NC':>6}{'triggers':>10}{'margin' if margins else '':>9}"
+    head = f"{'Passed':>7}{'Failed':>8}{'':{marks}}{'NC':>6}{'triggers':>10}{'margin' if margins else '':>10}"
     yield Line(f"  {pad('requirement', room)}{head}".rstrip(), "dim")
     for row in rows:
         mark = " known" if row.failed and row.known else ""
-        margin = "" if row.margin is None else quantity(row.margin)
-        figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>9}"
+        margin = "" if row.margin is None else f"{row.margin:.3g}"
+        figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
         name = pad(visible(f"{row.name} {row.title}"), room)
         yield Line(f"  {name}{figures}".rstrip(), _verdict_style(row))
     for row in rows:
