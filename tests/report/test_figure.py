@@ -47,9 +47,9 @@ def test_figures_have_few_digits() -> None:
 def test_linear_axis_has_a_few_ticks_inside(low: float, span: float) -> None:
     axis = linear("x", low, low + span)
     assert 1 <= len(axis.ticks) <= 9
-    assert all(
-        axis.place(value) == pytest.approx((value - axis.low) / (axis.high - axis.low)) for value, _ in axis.ticks
-    )
+    # A tick may lie a rounding error below the low end, where its place is put onto the end.
+    for value, _ in axis.ticks:
+        assert axis.place(value) == pytest.approx((value - axis.low) / (axis.high - axis.low), abs=1e-6)
 
 
 @given(st.floats(1e-12, 1e6), st.floats(1, 1e6))
