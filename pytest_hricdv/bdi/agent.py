@@ -52,6 +52,8 @@ class Agent:
         self.waits: list[Wait] = []
         self.questions: dict[str, Question] = {}
         self.suspended: list[Intention] = []
+        self.suspending: list[Intention] = []
+        """Intentions that will be suspended as soon as what they wait for has come."""
         self.executed: list[str] = []
         """The labels of the plans selected as intended means, in order."""
         self.current: Intention | None = None
@@ -186,7 +188,7 @@ class Agent:
         if frame.finished:
             self.clear(intention)
         else:
-            self.intentions.append(intention)
+            self.ready(intention)
 
     def clear(self, intention: Intention) -> None:
         """Take finished plans off an intention; it goes on where they were called, or ends."""
@@ -202,6 +204,14 @@ class Agent:
         if self._atomic is intention and not intention.atomic:
             self._atomic = None
         if frames:
+            self.ready(intention)
+
+    def ready(self, intention: Intention) -> None:
+        """An intention can go on, unless it has been suspended meanwhile."""
+        if intention in self.suspending:
+            self.suspending.remove(intention)
+            self.suspended.append(intention)
+        else:
             self.intentions.append(intention)
 
     def note_end(self, intention: Intention) -> None:

@@ -43,7 +43,7 @@ def send(agent: Agent, receiver: str, force: str, content: Term, reply_to: str =
     """
     if force not in FORCES:
         raise EvaluationError(f"unknown illocutionary force {force}; known are {', '.join(sorted(FORCES))}")
-    to = agent.run.agents.get(receiver)
+    to = agent if receiver == "self" else agent.run.agents.get(receiver)
     if to is None:
         raise EvaluationError(f"there is no agent {receiver} to send to")
     number = agent.run.next_message_number()

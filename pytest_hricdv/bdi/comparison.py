@@ -57,5 +57,3 @@ def _univ(left: Term, right: Term, env: Bindings, trail: Trail) -> bool:
         if isinstance(functor, Structure) and isinstance(args, ListTerm) and isinstance(annots, ListTerm):
             return unify(left, Structure(functor.functor, args.items).annotated(annots.items), env, trail)
     raise EvaluationError(f"neither side of {left} =.. {right} is known")
-
-

@@ -217,7 +217,7 @@ def _requeue(agent: Agent, intention: Intention, frame: Frame) -> None:
     if frame.finished:
         agent.clear(intention)
     else:
-        agent.intentions.append(intention)
+        agent.ready(intention)
 
 
 _EXECUTE: dict[type, Callable[[Agent, Intention, Frame, Any], None]] = {

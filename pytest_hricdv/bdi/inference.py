@@ -235,8 +235,7 @@ def _with_annotations(
 ) -> Iterator[Goals]:
     """Go on once for each way the annotations match; each way binds anew what was bound since ``mark``."""
     ways = [
-        [(variable, env[variable]) for variable in trail[mark:]]
-        for _ in match_annotations(literal, annots, env, trail)
+        [(variable, env[variable]) for variable in trail[mark:]] for _ in match_annotations(literal, annots, env, trail)
     ]
     for way in ways:
         undo(env, trail, mark)

@@ -24,6 +24,7 @@ class Quiet:
         self._run = run
         self._progress = -1
         self._rounds = 0
+        self._outlines: set[int] = set()
         self._states: set[str] = set()
         self._states_at_jumps: set[str] = set()
 
@@ -31,6 +32,7 @@ class Quiet:
         if self._run.progress != self._progress:
             self._progress = self._run.progress
             self._rounds = 0
+            self._outlines.clear()
             self._states.clear()
             self._states_at_jumps.clear()
             return False
@@ -43,8 +45,14 @@ class Quiet:
         self._rounds += 1
         if self._rounds < QUIET_ROUNDS:
             return False
+        # States are long for deep intentions: they are written out only when their outline has come before.
+        outline = mental_outline(self._run)
+        if outline not in self._outlines:
+            self._outlines.add(outline)
+            return False
         state = mental_states(self._run, with_waits=False)
         if state in self._states:
+            self._outlines.clear()
             self._states.clear()
             return True
         self._states.add(state)
@@ -59,6 +67,24 @@ class Quiet:
             return True
         self._states_at_jumps.add(state)
         return False
+
+
+def mental_outline(run: Run) -> int:
+    """A number that is the same for the same mental states, and for few others."""
+    parts: list[object] = []
+    for agent in run.agents.values():
+        parts.append((len(agent.events), len(agent.intentions)))
+        parts += [(event.sign, event.literal if event.literal.ground else event.literal.key) for event in agent.events]
+        parts += [_depth(event.intention) for event in agent.events]
+        for intention in agent.intentions:
+            top = intention.frames[-1]
+            about = top.literal if top.literal.ground else top.literal.key
+            parts.append((_depth(intention), top.plan.label, top.pc, about))
+    return hash(tuple(parts))
+
+
+def _depth(intention: Intention | None) -> int:
+    return 0 if intention is None else len(intention.frames)
 
 
 def mental_states(run: Run, with_waits: bool) -> str:
@@ -86,5 +112,3 @@ def _intention_text(intention: Intention | None) -> str:
         f"{len(frame.loop.solutions) if frame.loop else ''}"
         for frame in intention.frames
     )
-
-

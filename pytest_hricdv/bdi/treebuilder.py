@@ -273,5 +273,3 @@ class _Tail:
 
     def __init__(self, term: Variable | ListTerm) -> None:
         self.term = term
-
-

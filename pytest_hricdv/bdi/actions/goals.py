@@ -142,19 +142,24 @@ def _suspend(invocation: Invocation) -> Outcome:
         invocation.held = True
         return True
     goal = invocation.literal(0)
-    for intention in [intention for intention in agent.intentions if _pursues(intention, goal)]:
-        agent.take_out(intention)
-        agent.suspended.append(intention)
-    own = invocation.intention
-    if own is not None and _pursues(own, goal):
-        agent.suspended.append(own)
-        invocation.held = True
+    for intention, event in agent.everywhere():
+        if not _pursues(intention, goal) or intention in agent.suspended:
+            continue
+        if intention is invocation.intention:
+            agent.suspended.append(intention)
+            invocation.held = True
+        elif event is None and intention in agent.intentions:
+            agent.take_out(intention)
+            agent.suspended.append(intention)
+        elif intention not in agent.suspending:
+            agent.suspending.append(intention)
     return True
 
 
 @internal_action("resume", 1)
 def _resume(invocation: Invocation) -> Outcome:
     agent, goal = invocation.agent, invocation.literal(0)
+    agent.suspending = [intention for intention in agent.suspending if not _pursues(intention, goal)]
     for intention in [intention for intention in agent.suspended if _pursues(intention, goal)]:
         agent.suspended.remove(intention)
         agent.run.progress += 1
@@ -170,7 +175,8 @@ def _resume(invocation: Invocation) -> Outcome:
 @internal_action("suspended", 2)
 def _suspended(invocation: Invocation) -> Outcome:
     goal = invocation.literal(0)
-    if any(_pursues(intention, goal) for intention in invocation.agent.suspended):
+    agent = invocation.agent
+    if any(_pursues(intention, goal) for intention in (*agent.suspended, *agent.suspending)):
         return invocation.unify(1, Structure("suspended"))
     return False
 

@@ -33,9 +33,7 @@ class Invocation:
 
     __slots__ = ("agent", "args", "bindings", "call", "failure", "held", "intention", "trail")
 
-    def __init__(
-        self, agent: Agent, call: Call, bindings: Bindings, trail: Trail, intention: Intention | None
-    ) -> None:
+    def __init__(self, agent: Agent, call: Call, bindings: Bindings, trail: Trail, intention: Intention | None) -> None:
         self.agent = agent
         self.call = call
         self.args: tuple[Any, ...] = call.args
