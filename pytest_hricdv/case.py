@@ -13,7 +13,9 @@ from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concre
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict, Vocabulary
 from pytest_hricdv.runtime import Bus, Kernel, Record, Recorder
 from pytest_hricdv.runtime.record import Value
-from pytest_hricdv.testbench import Outcome, Testbench
+from pytest_hricdv.testbench import Outcome, Testbench, TestbenchError
+
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 
 class MonitorFeed:
@@ -100,6 +102,8 @@ def execute(
 
     Raises:
         KernelError: a node failed; the text names it and the simulated time.
+        TestbenchError: the testbench's `run` returned no Outcome.
+        CoverError: the outcome has a bin that the cross product has not.
     """
     recorder = Recorder()
     monitors = MonitorSet(requirements)
@@ -114,6 +118,10 @@ def execute(
         monitors=monitors,
     )
     outcome = testbench.run(run)
+    if not isinstance(outcome, Outcome):
+        raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
+    if testbench.cross is not None:
+        testbench.cross.check(outcome.cross)
     verdicts = monitors.finish(kernel.now_s)
     return CaseResult(test, outcome, recorder.finish(), kernel.now_s, verdicts, measurement.take(context))
 
@@ -140,14 +148,12 @@ class HriCase:
 
     def run(self) -> CaseResult:
         """Run the test in the simulated world, watched by the monitors."""
-        __tracebackhide__ = True
         assert self.runner is not None, "hri_case can be run only inside its own test"
         self.result = self.runner(self)
         return self.result
 
     def check(self, result: CaseResult) -> None:
         """Fail, once and with every violation, when a requirement failed that is not a known violation."""
-        __tracebackhide__ = True
         assert self.judge is not None, "hri_case can be checked only inside its own test"
         self.judge(self, result)
 

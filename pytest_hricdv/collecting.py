@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
+from pathlib import Path
 
 import pytest
 
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.options import Options
 from pytest_hricdv.suites import Selected, cases, from_text, selected_suites, to_text
-from pytest_hricdv.testbench import Testbench, TestbenchError, checked
+from pytest_hricdv.testbench import Testbench, TestbenchError, checked, lacking
 
 WORKER_INPUT = "hricdv_suites"
 ONLY_CASES = "hricdv_only_cases"
+PACKAGE = Path(__file__).parent
 
 
 def worker_input(config: pytest.Config) -> dict[str, object] | None:
@@ -38,14 +40,21 @@ class Collecting:
 
     @cached_property
     def testbench(self) -> Testbench:
-        """The project's testbench. Raises pytest.UsageError when there is none or it lacks a part."""
+        """The project's testbench. Raises pytest.UsageError, located, when there is none or it lacks a part."""
+        hook = self.config.hook.pytest_hricdv_testbench
+        implementations = hook.get_hookimpls()
+        if not implementations:
+            raise pytest.UsageError(
+                f"no testbench: implement pytest_hricdv_testbench(config) in {self.config.rootpath / 'conftest.py'} "
+                "and return a pytest_hricdv.testbench.Testbench"
+            )
+        code = implementations[-1].function.__code__
         try:
-            candidate = self.config.hook.pytest_hricdv_testbench(config=self.config)
-            return checked(candidate, "pytest_hricdv_testbench")
+            return checked(hook(config=self.config), f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
         except TestbenchError as error:
             raise pytest.UsageError(str(error)) from None
         except Exception as error:
-            raise pytest.UsageError(f"pytest_hricdv_testbench: {_located(error)}") from error
+            raise pytest.UsageError(f"{_located(error)}{lacking(error)}") from error
 
     @cached_property
     def selected(self) -> list[Selected]:
@@ -103,8 +112,9 @@ def _located(error: Exception) -> str:
     """The error with the deepest place of it outside of installed packages, as a user reads it."""
     trace, place = error.__traceback__, ""
     while trace is not None:
-        file = trace.tb_frame.f_code.co_filename
-        if "site-packages" not in file and "pytest_hricdv" not in file and not file.startswith("<"):
-            place = f"{file}:{trace.tb_lineno}: "
+        code = trace.tb_frame.f_code
+        file = Path(code.co_filename)
+        if "site-packages" not in file.parts and PACKAGE not in file.parents and not code.co_filename.startswith("<"):
+            place = f"{file}:{trace.tb_lineno}: {code.co_name}: "
         trace = trace.tb_next
     return f"{place}{type(error).__name__}: {error}"

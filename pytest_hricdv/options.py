@@ -36,6 +36,8 @@ class Options:
     strict: bool
     export: Path | None
     coverage: bool
+    again: tuple[str, ...] = ()
+    """What the command line said, beside suite and seed, on which tests there are and what fails."""
 
 
 def add_options(parser: pytest.Parser) -> None:
@@ -95,7 +97,15 @@ def read_options(config: pytest.Config) -> Options:
         strict=_flag(config, "strict"),
         export=config.invocation_params.dir / _text(config, "export") if _text(config, "export") else None,
         coverage=not _flag(config, "no_cov"),
+        again=_again(config),
     )
+
+
+def _again(config: pytest.Config) -> tuple[str, ...]:
+    single = [(name, config.getoption(f"hri_{name}")) for name in ("tests", "concretizations")]
+    known = [f"--hri-known={requirement}" for requirement in config.getoption("hri_known") or ()]
+    strict = ["--hri-strict"] if config.getoption("hri_strict") else []
+    return (*(f"--hri-{name}={value}" for name, value in single if value is not None), *known, *strict)
 
 
 def _text(config: pytest.Config, name: str) -> str:

@@ -34,7 +34,7 @@ def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) 
         arg == "-n" or arg.startswith(("-n=", "--numprocesses")) or (arg[:2] == "-n" and arg[2:].isdigit())
         for arg in args
     )
-    if asked and any(arg.startswith("--hri-") for arg in args):
+    if asked and (early_config.getini("hri_suite") or any(arg.startswith("--hri-") for arg in args)):
         raise pytest.UsageError(
             "-n needs pytest-xdist, which is not installed or switched off: pip install pytest-xdist"
         )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import re
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib.metadata import version
 
 import pytest
@@ -16,7 +18,7 @@ from pytest_hricdv.cover.source import CoverError
 from pytest_hricdv.options import KINDS
 from pytest_hricdv.report import files, terminal
 from pytest_hricdv.report.files import ReportError
-from pytest_hricdv.results import Entry, Session, build_report, reached
+from pytest_hricdv.results import Entry, Rerun, Session, build_report, reached
 from pytest_hricdv.running import ATTRIBUTE, Running
 from pytest_hricdv.suites import export
 
@@ -39,8 +41,9 @@ class Reporting:
         self.running = running
         self.options = collecting.options
         self.entries: dict[str, Entry] = {}
+        self.reasons: dict[str, str] = {}
         self.chosen: dict[str, HriCase] = {}
-        self.workers = 0
+        self.workers = 1
         self.report: Entry | None = None
         self.problems: list[str] = []
         self._began = time.perf_counter()
@@ -55,19 +58,30 @@ class Reporting:
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionstart(self) -> None:
         """Finds what is wrong with the testbench, its files and the report folder before any test runs; exports."""
-        _ = self.collecting.selected, self.running.code
         known = {requirement.id for requirement in self.running.requirements}
         for requirement in self.options.known:
             if requirement not in known:
                 names = ", ".join(sorted(known))
                 raise pytest.UsageError(f"known violation of {requirement!r}: no such requirement; there are {names}")
-        if not self.collecting.config.getoption("collectonly"):
+        _ = self.running.code
+        running = not self.collecting.config.getoption("collectonly")
+        if running:
+            self._import_required()
+        _ = self.collecting.selected  # learning takes its time, so it comes after what is quickly checked
+        if running:
             try:
                 files.prepare(self.options.report)
             except ReportError as error:
                 raise pytest.UsageError(str(error)) from None
         if self.options.export is not None:
             export(self.collecting.selected, self.options.export)
+
+    def _import_required(self) -> None:
+        for name in self.collecting.testbench.requires:
+            try:
+                importlib.import_module(name)
+            except ImportError as error:
+                raise pytest.UsageError(f"the testbench requires {name}: {error}") from None
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """Without xdist: notes which tests were chosen."""
@@ -77,9 +91,13 @@ class Reporting:
                 self.chosen[item.nodeid] = case
 
     @pytest.hookimpl(optionalhook=True)
+    def pytest_xdist_setupnodes(self, specs: list[object]) -> None:
+        """With xdist: notes how many workers there are at a time; the ones that replace a crashed one do not add."""
+        self.workers = len(specs)
+
+    @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_node_collection_finished(self, node: object, ids: list[str]) -> None:
         """With xdist: the controller never collects, so the workers' node ids say what was chosen."""
-        self.workers += 1
         by_id = {case.abstract.id: case for case in self.collecting.cases}
         for nodeid in ids:
             case = _case_named(nodeid, by_id)
@@ -87,26 +105,55 @@ class Reporting:
                 self.chosen[nodeid] = case
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Takes the entry off a report, wherever it was made; the same test twice counts once."""
+        """Takes the entry off a report, wherever it was made; the same test twice counts once.
+
+        A report without an entry says why there is none: skipped, a fixture that failed, a worker that crashed.
+        """
         text = getattr(report, ATTRIBUTE, None)
         if isinstance(text, str):
             self.entries[report.nodeid] = json.loads(text)
+        elif not report.passed:
+            self.reasons[report.nodeid] = (
+                report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longreprtext
+            )
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Iterator[None]:
-        """After the last test: builds and writes the report, and lets gates fail the session."""
-        result = yield
-        if session.config.getoption("collectonly") or not self.chosen:
-            return result
+        """After the last test, or the last before -x or Ctrl-C: writes the report, and lets gates fail the session."""
         try:
-            self.report = build_report(self._session(), list(self.entries.values()), self.chosen)
-            self.problems += self._gates(self.report)
+            result = yield
+        except (session.Failed, session.Interrupted, KeyboardInterrupt):
+            self._conclude(session, stopped=True)
+            raise
+        self._conclude(session, stopped=False)
+        return result
+
+    def _conclude(self, session: pytest.Session, *, stopped: bool) -> None:
+        if session.config.getoption("collectonly") or not self.chosen:
+            return
+        self.report = self._build()
+        if not stopped:
+            self.problems += self._loss() + self._gates(self.report)
+        try:
             files.write(self.report, self.options.report)
-        except (CoverError, ReportError) as error:
+        except ReportError as error:
             self.problems.append(str(error))
         if self.problems:
             session.testsfailed += 1
-        return result
+
+    def _build(self) -> Entry:
+        """The report; without the code's closure, and with a problem, when a waiver in the code is wrong."""
+        session, entries = self._session(), list(self.entries.values())
+        try:
+            return build_report(session, entries, self.chosen, self.reasons)
+        except CoverError as error:
+            self.problems.append(str(error))
+            return build_report(replace(session, code=None, unmeasured=str(error)), entries, self.chosen, self.reasons)
+
+    def _loss(self) -> list[str]:
+        """Tests that left no trace: whatever took them away, the session must not look as if all were well."""
+        lost = len(self.chosen.keys() - self.entries.keys() - self.reasons.keys())
+        return [f"no word of {lost} of {len(self.chosen)} tests: a worker must have lost them"] if lost else []
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """One section at the end."""
@@ -132,7 +179,8 @@ class Reporting:
             strict=self.options.strict,
             version=version("pytest-hricdv"),
             wall_s=time.perf_counter() - self._began,
-            workers=self.workers or 1,
+            workers=self.workers,
+            rerun=Rerun(self.options.suites, self.options.again),
         )
 
     def _gates(self, report: Entry) -> list[str]:

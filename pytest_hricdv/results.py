@@ -35,10 +35,11 @@ def describe(case: HriCase, nodeid: str) -> Entry:
 
 
 def measured(result: CaseResult | None, code: CodeMap | None, requirements: Sequence[Requirement]) -> Entry:
-    """What a run adds; a run that never came to an end has checked nothing."""
+    """What a run adds; a run that never came to an end has checked and covered nothing."""
     if result is None:
-        nothing = {requirement.id: _verdict(None) for requirement in requirements}
-        return {"requirements": nothing, "legs": [], "sim_s": 0.0, "frozen_s": 0.0, "ended": "", "code": None}
+        unchecked = {requirement.id: _verdict(None) for requirement in requirements}
+        figures = {"sim_s": 0.0, "frozen_s": 0.0, "ended": "", "code": None}
+        return {"requirements": unchecked, "legs": [], "plans": {}} | figures
     bits = result.code
     share = None
     if bits is not None and code is not None:
@@ -80,6 +81,14 @@ def _verdict(verdict: Verdict | None) -> Entry:
 
 
 @dataclass(frozen=True)
+class Rerun:
+    """What `--hri-suite` was given, and the other options that a test needs to be run again."""
+
+    suite: str
+    options: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Session:
     """What a report is made of, beside the entries of the tests."""
 
@@ -93,23 +102,28 @@ class Session:
     version: str
     wall_s: float
     workers: int
+    rerun: Rerun
 
 
-def build_report(session: Session, entries: Sequence[Entry], chosen: Mapping[str, HriCase]) -> Entry:
+def build_report(
+    session: Session, entries: Sequence[Entry], chosen: Mapping[str, HriCase], reasons: Mapping[str, str]
+) -> Entry:
     """The report model.
 
     Args:
         session: what was run, on what, how.
         entries: of the tests that were reported.
         chosen: node id -> test, of all that were selected: the ones without an entry were not run.
+        reasons: node id -> why it has no entry, where that is known.
 
     Raises:
         CoverError: a waived statement ran.
     """
     reported = {entry["nodeid"] for entry in entries}
     lost = sorted(set(chosen) - reported)
-    entries = sorted([*entries, *(_not_run(session, nodeid, chosen[nodeid]) for nodeid in lost)], key=_order)
-    total = union(cover_of(entry) for entry in entries)
+    entries = [*entries, *(_not_run(session, name, chosen[name], reasons.get(name, "")) for name in lost)]
+    entries.sort(key=_order)
+    total = union(cover_of(entry) for entry in entries) if session.code else None
     return {
         "schema": SCHEMA,
         "version": session.version,
@@ -122,6 +136,7 @@ def build_report(session: Session, entries: Sequence[Entry], chosen: Mapping[str
         "workers": session.workers,
         "known_violations": dict(session.known),
         "strict": session.strict,
+        "rerun": {"suite": session.rerun.suite, "options": list(session.rerun.options)},
         "requirements": {r.id: {"title": r.title, "source": r.source, "text": r.text} for r in session.requirements},
         "code_under_test": _code_under_test(session, total),
         "suites": [_suite(session, selected, entries) for selected in session.selected],
@@ -133,13 +148,13 @@ def _order(entry: Entry) -> tuple[str, str, str]:
     return entry["suite"], entry["id"], entry["nodeid"]
 
 
-def _not_run(session: Session, nodeid: str, case: HriCase) -> Entry:
-    outcome = {"outcome": "not-run", "wall_s": 0.0, "failure": "", "unmeasured": "", "plans": {}}
+def _not_run(session: Session, nodeid: str, case: HriCase, reason: str) -> Entry:
+    outcome = {"outcome": "not-run", "wall_s": 0.0, "failure": reason, "unmeasured": ""}
     return describe(case, nodeid) | outcome | measured(None, None, session.requirements)
 
 
 def cover_of(entry: Entry) -> TestCover:
-    """What an entry covered, as bits again. Plans count only for tests that ran."""
+    """What an entry covered, as bits again."""
     code = None
     if entry["code"] is not None:
         statements, branches = entry["code"]["bits"]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
+from typing import TypedDict
 
 import pytest
 
@@ -16,8 +18,19 @@ from pytest_hricdv.cover.source import CodeMap, CoverError, map_code
 from pytest_hricdv.monitor import Requirement, RequirementError, load_requirements
 from pytest_hricdv.report import junit, terminal
 from pytest_hricdv.results import Entry, describe, measured
+from pytest_hricdv.runtime import KernelError
+
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 ATTRIBUTE = "hricdv"
+
+
+class Again(TypedDict):
+    """How a test can be run again."""
+
+    seed: int
+    suite: str
+    more: tuple[str, ...]
 
 
 class Running:
@@ -72,19 +85,25 @@ class Running:
         """Attaches the entry to the report of the call: a string, the one kind of data that crosses xdist safely."""
         report: pytest.TestReport = yield  # type: ignore[assignment]
         case = case_of(item)
-        if case is not None and call.when == "call":
+        skipped = report.skipped and not hasattr(report, "wasxfail")  # then it has no result: it was not run
+        if case is not None and call.when == "call" and not skipped:
             entry = self._entry(case, item.nodeid)
             entry |= {"outcome": _outcome(report, case), "wall_s": call.duration, "failure": _text(report)}
             setattr(report, ATTRIBUTE, json.dumps(entry))
         return report  # type: ignore[return-value]
 
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
-        __tracebackhide__ = True
-        testbench = self.collecting.testbench
-        return execute(testbench, self.requirements, case.concrete, self.measurement, f"hricdv|{nodeid}")
+        testbench, measurement = self.collecting.testbench, self.measurement
+        try:
+            return execute(testbench, self.requirements, case.concrete, measurement, f"hricdv|{nodeid}")
+        except Exception as error:
+            # The author's own exception, from his own line, says more than that a node failed.
+            failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error
+            what = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
+        failure.add_note("\n" + terminal.aborted(describe(case, self._shown(nodeid)), what, **self._again))
+        raise failure
 
     def _judge(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
-        __tracebackhide__ = True
         failed = [verdict.requirement for verdict in result.verdicts if verdict.verdict == "Failed"]
         known = {} if self.options.strict else self.options.known
         if not failed:
@@ -92,10 +111,18 @@ class Running:
         if all(requirement in known for requirement in failed):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed))
         texts = {each.id: {"title": each.title, "source": each.source, "text": each.text} for each in self.requirements}
-        text = terminal.failure(
-            self._entry(case, nodeid), texts, seed=self.options.seed, suite=self.options.suites, known=known
-        )
-        pytest.fail(text, pytrace=False)
+        entry = self._entry(case, nodeid) | {"nodeid": self._shown(nodeid)}
+        pytest.fail(terminal.failure(entry, texts, known=known, **self._again), pytrace=False)
+
+    def _shown(self, nodeid: str) -> str:
+        """The node id as it can be given to pytest in the folder where the run was started."""
+        config = self.collecting.config
+        path, colons, rest = nodeid.partition("::")
+        return os.path.relpath(config.rootpath / path, config.invocation_params.dir) + colons + rest
+
+    @property
+    def _again(self) -> Again:
+        return {"seed": self.options.seed, "suite": self.options.suites, "more": self.options.again}
 
     def _entry(self, case: HriCase, nodeid: str) -> Entry:
         result = case.result

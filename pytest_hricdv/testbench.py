@@ -74,6 +74,8 @@ class Testbench:
         run: builds world, human, sensors and controller around the given `Run`, runs it, and says how it went.
         by_hand: TOML file of belief subsets for the suite `by-hand`; None where there is none.
         cross: the cross product to cover; None where there is none.
+        requires: modules that `run` imports, such as the simulator's; imported once before the first test, so that
+            what is not installed is said once, and not by every test.
     """
 
     __test__ = False
@@ -89,6 +91,7 @@ class Testbench:
     run: Callable[[Run], Outcome]
     by_hand: Path | None = None
     cross: CrossProduct | None = None
+    requires: tuple[str, ...] = ()
 
     def vocabulary(self) -> Vocabulary:
         """The names that requirements may use: signals, topics, and the bool and numeric fields of messages."""
@@ -123,20 +126,21 @@ def checked(candidate: object, where: str) -> Testbench:
     """`candidate` as a testbench.
 
     Raises:
-        TestbenchError: it is none, or a part is missing or of the wrong kind; `where` is named.
+        TestbenchError: it is none, or a part is of the wrong kind; `where` is named.
     """
-    if candidate is None:
-        raise TestbenchError(
-            "no testbench: implement pytest_hricdv_testbench(config) in a conftest.py and return a "
-            "pytest_hricdv.testbench.Testbench"
-        )
-    missing = [f"  {name}: {what}" for name, what in PARTS.items() if not hasattr(candidate, name)]
-    if missing:
-        raise TestbenchError(f"{where}: the testbench lacks\n" + "\n".join(missing))
     if not isinstance(candidate, Testbench):
-        raise TestbenchError(f"{where}: expected a Testbench, got {type(candidate).__name__}")
+        raise TestbenchError(
+            f"{where}: returned {candidate!r:.80}; expected a Testbench (from pytest_hricdv.testbench import Testbench)"
+        )
     _check_kinds(candidate, where)
     return candidate
+
+
+def lacking(error: Exception) -> str:
+    """What to add to the error of a testbench that was built without some part: the part, and what it is for."""
+    if not isinstance(error, TypeError) or f"{Testbench.__name__}.__init__()" not in str(error):
+        return ""
+    return "".join(f"\n  {name}: {what}" for name, what in PARTS.items() if f"'{name}'" in str(error))
 
 
 def _check_kinds(testbench: Testbench, where: str) -> None:
@@ -144,12 +148,14 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, kind in expected.items():
         if not isinstance(getattr(testbench, name), kind):
             raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {PARTS[name]}")
+    if not isinstance(testbench.signals, Mapping):
+        raise TestbenchError(f"{where}: signals is {testbench.signals!r}; expected {PARTS['signals']}")
     if not callable(testbench.run):
         raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
     if isinstance(testbench.code, str) or not testbench.code:
         raise TestbenchError(f"{where}: code is {testbench.code!r}; expected a tuple of {PARTS['code']}")
     for message in testbench.messages:
-        if not dataclasses.is_dataclass(message):
+        if not (isinstance(message, type) and dataclasses.is_dataclass(message)):
             raise TestbenchError(f"{where}: message {message!r} is no dataclass; expected {PARTS['messages']}")
     for name in ("requirements", "by_hand"):
         path = getattr(testbench, name)

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     import coverage
     from coverage.sqldata import CoverageData
 
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
 
 class Measurement(Protocol):
     """Measures one test at a time. `reason` says why nothing can be measured; empty when all is well."""

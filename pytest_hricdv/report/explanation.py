@@ -18,6 +18,7 @@ def failure(
     seed: int,
     suite: str | None = None,
     known: Mapping[str, str] | None = None,
+    more: Sequence[str] = (),
 ) -> str:
     """Why a test failed: requirement, times, values, margin; what happened; what the human did; how to run it again.
 
@@ -27,6 +28,7 @@ def failure(
         seed: the suite's seed, for the line that runs the test again.
         suite: what `--hri-suite` was given, for the same; the suite's name where not said.
         known: violations that are known, name to reason; they are told last and do not count as the cause.
+        more: further options for the line that runs the test again.
 
     Returns:
         Several lines without a last end of line; control characters of names appear as escapes.
@@ -40,7 +42,22 @@ def failure(
     if test.get("failure"):
         lines += [*str(test["failure"]).strip("\n").splitlines(), ""]
     lines += [*_rest(test, failed), *_course(test), "", *_actions(test), ""]
-    lines += ["run it again:", f"  {command(test, suite or test['suite'], seed)}"]
+    lines += ["run it again:", f"  {command(test, suite or test['suite'], seed, more)}"]
+    return "\n".join(visible(line) for line in lines)
+
+
+def aborted(
+    test: Mapping[str, Any], what: str, *, seed: int, suite: str | None = None, more: Sequence[str] = ()
+) -> str:
+    """What to say of a test that an exception ended: where it was, what the human did, how to run it again.
+
+    Args:
+        test: as for `failure`.
+        what: where it was when it ended, in a line.
+        seed: the suite's seed, for the line that runs the test again; `suite` and `more` as for `failure`.
+    """
+    lines = [f"{what}; nothing was checked", "", *_actions(test), ""]
+    lines += ["run it again:", f"  {command(test, suite or test['suite'], seed, more)}"]
     return "\n".join(visible(line) for line in lines)
 
 

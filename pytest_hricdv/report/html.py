@@ -58,7 +58,6 @@ def _finalize(value: object) -> object:
 
 
 def _context(report: Mapping[str, Any]) -> dict[str, Any]:
-    seeds = {suite["name"]: suite["seed"] for suite in report["suites"]}
     plots = [plot.coverage_per_test(report), *plot.closure(report), plot.learning(report)]
     names = {name for test in report["tests"] for name in test["requirements"]}
     return {
@@ -80,8 +79,16 @@ def _context(report: Mapping[str, Any]) -> dict[str, Any]:
         "plots": [(each, Markup(each.svg)) for each in plots if each is not None],
         "tested": sorted(names, key=figure.natural),
         "troubled": [test for test in report["tests"] if test["outcome"] in ("failed", "error", "not-run")],
-        "command": lambda test: rerun.command(test, test["suite"], seeds.get(test["suite"], 0)),
+        "command": lambda test: _command(report, test),
     }
+
+
+def _command(report: Mapping[str, Any], test: Mapping[str, Any]) -> str:
+    """The command that runs a test again, with the options of the run as far as the report has them."""
+    seeds = {suite["name"]: suite["seed"] for suite in report["suites"]}
+    again = report.get("rerun", {})
+    suite = again.get("suite") or test["suite"]
+    return rerun.command(test, suite, seeds.get(test["suite"], 0), again.get("options", ()))
 
 
 def _merged(report: Mapping[str, Any]) -> tuple[int, int]:

@@ -1,21 +1,23 @@
 """The command that runs one test again."""
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 _PLAIN_IN_DOUBLE_QUOTES = set("[]/.:-_ ()=,+@%#~{}&;<>|*?'")
 
 
-def command(test: Mapping[str, Any], suite: str, seed: int) -> str:
+def command(test: Mapping[str, Any], suite: str, seed: int, more: Sequence[str] = ()) -> str:
     """A line for the shell: `pytest "tests/..[rl-leg1-3fa2b1c0]" --hri-suite=rl --hri-seed=0`.
 
     Args:
         test: a test of the report.
         suite: what `--hri-suite` is given to have the test generated.
         seed: the suite's seed, not the test's own.
+        more: further options that the run was given and that decide which tests there are, or what fails.
     """
-    return f"pytest {_quoted(test['nodeid'])} {_option(f'--hri-suite={suite}')} --hri-seed={seed}"
+    options = [f"--hri-suite={suite}", f"--hri-seed={seed}", *more]
+    return " ".join(["pytest", _quoted(test["nodeid"]), *map(_option, options)])
 
 
 def _quoted(nodeid: str) -> str:

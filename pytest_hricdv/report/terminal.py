@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.report import totals
-from pytest_hricdv.report.explanation import failure
-from pytest_hricdv.report.figure import percent, plural, quantity, seconds, share
+from pytest_hricdv.report.explanation import aborted, failure
+from pytest_hricdv.report.figure import percent, plural, seconds, share
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.line import Line, Style, fit, listing, more, pad, visible, width, wrap
 
-__all__ = ["failure", "header", "summary"]
+__all__ = ["aborted", "failure", "header", "summary"]
 
 _MAX_GAPS = 8
 _MAX_NOT_RUN = 3

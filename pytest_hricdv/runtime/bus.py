@@ -13,6 +13,8 @@ from pytest_hricdv.runtime.record import Recorder, Value
 
 M = TypeVar("M")
 
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
 
 def topic_of(kind: type[object]) -> str:
     """The topic's name: the class name in snake case (`HumanReady` -> `human_ready`)."""

@@ -20,6 +20,8 @@ from greenlet import GreenletExit, greenlet
 
 US_PER_S = 1_000_000
 
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
 
 class KernelError(Exception):
     """A node failed or misused the kernel; the text names the node and the simulated time."""

@@ -12,6 +12,8 @@ from typing import Protocol
 
 Value = float | bool | int | str
 
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
 
 class Listener(Protocol):
     """Who is told while the run goes on: the monitors."""
