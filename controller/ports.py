@@ -63,7 +63,7 @@ class State:
 
 @dataclass(frozen=True)
 class TurnDone:
-    """Said by the robot: this turn is over; `outcome` is one of machine.OUTCOMES."""
+    """Said by the robot: this turn is over; `outcome` is one of journal.OUTCOMES."""
 
     turn: int
     outcome: str

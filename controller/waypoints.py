@@ -1,8 +1,8 @@
 """Taught arm poses (rad, in the order of ARM_JOINTS): the ways between home, pickup, handover and re-supply.
 
-Taught on the simulated BERT2 (tests/sim/test_waypoints.py holds them to its kinematics): a leg that stands upright at the
-pickup place is grasped 0.09 m above its middle, hangs upright at the handover place, and stays upright on the way up
-from the pickup place within 2 degrees. Each way is a tuple of poses to be passed in order; a way may begin at the end
+Taught on the simulated BERT2 (tests/sim/test_waypoints.py holds them to its kinematics): a leg that stands upright at
+the pickup place is grasped 0.09 m above its middle, hangs upright at the handover place, and stays upright on the way
+up from there within 2 degrees. Each way is a tuple of poses to be passed in order; a way may begin at the end
 of any other.
 """
 
