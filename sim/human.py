@@ -13,7 +13,11 @@ from sim.script import Script, checked
 from sim.world import World
 
 PATIENCE_S = 60.0
-"""A person waits this long for the robot. Case study: `receivesignal`."""
+"""A person waits this long for the robot's signal. Case study: `receivesignal`."""
+
+TURN_PATIENCE_S = 150.0
+"""A person to whom a leg is held out waits this long for release or discard before asking for another one: longer than
+the robot's longest turn, in which its sensors are silent up to 100 s."""
 
 REST_OF_RUN_S = 1000.0
 """Longer than any run."""
@@ -27,7 +31,7 @@ class Human:
         bus: hears the robot, and stands for the speech recognizer.
         kernel: keeps the time.
         script: commands with their parameters (see `sim.script`).
-        patience_s: how long the person waits for the robot.
+        patience_s: how long the person waits for the robot's signal.
 
     Raises:
         SimulationError: an unknown command, or a parameter that is missing or not finite.
@@ -128,7 +132,7 @@ class Human:
     def _await_turn_end(self) -> None:
         """Wait for the end of the turn whose leg was announced, if there is one and it is not over."""
         self._notice()
-        deadline_s = self._kernel.now_s + self._patience_s
+        deadline_s = self._kernel.now_s + TURN_PATIENCE_S
         while self._awaited_turn and self._kernel.now_s < deadline_s:
             end = self._ends.wait(deadline_s - self._kernel.now_s)
             if end is not None:
