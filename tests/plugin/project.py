@@ -5,13 +5,21 @@ The model is the one of `tests.generate.toy`; everything else that a user writes
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 from tests.generate.toy import lamps
+
+#: The ways to run pytest that every behaviour has to survive.
+MODES = {"plain": (), "on two workers": ("-n", "2"), "without xdist": ("-p", "no:xdist")}
 
 INI = """
 [pytest]
 pythonpath = .
+addopts = -p no:hypothesispytest
 hri_known_violations =
     R2: the hall has no dimmer
 """
@@ -240,3 +248,19 @@ def change(folder: Path, name: str, old: str, new: str) -> None:
     text = path.read_text(encoding="utf-8")
     assert text.count(old) == 1, f"{name}: expected {old!r} once, found it {text.count(old)} times"
     path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def report(folder: Path) -> dict[str, Any]:
+    """The report that a run left in the project's folder."""
+    loaded: dict[str, Any] = json.loads((folder / "hri-report" / "report.json").read_text(encoding="utf-8"))
+    return loaded
+
+
+def outcomes(folder: Path) -> dict[str, str]:
+    """Id -> outcome, of the report."""
+    return {test["id"]: test["outcome"] for test in report(folder)["tests"]}
+
+
+def nodeids(result: pytest.RunResult) -> list[str]:
+    """What `--collect-only -q` listed."""
+    return [line for line in result.outlines if "::" in line]

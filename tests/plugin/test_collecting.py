@@ -1,0 +1,86 @@
+"""Collecting: what `--collect-only` lists, and where the tests come from."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.plugin.project import MODES, change, nodeids
+
+ID = re.compile(r"test_lamps\.py::test_lamps\[rl-(hall|cellar)(-polite)?(-curt)?-[0-9a-f]{8}\]")
+COLLECT = ("--collect-only", "-q", "--hri-suite=rl")
+
+
+def test_ids_are_the_same_in_every_mode(lamps: pytest.Pytester) -> None:
+    first, *others = [lamps.runpytest_subprocess(*COLLECT, *options) for options in MODES.values()]
+    listed = nodeids(first)
+    assert first.ret == 0
+    assert len(listed) == len(set(listed)) > 20
+    assert all(ID.fullmatch(line) for line in listed)
+    assert [nodeids(other) for other in others] == [listed, listed]
+
+
+def test_the_second_collection_comes_from_the_cache(lamps: pytest.Pytester) -> None:
+    learning = "hricdv: generating suite rl (seed 0) ..."
+    lamps.runpytest_inprocess("--collect-only", "--hri-suite=rl").stdout.fnmatch_lines([learning])
+    lamps.runpytest_inprocess("--collect-only", "--hri-suite=rl").stdout.no_fnmatch_line(learning)
+    uncached = lamps.runpytest_inprocess("--collect-only", "--hri-suite=rl", "-p", "no:cacheprovider")
+    uncached.stdout.fnmatch_lines([learning])
+
+
+def test_listing_writes_no_report_and_prints_no_section(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess("--collect-only", "--hri-suite=rl", "--hri-fail-under=statements=100")
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["hri: lamps, suite rl, seed 0, 34 tests"])
+    result.stdout.no_fnmatch_line("*= human-robot interaction =*")
+    assert not (lamps.path / "hri-report").exists()
+
+
+def test_another_seed_gives_other_tests(lamps: pytest.Pytester) -> None:
+    listed = [nodeids(lamps.runpytest_inprocess(*COLLECT, f"--hri-seed={seed}")) for seed in (0, 1)]
+    assert set(listed[0]).isdisjoint(listed[1])
+
+
+def test_a_changed_model_is_explored_again(lamps: pytest.Pytester) -> None:
+    before = nodeids(lamps.runpytest_inprocess(*COLLECT))
+    change(lamps.path, "models/visitor.asl", "greet; set_lamp(level, 10)", "greet; greet; set_lamp(level, 10)")
+    assert set(before) != set(nodeids(lamps.runpytest_inprocess(*COLLECT)))
+
+
+def test_number_of_tests_and_of_concretizations(lamps: pytest.Pytester) -> None:
+    few = nodeids(lamps.runpytest_inprocess(*COLLECT, "--hri-tests=3"))
+    doubled = nodeids(lamps.runpytest_inprocess(*COLLECT, "--hri-tests=3", "--hri-concretizations=2"))
+    assert len(few) == 3
+    assert len(doubled) == 6
+    assert doubled[::2] == few
+    assert doubled[1::2] == [nodeid.replace("]", "-k1]") for nodeid in few]
+
+
+@pytest.mark.parametrize(
+    ("selection", "suites"),
+    [
+        ("by-hand,rl", {"by-hand", "rl"}),
+        ("all", {"by-hand", "bdi-random", "rl", "pseudorandom"}),
+        ("rl,rl", {"rl"}),
+    ],
+)
+def test_several_suites(lamps: pytest.Pytester, selection: str, suites: set[str]) -> None:
+    listed = nodeids(lamps.runpytest_inprocess("--collect-only", "-q", f"--hri-suite={selection}", "--hri-tests=4"))
+    assert len(listed) == len(set(listed)) == 4 * len(suites)
+    assert {suite for suite in suites for line in listed if f"[{suite}-" in line} == suites
+
+
+def test_an_exported_suite_reads_back_with_its_ids(lamps: pytest.Pytester) -> None:
+    exported = lamps.runpytest_inprocess(*COLLECT, "--hri-export=kept")
+    read = lamps.runpytest_inprocess("--collect-only", "-q", "--hri-suite=kept")
+    assert read.ret == 0
+    assert nodeids(read) == nodeids(exported)
+    assert [path.name for path in (lamps.path / "kept").iterdir()] == ["rl.txt"]
+
+
+def test_a_file_of_bare_commands_is_a_suite(lamps: pytest.Pytester) -> None:
+    (lamps.path / "recorded.txt").write_text("enter hall\nset_lamp level=10\n\ngreet  # and nothing else\n")
+    listed = nodeids(lamps.runpytest_inprocess("--collect-only", "-q", "--hri-suite=recorded.txt"))
+    assert len(listed) == 2
+    assert all("[recorded-" in nodeid for nodeid in listed)
