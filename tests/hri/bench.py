@@ -1,0 +1,95 @@
+"""Runs of the table assembly for tests: the real testbench, controller and world, without pytest around them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import conftest
+from pytest_hricdv.case import CaseResult, execute
+from pytest_hricdv.cover.measure import Measurement, NoMeasurement
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import ConcreteTest, concretize
+from pytest_hricdv.generate.method import Context
+from pytest_hricdv.generate.registry import METHODS
+from pytest_hricdv.monitor import Requirement, load_requirements
+from pytest_hricdv.testbench import Testbench
+
+ROOT = Path(conftest.__file__).parent
+UNMEASURED = NoMeasurement("not of interest here")
+LONGEST_S = 300.0 + 10.0 + 10.0
+"""Limit of a run, a deadline that is open then, and one more that a reading in that time opens."""
+
+
+@cache
+def testbench() -> Testbench:
+    """The testbench of this repository's conftest."""
+    return conftest.pytest_hricdv_testbench(None)  # type: ignore[arg-type]
+
+
+@cache
+def requirements() -> tuple[Requirement, ...]:
+    """R1 to R4."""
+    return load_requirements(testbench().requirements, testbench().vocabulary())
+
+
+def leg(pose: str = "111") -> list[str]:
+    """The commands of a person who asks for one leg; `pose` as in the beliefs: gaze, pressure, location."""
+    gaze, pressure, location = pose
+    return [
+        "tell leg",
+        "receivesignal",
+        f"set_param location = {location}",
+        f"set_param pressure = {pressure}",
+        f"set_param gaze = {gaze}",
+        "tell humanReady",
+    ]
+
+
+def concrete(lines: Sequence[str], seed: int = 1, **forced: float) -> ConcreteTest:
+    """A concrete test of these commands; `forced` parameters have the given value in each command that has them.
+
+    Nobody grips the robot's fingers, and no sensor is out, unless forced.
+    """
+    test = concretize(AbstractTest("test", "tests", "a test", (), tuple(lines), seed=seed), testbench().concretization)
+    return forcing(test, {"grip_s": 0.0, "outage_turn": 0.0} | forced)
+
+
+def forcing(test: ConcreteTest, forced: Mapping[str, float]) -> ConcreteTest:
+    """The test with other values of some parameters."""
+
+    def changed(parameters: Mapping[str, float]) -> dict[str, float]:
+        return {name: forced.get(name, value) for name, value in parameters.items()}
+
+    actions = tuple(replace(action, parameters=changed(action.parameters)) for action in test.actions)
+    return replace(test, actions=actions, run=changed(test.run))
+
+
+def run(test: ConcreteTest, measurement: Measurement = UNMEASURED) -> CaseResult:
+    """Run one test, as the plugin does."""
+    return execute(testbench(), requirements(), test, measurement, test.id)
+
+
+def suite(name: str, seed: int = 0) -> Iterator[ConcreteTest]:
+    """The concrete tests of a method's suite."""
+    bench = testbench()
+    context = Context(
+        model=bench.model,
+        space=bench.beliefs,
+        commands=tuple(bench.concretization.commands),
+        seed=seed,
+        by_hand=bench.by_hand,
+    )
+    for test in METHODS[name].generate(context).tests:
+        yield concretize(test, bench.concretization)
+
+
+def times(result: CaseResult, topic: str, **fields: object) -> list[float]:
+    """When messages of a topic with these fields came."""
+    return [
+        message.time_s
+        for message in result.record.messages
+        if message.topic == topic and fields.items() <= dict(message.fields).items()
+    ]
