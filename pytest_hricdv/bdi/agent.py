@@ -50,6 +50,8 @@ class Agent:
         self.feedback: deque[tuple[Intention, bool]] = deque()
         self.intentions: deque[Intention] = deque()
         self.waits: list[Wait] = []
+        self.woken: list[Intention] = []
+        """Intentions that will go on with the next cycle: what they waited for has happened in this one."""
         self.questions: dict[str, Question] = {}
         self.suspended: list[Intention] = []
         self.suspending: list[Intention] = []
@@ -70,21 +72,33 @@ class Agent:
 
     # --- the reasoning cycle
 
-    def perceives_change(self) -> bool:
-        """Whether the list of its percepts has changed since it last looked."""
-        return self._seen_percepts != self._percept_versions.get(self.name, 0)
+    def has_work(self) -> bool:
+        """Whether a reasoning cycle would do anything."""
+        return bool(
+            self.intentions
+            or self.events
+            or self.mailbox
+            or self.feedback
+            or self.woken
+            or self._seen_percepts != self._percept_versions.get(self.name, 0)
+        )
 
     def cycle(self) -> None:
         """Perceive, read one message, react to one event, take one action's outcome, do one statement."""
+        if self.woken:
+            woken, self.woken = self.woken, []
+            for intention in woken:
+                self.resume(intention)
         version = self._percept_versions.get(self.name, 0)
         if version != self._seen_percepts:
             self._seen_percepts = version
             perception.perceive(self)
         if self.mailbox:
             communication.receive(self, self.mailbox.popleft())
-        event = self._select_event() if self.events else None
-        if event is not None:
-            self._react(event)
+        while self.events:
+            event = self._select_event()
+            if event is None or self._react(event):
+                break
         if self.feedback:
             intention, success = self.feedback.popleft()
             if success:
@@ -101,19 +115,18 @@ class Agent:
         atomic = self._atomic
         if atomic is None:
             return self.events.popleft()
-        if atomic in self.intentions:
-            return None
         for event in self.events:
             if event.intention is atomic:
                 self.events.remove(event)
                 return event
-        return self.events.popleft()
+        # It is ready, or it waits for an answer, an action or time: nothing may come between.
+        return None
 
-    def _react(self, event: Event) -> None:
+    def _react(self, event: Event) -> bool:
+        """Find a plan for an event; False for a belief event without one: another event is selected at once."""
         selected = self._applicable_plan(event)
         if selected is None:
-            failure.no_applicable_plan(self, event)
-            return
+            return failure.no_applicable_plan(self, event)
         plan, unifier = selected
         if not plan.builtin:
             self.executed.append(plan.label)
@@ -126,6 +139,7 @@ class Agent:
         if plan.atomic:
             self._atomic = intention
         self.intentions.append(intention)
+        return True
 
     def _applicable_plan(self, event: Event) -> tuple[Plan, Bindings] | None:
         literal = event.literal
@@ -189,6 +203,11 @@ class Agent:
             self.clear(intention)
         else:
             self.ready(intention)
+
+    def resume(self, intention: Intention) -> None:
+        """What an intention waited for has come: it is ready for the next statement, if any, in its turn."""
+        intention.frames[-1].advance()
+        self.ready(intention)
 
     def clear(self, intention: Intention) -> None:
         """Take finished plans off an intention; it goes on where they were called, or ends."""
@@ -255,6 +274,7 @@ class Agent:
         found += [(intention, None) for intention in self.intentions]
         found += [(intention, None) for intention, _ in self.feedback]
         found += [(wait.intention, None) for wait in self.waits]
+        found += [(intention, None) for intention in self.woken]
         found += [(question.intention, None) for question in self.questions.values()]
         found += [(intention, None) for intention in self.suspended]
         if self.current is not None:
@@ -267,6 +287,7 @@ class Agent:
         self.intentions = deque(other for other in self.intentions if other is not intention)
         self.feedback = deque(entry for entry in self.feedback if entry[0] is not intention)
         self.waits = [wait for wait in self.waits if wait.intention is not intention]
+        self.woken = [other for other in self.woken if other is not intention]
         questions = self.questions.items()
         self.questions = {number: asked for number, asked in questions if asked.intention is not intention}
         self.suspended = [other for other in self.suspended if other is not intention]

@@ -93,7 +93,7 @@ def _answered(agent: Agent, question: Question, message: Message) -> None:
     frame = intention.frames[-1]
     trail: list[object] = []
     if unify(question.answer, content, frame.unifier, trail):  # type: ignore[arg-type]
-        agent.go_on(intention)
+        agent.resume(intention)
     else:
         undo(frame.unifier, trail, 0)  # type: ignore[arg-type]
         failure.fail(agent, intention, "ask_failed", f"the answer {content} is not a {question.answer}")

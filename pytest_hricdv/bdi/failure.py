@@ -46,8 +46,12 @@ def fail(agent: Agent, intention: Intention, error: str, message: str, extra: tu
     agent.note_end(intention)
 
 
-def no_applicable_plan(agent: Agent, event: Event) -> None:
-    """No plan is applicable for a selected event: a goal fails, a belief event is passed over."""
+def no_applicable_plan(agent: Agent, event: Event) -> bool:
+    """No plan is applicable for a selected event: a goal fails, a belief event is passed over.
+
+    Returns:
+        Whether that was all for this cycle; if not, another event is selected.
+    """
     intention = event.intention
     if event.sign in ROOT_OF_ADDED_GOALS:
         known = bool(agent.library.relevant(event.sign, event.literal.key))
@@ -58,8 +62,11 @@ def no_applicable_plan(agent: Agent, event: Event) -> None:
         agent.run.warn(f"{agent.name}: no applicable plan for {event}: the intention is dropped")
         if intention is not None:
             agent.note_end(intention)
-    elif intention is not None:
-        agent.go_on(intention)
+    elif intention is None:
+        return False
+    else:
+        agent.resume(intention)
+    return True
 
 
 def fail_goal(agent: Agent, intention: Intention, sign: str, literal: Structure, error: str, message: str) -> None:

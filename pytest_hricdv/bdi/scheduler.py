@@ -135,7 +135,7 @@ class Run:
         """One cycle of every agent that has anything to do; False if none has."""
         busy = False
         for agent in agents:
-            if agent.intentions or agent.events or agent.mailbox or agent.feedback or agent.perceives_change():
+            if agent.has_work():
                 busy = True
                 try:
                     agent.cycle()

@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 
 
 def wake_by_event(agent: Agent, sign: str, literal: Structure) -> None:
-    """Let those go on that wait for an event like this one."""
+    """Let those go on in the next cycle that wait for an event like this one."""
     for wait in list(agent.waits):
         if wait.trigger is not None and _is_awaited(wait, wait.trigger, sign, literal):
-            wake(agent, wait)
+            _end(agent, wait)
+            agent.woken.append(wait.intention)
 
 
 def _is_awaited(wait: Wait, trigger: Trigger, sign: str, literal: Structure) -> bool:
@@ -32,7 +33,7 @@ def _is_awaited(wait: Wait, trigger: Trigger, sign: str, literal: Structure) -> 
 
 
 def wake_by_conditions(agent: Agent) -> None:
-    """Let those go on whose condition holds now."""
+    """Let those go on in the next cycle whose condition holds now."""
     for wait in list(agent.waits):
         if wait.condition is None:
             continue
@@ -40,16 +41,16 @@ def wake_by_conditions(agent: Agent) -> None:
         solution = first(agent, wait.condition, frame.unifier)
         if solution is not None:
             frame.unifier = solution
-            wake(agent, wait)
+            _end(agent, wait)
+            agent.woken.append(wait.intention)
 
 
-def wake(agent: Agent, wait: Wait) -> None:
-    """End a wait: its intention goes on."""
+def _end(agent: Agent, wait: Wait) -> None:
+    """End a wait and note how long it took."""
     agent.waits.remove(wait)
     if wait.elapsed is not None:
         elapsed = Number(round(agent.run.time_ms - wait.since_ms))
         unify(wait.elapsed, elapsed, wait.intention.frames[-1].unifier, [])
-    agent.go_on(wait.intention)
 
 
 def end_waits(agent: Agent, now_ms: float) -> None:
@@ -59,11 +60,12 @@ def end_waits(agent: Agent, now_ms: float) -> None:
         waits_for_something = wait.trigger is not None or wait.condition is not None
         if waits_for_something and wait.elapsed is None:
             agent.waits.remove(wait)
-            fail(agent, wait.intention, "wait_timeout", "what was waited for did not happen in time")
+            fail(agent, wait.intention, "wait_timeout", "timeout in .wait")
         else:
-            wake(agent, wait)
+            _end(agent, wait)
+            agent.resume(wait.intention)
     for number, question in list(agent.questions.items()):
         if question.deadline_ms is not None and question.deadline_ms <= now_ms:
             del agent.questions[number]
             unify(question.answer, Structure("timeout"), question.intention.frames[-1].unifier, [])
-            agent.go_on(question.intention)
+            agent.resume(question.intention)
