@@ -159,7 +159,7 @@ class Reporting:
         """One section at the end."""
         if self.report is None and not self.problems:
             return
-        terminalreporter.section("human-robot interaction")
+        terminalreporter.write_sep("=", "human-robot interaction")
         if self.report is not None:
             for line in terminal.summary(self.report, self.options.report, terminalreporter._tw.fullwidth):
                 terminalreporter.write_line(line.text, **MARKUP[line.style])

@@ -169,7 +169,7 @@ def _code_under_test(session: Session, total: Bits | None) -> Entry:
         "packages": list(session.testbench.code),
         "sha256": code.sha256 if code else "",
         "measured": total is not None,
-        "reason": "" if total is not None else session.unmeasured,
+        "reason": session.unmeasured if total is None or total.branches is None else "",
         "waivers": [{"file": w.file, "line": w.line, "reason": w.reason} for w in code.waivers] if code else [],
         "files": files(code, total) if code else [],
     }

@@ -127,7 +127,7 @@ class Running:
     def _entry(self, case: HriCase, nodeid: str) -> Entry:
         result = case.result
         entry = describe(case, nodeid) | measured(result, self.code, self.requirements)
-        unmeasured = result is not None and result.code is None
+        unmeasured = result is not None and (result.code is None or result.code.branches is None)
         return entry | {"unmeasured": self.measurement.reason if unmeasured else ""}
 
 

@@ -11,9 +11,10 @@ from __future__ import annotations
 import re
 import sys
 import threading
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from pytest_hricdv.cover.imports import import_bits
 from pytest_hricdv.cover.source import Bits, CodeMap, CoverError
@@ -40,13 +41,20 @@ class Measurement(Protocol):
 
 @dataclass
 class NoMeasurement:
-    """Stands aside, and says why."""
+    """Stands aside, and says why. A measurement of the user's own still sees all of the code under test."""
 
     reason: str
 
     def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
-        """`body` as it is."""
-        return body
+        """`body`, with the user's tracer kept to it if he measures: else switching greenlets loses him lines."""
+        tracer = users_tracer()
+
+        def traced() -> None:
+            with kept_to_this_greenlet():
+                sys.settrace(tracer)
+                body()
+
+        return body if tracer is None else traced
 
     def take(self, context: str) -> Bits | None:
         """Nothing."""
@@ -105,6 +113,7 @@ class JoinedMeasurement:
         self._imported = imported
         self._current = current
         self._contexts_by_test = contexts_by_test
+        self._tracer = users_tracer()
 
     def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """See `Measurement`."""
@@ -112,8 +121,7 @@ class JoinedMeasurement:
         def traced() -> None:
             previous = None if self._contexts_by_test else self._switch(context)
             with kept_to_this_greenlet():
-                # Coverage offers the start of a tracer to each new thread, and so to us.
-                sys.settrace(threading.gettrace())
+                sys.settrace(self._tracer)
                 try:
                     body()
                 finally:
@@ -126,14 +134,37 @@ class JoinedMeasurement:
         """See `Measurement`."""
         nodeid = context.partition("|")[2]
         pattern = f"{exactly(context)}|{exactly(nodeid + '|run')}"
-        bits = read(self._current.get_data(), self._code, pattern)
+        bits = read(self._data(), self._code, pattern)
         if bits.statements == 0:
-            self.reason = "the running measurement (--cov) does not look at the code under test: add it with --cov=NAME"
+            remedy = " ".join(f"--cov={package}" for package in self._code.packages)
+            self.reason = f"the running measurement (--cov) does not look at the code under test: add {remedy}"
             return None
+        if bits.branches is None:
+            self.reason = "the running measurement (--cov) counts no branches: add --cov-branch"
         return self._imported | bits
+
+    def _data(self) -> CoverageData:
+        from coverage.exceptions import CoverageWarning
+
+        with warnings.catch_warnings():
+            # What it says of the user's settings it says at the end of the session; here it would be once a test.
+            warnings.simplefilter("ignore", CoverageWarning)
+            return self._current.get_data()
 
     def _switch(self, context: str | None) -> str | None:
         return self._current.switch_context(context or "")
+
+
+def users_tracer() -> Any:
+    """The trace function of the user's running measurement, to be set in a greenlet; None if there is none.
+
+    Coverage offers the start of a tracer to each new thread, and so to us. Told that there are greenlets and no
+    threads (`concurrency = greenlet`), it has one tracer for all.
+    """
+    control = sys.modules.get("coverage")
+    if control is None or control.Coverage.current() is None:
+        return None
+    return threading.gettrace() or sys.gettrace()
 
 
 def exactly(context: str) -> str:
@@ -160,7 +191,7 @@ def choose(code: CodeMap, *, contexts_by_test: bool) -> Measurement:
     current = coverage.Coverage.current()
     if current is None and sys.gettrace() is not None:
         return NoMeasurement("a debugger holds the trace function")
-    if current is not None and threading.gettrace() is None:
+    if current is not None and users_tracer() is None:
         return NoMeasurement("the running measurement uses sys.monitoring: set core = 'ctrace' for coverage")
     try:
         imported = import_bits(code)

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import importlib
+
 import pytest
 
-# What a suite loads is loaded here once: runs in this process then find it, instead of loading it once each.
-import pytest_hricdv.generate.explorer
-import pytest_hricdv.monitor.elaborate
-import pytest_hricdv.monitor.parser
-import pytest_hricdv.report.html
-import pytest_hricdv.reporting  # noqa: F401
 from tests.plugin import project
+
+for _name in (
+    "coverage",
+    "pytest_hricdv.generate.explorer",
+    "pytest_hricdv.monitor.elaborate",
+    "pytest_hricdv.report.html",
+    "pytest_hricdv.reporting",
+):
+    # Loaded once: runs of pytest in this process drop what they loaded themselves, and extension modules like the
+    # tracer do not take well to being loaded again.
+    importlib.import_module(_name)
 
 
 @pytest.fixture

@@ -1,0 +1,122 @@
+"""Coverage of the code under test, alone and beside the user's own `--cov`. Each run is a process of its own."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.plugin.project import MODES, report
+
+SUITE = "--hri-suite=by-hand"
+
+
+def own(folder: Path) -> dict[str, tuple[list[int], list[list[int]]]]:
+    """The lines and branches that the user's own coverage misses, by file."""
+    found = json.loads((folder / "coverage.json").read_text(encoding="utf-8"))
+    return {name: (file["missing_lines"], file["missing_branches"]) for name, file in found["files"].items()}
+
+
+def ours(folder: Path) -> dict[str, Any]:
+    """All that the report says of the code under test."""
+    written = report(folder)
+    return {
+        "code": written["suites"][0]["code"],
+        "files": written["code_under_test"]["files"],
+        "tests": {test["id"]: test["code"] for test in written["tests"]},
+    }
+
+
+CASES = [*MODES.values(), ("--cov-config=greenlets",), ("--hri-no-cov",)]
+
+
+@pytest.mark.parametrize("options", CASES, ids=[*MODES.keys(), "told of greenlets", "without ours"])
+def test_beside_the_users_own_measurement_both_are_right(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    (lamps.path / "greenlets").write_text("[run]\nconcurrency = greenlet\n", encoding="utf-8")
+    lamps.runpytest_inprocess(SUITE)
+    alone = ours(lamps.path)
+    result = lamps.runpytest_subprocess(SUITE, "--cov=lamps", "--cov-branch", "--cov-report=json", *options)
+    assert result.ret == 0
+    missing = {file["file"]: (file["missing_lines"], file["missing_branches"]) for file in alone["files"]}
+    assert own(lamps.path) == missing
+    assert missing["lamps/guide.py"] == ([44], [])
+    if "--hri-no-cov" not in options:
+        assert ours(lamps.path) == alone
+
+
+def test_without_branches_in_the_users_measurement_branches_are_unmeasured(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(SUITE)
+    alone = ours(lamps.path)
+    result = lamps.runpytest_subprocess(SUITE, "--cov=lamps", "--cov-report=")
+    joined = ours(lamps.path)
+    assert joined["code"]["statements"] == alone["code"]["statements"]
+    assert joined["code"]["branches"] is None
+    assert joined["files"] == [file | {"missing_branches": []} for file in alone["files"]]
+    result.stdout.fnmatch_lines(
+        ["  statements * (40 of 41)*", "  branches * unmeasured: the running measurement (--cov) counts*"]
+    )
+
+
+def test_contexts_of_the_users_own_stay_his(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(SUITE)
+    alone = ours(lamps.path)
+    by_test = ("--cov=lamps", "--cov-branch", "--cov-context=test", "--cov-report=json")
+    (lamps.path / ".coveragerc").write_text("[json]\nshow_contexts = true\n", encoding="utf-8")
+    lamps.runpytest_subprocess(SUITE, *by_test)
+    assert ours(lamps.path) == alone
+    contexts = json.loads((lamps.path / "coverage.json").read_text())["files"]["lamps/guide.py"]["contexts"]
+    named = {context for line in contexts.values() for context in line if context}
+    assert named == {f"{test['nodeid']}|run" for test in report(lamps.path)["tests"]}
+
+
+def test_switched_off_it_is_unmeasured_and_never_zero_percent(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(SUITE, "--hri-no-cov")
+    written = report(lamps.path)
+    assert written["suites"][0]["code"] == {"statements": None, "branches": None}
+    assert written["code_under_test"]["measured"] is False
+    assert written["code_under_test"]["files"] == []
+    assert all(test["code"] is None for test in written["tests"])
+    result.stdout.fnmatch_lines(["  statements * unmeasured: switched off*"])
+    page = (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
+    assert '<span class="big">unmeasured</span>code under test: switched off' in page
+
+
+def test_a_measurement_that_looks_elsewhere_is_told_and_counts_nothing(lamps: pytest.Pytester) -> None:
+    (lamps.path / "other.py").write_text("ONE = 1\n", encoding="utf-8")
+    result = lamps.runpytest_subprocess(SUITE, "--cov=other", "--cov-report=")
+    assert report(lamps.path)["suites"][0]["code"]["statements"] is None
+    assert report(lamps.path)["code_under_test"]["reason"].endswith("add --cov=lamps")
+    result.stdout.fnmatch_lines(["  statements * unmeasured: the running measurement (--cov) does not*"])
+    result.stdout.no_fnmatch_line("*warnings summary*")
+
+
+def test_a_conftest_that_imports_the_code_early_changes_nothing(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(SUITE)
+    alone = ours(lamps.path)
+    conftest = lamps.path / "conftest.py"
+    conftest.write_text("import lamps.guide\n" + conftest.read_text(encoding="utf-8"), encoding="utf-8")
+    lamps.runpytest_inprocess(SUITE)
+    assert ours(lamps.path) == alone
+
+
+def test_a_waived_line_that_runs_fails_the_session_and_leaves_a_report(lamps: pytest.Pytester) -> None:
+    guide = lamps.path / "lamps" / "guide.py"
+    text = guide.read_text(encoding="utf-8").replace("return 10.0", "return 10.0  # unreachable: nobody dims")
+    guide.write_text(text, encoding="utf-8")
+    result = lamps.runpytest_inprocess(SUITE)
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(["FAILED lamps/guide.py:40: ran, though it is waived as unreachable (nobody dims)*"])
+    written = report(lamps.path)
+    assert written["reported"] == 4
+    assert written["suites"][0]["code"] == {"statements": None, "branches": None}
+
+
+def test_a_waived_line_counts_as_unreachable(lamps: pytest.Pytester) -> None:
+    guide = lamps.path / "lamps" / "guide.py"
+    text = guide.read_text(encoding="utf-8").replace('"by hand"', '"by hand"  # unreachable: done by the caretaker')
+    guide.write_text(text, encoding="utf-8")
+    result = lamps.runpytest_inprocess(SUITE, "--hri-fail-under=statements=100")
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["  statements * (40 of 41), 100.0 % of 40 reachable, 1 waiver"])

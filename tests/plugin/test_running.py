@@ -1,0 +1,147 @@
+"""A run: its report, and that it is the same however and wherever it is run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jsonschema
+import pytest
+
+from pytest_hricdv.report import schema
+from tests.plugin.project import MODES, change, nodeids, report
+
+
+def timeless(test: dict[str, Any]) -> dict[str, Any]:
+    """A test's entry without its wall clock."""
+    return {key: value for key, value in test.items() if key != "wall_s"}
+
+
+def test_a_run_is_the_same_in_every_mode_and_for_one_test_alone(lamps: pytest.Pytester) -> None:
+    reports = {}
+    for mode, options in MODES.items():
+        result = lamps.runpytest_subprocess("--hri-suite=rl", *options)
+        assert result.ret == 0, mode
+        reports[mode] = report(lamps.path)
+        jsonschema.validate(reports[mode], schema())
+    plain = reports["plain"]
+    assert [reports[mode]["workers"] for mode in MODES] == [1, 2, 1]
+    assert plain["selected"] == plain["reported"] == len(plain["tests"]) == 34
+    for other in reports.values():
+        assert [*map(timeless, other["tests"])] == [*map(timeless, plain["tests"])]
+        assert other["code_under_test"] == plain["code_under_test"]
+        for key in ("requirements", "code", "plans", "cross", "curve"):
+            assert other["suites"][0][key] == plain["suites"][0][key]
+
+    (known,) = [test for test in plain["tests"] if test["id"].startswith("rl-hall-polite-6c")]
+    assert lamps.runpytest_inprocess("--hri-suite=rl", known["nodeid"]).ret == 0
+    (alone,) = report(lamps.path)["tests"]
+    assert timeless(alone) == timeless(known)
+    assert alone["record_sha256"] == known["record_sha256"] != ""
+
+
+def test_the_report_says_what_was_judged_and_covered(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess("--hri-suite=rl").assert_outcomes(passed=32, xfailed=2, deselected=1)
+    written = report(lamps.path)
+    (suite,) = written["suites"]
+    assert {name: (t["passed"], t["failed"], t["nc"]) for name, t in suite["requirements"].items()} == {
+        "R1": (28, 0, 6),
+        "R2": (24, 2, 8),
+        "R3": (23, 0, 11),
+    }
+    assert {agent: (len(plans["covered"]), plans["total"]) for agent, plans in suite["plans"].items()} == {
+        "visitor": (7, 7),
+        "guide": (2, 2),
+    }
+    statements, branches = suite["code"]["statements"], suite["code"]["branches"]
+    assert (statements["covered"], statements["total"]) == (40, 41)
+    assert (branches["covered"], branches["total"]) == (10, 10)
+    assert suite["cross"] | {"missing": []} == {"bins": 8, "hit": 8, "impossible": 0, "missing": []}
+    assert suite["curve"][-1] == {"tests": 34, "statements": 40, "branches": 10, "plans": 9}
+    assert suite["generation"]["converged_at"] is not None
+    (guide,) = [file for file in written["code_under_test"]["files"] if file["missing_lines"]]
+    assert guide["file"] == "lamps/guide.py"
+    (line,) = guide["missing_lines"]
+    assert (lamps.path / "lamps/guide.py").read_text().splitlines()[line - 1].strip() == 'return "by hand"'
+    assert "<html" in (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
+
+
+def test_a_run_in_another_folder_of_the_project_is_the_same(
+    lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lamps.runpytest_inprocess("--hri-suite=rl", "-k", "rl-hall-polite-6c5fa14f")
+    before = report(lamps.path)["tests"]
+    below = lamps.mkdir("below")
+    monkeypatch.chdir(below)
+    result = lamps.runpytest_inprocess("--hri-suite=rl", "..", "-k", "rl-hall-polite-6c5fa14f", "--hri-strict")
+    (again,) = report(below)["tests"]
+    assert (again["id"], again["record_sha256"], again["code"]) == tuple(
+        before[0][key] for key in ("id", "record_sha256", "code")
+    )
+    result.stdout.fnmatch_lines(['*pytest "../test_lamps.py::test_lamps[[]rl-hall-polite-6c5fa14f[]]" --hri-suite=rl*'])
+
+
+def test_another_seed_runs_other_tests(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess("--hri-suite=bdi-random", "--hri-seed=0")
+    ours = {test["id"] for test in report(lamps.path)["tests"]}
+    lamps.runpytest_inprocess("--hri-suite=bdi-random", "--hri-seed=1")
+    written = report(lamps.path)
+    assert written["suites"][0]["seed"] == 1
+    assert ours.isdisjoint({test["id"] for test in written["tests"]})
+
+
+def test_several_suites_are_reported_side_by_side(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess("--hri-suite=by-hand,pseudorandom", "--hri-tests=4", "--hri-concretizations=2")
+    written = report(lamps.path)
+    assert [(suite["name"], suite["tests"]) for suite in written["suites"]] == [("by-hand", 8), ("pseudorandom", 8)]
+    assert written["selected"] == written["reported"] == 16
+    assert len({test["seed"] for test in written["tests"]}) == 16
+
+
+def test_an_exported_suite_runs_as_the_original_did(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-export=kept")
+    before = report(lamps.path)["tests"]
+    assert lamps.runpytest_inprocess("--hri-suite=kept").ret == 0
+    assert [*map(timeless, report(lamps.path)["tests"])] == [*map(timeless, before)]
+
+
+def test_junit_xml_has_the_verdicts(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess("--hri-suite=by-hand", "--junitxml=junit.xml")
+    xml = (lamps.path / "junit.xml").read_text(encoding="utf-8")
+    for name, value in (("suite", "by-hand"), ("R1", "Passed"), ("R2", "Failed"), ("R3", "NC")):
+        assert f'<property name="hri.{name}" value="{value}"' in xml
+    for test in report(lamps.path)["tests"]:
+        assert f'<property name="hri.record_sha256" value="{test["record_sha256"]}"' in xml
+
+
+def test_other_plugins_may_seed_and_draw_from_the_global_stream(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess("--hri-suite=by-hand")
+    before = report(lamps.path)["tests"]
+    change(
+        lamps.path,
+        "test_lamps.py",
+        "def test_lamps(hri_case):",
+        "import random\n\n\ndef test_lamps(hri_case):\n    random.seed()",
+    )
+    lamps.runpytest_inprocess("--hri-suite=by-hand")
+    assert [*map(timeless, report(lamps.path)["tests"])] == [*map(timeless, before)]
+
+
+def test_a_case_shared_with_other_parameters_and_fixtures_runs_for_each(lamps: pytest.Pytester) -> None:
+    change(
+        lamps.path,
+        "test_lamps.py",
+        "def test_lamps(hri_case):",
+        "import pytest\n\n\n@pytest.mark.parametrize('shop', ['north-1', 'south'])\ndef test_lamps(shop, hri_case):",
+    )
+    for options in ((), ("-n", "2")):
+        assert lamps.runpytest_inprocess("--hri-suite=by-hand", *options).ret == 0
+        written = report(lamps.path)
+        assert written["selected"] == written["reported"] == 8
+        assert len({test["nodeid"] for test in written["tests"]}) == 2 * len({test["id"] for test in written["tests"]})
+
+
+def test_tests_of_their_own_stay_out_unless_their_path_is_given(lamps: pytest.Pytester) -> None:
+    collect = ("--collect-only", "-q", "--hri-suite=by-hand")
+    assert all("[by-hand-" in nodeid for nodeid in nodeids(lamps.runpytest_inprocess(*collect)))
+    with_path = nodeids(lamps.runpytest_inprocess(*collect, "test_lamps.py"))
+    assert "test_lamps.py::test_of_their_own" in with_path

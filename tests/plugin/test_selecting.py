@@ -1,0 +1,75 @@
+"""Selecting with pytest's own means: -k, -m, --lf, node ids, paths."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.plugin.project import MODES, change, outcomes, report
+
+BRIGHT = "rl-hall-polite-6c5fa14f"
+NODE = f"test_lamps.py::test_lamps[{BRIGHT}]"
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_one_node_id(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    lamps.runpytest_inprocess("--hri-suite=rl", NODE, *options).assert_outcomes(xfailed=1)
+    written = report(lamps.path)
+    assert (written["selected"], written["reported"]) == (1, 1)
+    assert outcomes(lamps.path) == {BRIGHT: "known-violation"}
+
+
+def test_a_node_id_saved_by_an_editor_needs_no_option_with_a_suite_in_the_ini_file(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_suite = rl")
+    lamps.runpytest_inprocess(NODE).assert_outcomes(xfailed=1)
+    everything = lamps.runpytest_inprocess()
+    everything.assert_outcomes(passed=33, xfailed=2)
+    lamps.runpytest_inprocess("--hri-suite=").assert_outcomes(passed=1, skipped=1)
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_keywords_and_marks(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    change(
+        lamps.path,
+        "test_lamps.py",
+        "def test_lamps(",
+        "import pytest\n\n\n@pytest.mark.lit\ndef test_lamps(",
+    )
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nmarkers = lit: with light")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-k", "cellar", "-m", "lit", *options)
+    assert result.ret == 0
+    assert list(outcomes(lamps.path).values()) == ["passed"]
+    assert all("cellar" in name for name in outcomes(lamps.path))
+
+
+def test_a_selection_without_tests_leaves_the_last_report_alone(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess("--hri-suite=by-hand")
+    before = report(lamps.path)
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-k", "nobody")
+    assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
+    result.stdout.no_fnmatch_line("*human-robot interaction*")
+    assert report(lamps.path) == before
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_last_failed(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    strict = ("--hri-suite=rl", "--hri-strict", *options)
+    lamps.runpytest_inprocess(*strict).assert_outcomes(failed=2, passed=32)
+    failed = {name for name, outcome in outcomes(lamps.path).items() if outcome == "failed"}
+    lamps.runpytest_inprocess(*strict, "--lf").assert_outcomes(failed=2)
+    assert set(outcomes(lamps.path)) == failed
+    assert report(lamps.path)["suites"][0]["tests"] == 2
+
+
+def test_without_the_cache_everything_is_generated_and_run(lamps: pytest.Pytester) -> None:
+    for options in ((), ("-n", "2")):
+        result = lamps.runpytest_inprocess("--hri-suite=rl", "-p", "no:cacheprovider", *options)
+        assert result.ret == 0
+        assert report(lamps.path)["reported"] == 34
+    assert not (lamps.path / ".pytest_cache").exists()
+
+
+def test_two_paths(lamps: pytest.Pytester) -> None:
+    (lamps.path / "test_others.py").write_text("def test_nothing_of_ours():\n    pass\n", encoding="utf-8")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "test_others.py", "test_lamps.py")
+    result.assert_outcomes(passed=5, xfailed=1)
+    assert report(lamps.path)["selected"] == 4
