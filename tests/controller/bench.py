@@ -11,6 +11,7 @@ from controller.ports import (
     HumanReady,
     JointPose,
     LegReady,
+    Path,
     PlanningError,
     Reading,
     Request,
@@ -55,8 +56,9 @@ class ScriptedArm:
             raise PlanningError("a shelf is in the way")
         return Way(waypoints[-1], 0.0 if waypoints[-1] == self.at else MOVE_S)
 
-    def follow(self, path: Way) -> bool:
+    def follow(self, path: Path) -> bool:
         """See `controller.ports.Arm`."""
+        assert isinstance(path, Way)
         self.kernel.sleep(path.duration_s)
         if path.goal in self.held_up:
             return False

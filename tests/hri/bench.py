@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
+from itertools import count
 from pathlib import Path
 
 import conftest
@@ -18,6 +19,9 @@ from pytest_hricdv.monitor import Requirement, load_requirements
 from pytest_hricdv.testbench import Testbench
 
 ROOT = Path(conftest.__file__).parent
+RUNS = count(1)
+"""Numbers the runs of this process: each has its own share of a measurement."""
+
 UNMEASURED = NoMeasurement("not of interest here")
 LONGEST_S = 300.0 + 10.0 + 10.0
 """Limit of a run, a deadline that is open then, and one more that a reading in that time opens."""
@@ -37,7 +41,7 @@ def requirements() -> tuple[Requirement, ...]:
 
 def leg(pose: str = "111") -> list[str]:
     """The commands of a person who asks for one leg; `pose` as in the beliefs: gaze, pressure, location."""
-    gaze, pressure, location = pose
+    gaze, pressure, location = tuple(pose)
     return [
         "tell leg",
         "receivesignal",
@@ -69,7 +73,7 @@ def forcing(test: ConcreteTest, forced: Mapping[str, float]) -> ConcreteTest:
 
 def run(test: ConcreteTest, measurement: Measurement = UNMEASURED) -> CaseResult:
     """Run one test, as the plugin does."""
-    return execute(testbench(), requirements(), test, measurement, test.id)
+    return execute(testbench(), requirements(), test, measurement, f"{test.id} {next(RUNS)}")
 
 
 def suite(name: str, seed: int = 0) -> Iterator[ConcreteTest]:

@@ -1,0 +1,103 @@
+"""The suites in the real world: whatever a person does, a run comes to an end that says what happened."""
+
+from __future__ import annotations
+
+from itertools import islice
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.case import CaseResult
+from tests.hri import bench
+from tests.hri.user import HOST, pytest_run
+
+OUTCOMES = {"released", "discarded", "no-human-ready", "sensing-timeout"}
+ENDS = {"table done", "nobody asks any more", "limit"}
+
+
+def assert_whole(result: CaseResult) -> None:
+    """What holds of every run."""
+    assert result.outcome.ended in ENDS
+    assert len(result.outcome.legs) <= 4
+    assert set(result.outcome.legs) <= OUTCOMES
+    assert len(result.outcome.cross) == len(result.outcome.legs)
+    assert result.sim_s <= bench.LONGEST_S
+    assert 0.0 <= result.outcome.frozen_s <= result.sim_s
+    assert result.verdict("R4").verdict != "Failed"
+    assert len(bench.times(result, "turn_done")) == len(result.outcome.legs)
+    assert (result.outcome.ended == "table done") == (len(result.outcome.legs) == 4)
+
+
+def test_three_suites_run_on_two_workers_and_are_reported(tmp_path: Path) -> None:
+    session = pytest_run(tmp_path, HOST, "--hri-suite=by-hand,bdi-random,pseudorandom", "--hri-tests=3", "-n", "2")
+    assert session.code == 0, session.output
+    assert session.report["selected"] == session.report["reported"] == 9
+    assert [suite["name"] for suite in session.report["suites"]] == ["by-hand", "bdi-random", "pseudorandom"]
+    for suite in session.report["suites"]:
+        entries = [test for test in session.report["tests"] if test["suite"] == suite["name"]]
+        assert len(entries) == 3
+        for verdicts in suite["requirements"].values():
+            assert verdicts["passed"] + verdicts["failed"] + verdicts["nc"] == 3
+    for test in session.report["tests"]:
+        assert set(test["legs"]) <= OUTCOMES
+        assert test["sim_s"] <= bench.LONGEST_S
+        assert test["outcome"] in ("passed", "known-violation")
+
+
+@pytest.mark.parametrize("name", ["by-hand", "bdi-random", "pseudorandom"])
+def test_every_run_of_a_suite_comes_to_an_end(name: str) -> None:
+    for test in islice(bench.suite(name, seed=5), 4):
+        assert_whole(bench.run(test))
+
+
+def test_when_nobody_asks_the_robot_waits_in_peace() -> None:
+    result = bench.run(bench.concrete([]))
+    assert_whole(result)
+    assert result.outcome.ended == "nobody asks any more"
+    assert result.outcome.legs == ()
+    assert [verdict.verdict for verdict in result.verdicts] == ["NC"] * 4
+    assert result.sim_s < 10.0
+
+
+def test_silent_sensors_end_the_turn_with_a_sensing_timeout_and_the_next_one_goes_well() -> None:
+    lines = [*bench.leg(), *bench.leg()]
+    result = bench.run(bench.concrete(lines, outage_turn=1.5, sensing_timeout_s=90.0))
+    assert_whole(result)
+    assert result.outcome.legs == ("sensing-timeout", "released")
+    assert result.outcome.cross[0] == ("none", "sensing-timeout")
+    sensing_s = bench.times(result, "state", name="Sensing")[0]
+    (timeout_s,) = bench.times(result, "state", name="Timeout3")
+    assert timeout_s - sensing_s == pytest.approx(90.0, abs=0.1)
+
+
+def test_a_bored_person_does_not_answer_and_goes_on_with_the_next_leg() -> None:
+    result = bench.run(bench.concrete(["tell leg", "receivesignal", "bored", *bench.leg()]))
+    assert_whole(result)
+    assert result.outcome.legs == ("no-human-ready", "released")
+    assert result.outcome.ended == "nobody asks any more"
+
+
+def test_four_good_legs_make_a_table_on_time() -> None:
+    result = bench.run(bench.concrete(bench.leg() * 4, seed=4))
+    assert_whole(result)
+    assert result.outcome.ended == "table done"
+    (done,) = [message.fields for message in result.record.messages if message.topic == "table_done"]
+    assert result.outcome.legs == ("released",) * 4
+    assert done["released"] == 4
+    assert done["on_time"] is True
+    assert done["duration_s"] == pytest.approx(result.sim_s)
+
+
+def test_no_request_is_lost_when_it_comes_around_a_timeout() -> None:
+    for voice_s in (2.99, 3.02, 3.04, 6.03):
+        result = bench.run(bench.concrete(bench.leg(), voice_s=voice_s))
+        assert len(result.outcome.legs) == 1
+        (asked_s,), (heard_s,) = bench.times(result, "request"), bench.times(result, "state", name="Move_hand")
+        assert 0.0 <= heard_s - asked_s <= 0.05
+
+
+def test_a_person_who_waits_in_vain_for_300_s_ends_with_the_limit() -> None:
+    result = bench.run(bench.concrete(["receivesignal"] * 6))
+    assert_whole(result)
+    assert result.outcome.ended == "limit"
+    assert result.sim_s == pytest.approx(300.0)

@@ -1,0 +1,50 @@
+"""pytest as a user runs it in this repository: in a process of its own, with reports and cache in a test's folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tests.hri.bench import ROOT
+
+HOST = "tests/hri/test_table_assembly.py"
+TIMEOUT_S = 300
+
+
+@dataclass(frozen=True)
+class Session:
+    """A finished session: exit code, what it printed, and its report."""
+
+    code: int
+    output: str
+    report: dict[str, Any]
+
+    @property
+    def tests(self) -> dict[str, dict[str, Any]]:
+        """The entries of the tests by node id, without the wall time, the one thing in them that may differ."""
+        return {test["nodeid"]: {k: v for k, v in test.items() if k != "wall_s"} for test in self.report["tests"]}
+
+
+def pytest_run(folder: Path, *arguments: str) -> Session:
+    """Run pytest; learned suites are kept in `folder` for the next call."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "COV_"))}
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "pytest", "-q", "-o", f"cache_dir={folder / 'cache'}"),
+            *("-p", "no:hypothesispytest", f"--hri-report={folder / 'report'}", *arguments),
+        ],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+        check=False,
+    )
+    path = folder / "report" / "report.json"
+    report = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    return Session(done.returncode, done.stdout + done.stderr, report)
