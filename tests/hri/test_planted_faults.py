@@ -104,7 +104,7 @@ def motions(result: CaseResult) -> int:
     return begun
 
 
-@pytest.mark.parametrize(("grip_s", "verdict"), [(6.0, "Passed"), (12.0, "Failed")])
+@pytest.mark.parametrize(("grip_s", "verdict"), [(6.0, "Passed"), (12.0, "Failed"), (14.0, "Failed")])
 def test_a_person_who_grips_hand_and_leg_for_long_makes_a_release_miss_its_deadline(
     grip_s: float, verdict: str
 ) -> None:
