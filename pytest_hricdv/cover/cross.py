@@ -10,6 +10,8 @@ from pytest_hricdv.cover.source import CoverError
 
 Bin = tuple[str, ...]
 
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
 
 @dataclass(frozen=True)
 class CrossProduct:

@@ -1,0 +1,103 @@
+"""Violations: known ones do not fail the run; others fail their test with a text that says all one needs."""
+
+from __future__ import annotations
+
+import shlex
+
+import pytest
+
+from tests.plugin.project import MODES, change, outcomes, report
+
+BRIGHT = "rl-hall-polite-6c5fa14f"
+
+
+def forget(lamps: pytest.Pytester) -> None:
+    """Take the known violation out of the ini file."""
+    change(lamps.path, "pytest.ini", "hri_known_violations =\n    R2: the hall has no dimmer\n", "")
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_a_known_violation_is_reported_and_does_not_fail_the_run(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    result = lamps.runpytest_inprocess("--hri-suite=rl", "-rx", *options)
+    assert result.ret == 0
+    result.assert_outcomes(passed=32, xfailed=2)
+    result.stdout.fnmatch_lines(
+        [
+            "  R2 The lamp shall never glare * 2 known *",
+            "  R2 is known to fail: the hall has no dimmer",
+            "XFAIL test_lamps.py::*[[]rl-hall-polite-*[]] - known violation of R2 (the hall has no dimmer)",
+        ]
+    )
+    written = report(lamps.path)
+    assert written["known_violations"] == {"R2": "the hall has no dimmer"}
+    (known,) = [test for test in written["tests"] if test["id"] == BRIGHT]
+    assert known["outcome"] == "known-violation"
+    assert known["requirements"]["R2"]["verdict"] == "Failed"
+
+
+def test_a_requirement_can_be_named_as_known_on_the_command_line(lamps: pytest.Pytester) -> None:
+    forget(lamps)
+    assert lamps.runpytest_inprocess("--hri-suite=rl").ret == 1
+    result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-known=R2,R1")
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["  R2 is known to fail: named with --hri-known"])
+
+
+def test_a_known_violation_does_not_hide_another(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 1.5")
+    result = lamps.runpytest_inprocess("--hri-suite=rl", f"test_lamps.py::test_lamps[{BRIGHT}]")
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(
+        [
+            "R1 Failed: A wish shall be fulfilled within a second",
+            "  triggered at * violated at *",
+            "R2 Failed: The lamp shall never glare",
+            "  a known violation (the hall has no dimmer): it does not fail the run",
+        ]
+    )
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_a_failure_says_when_by_how_much_and_how_to_run_it_again(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-tests=12", "--hri-strict", "--tb=short", *options)
+    assert result.ret == 1
+    failed = [name for name, outcome in outcomes(lamps.path).items() if outcome == "failed"]
+    assert failed
+    result.stdout.fnmatch_lines(
+        [
+            f"*test_lamps[[]{failed[0]}[]]*",
+            "R2 Failed: The lamp shall never glare",
+            "  checked as  always(lamp_level > 0 -> lamp_level <= 80)",
+            "  source      EN 12464-1",
+            "  triggered at * s, violated at * s: lamp_level = 100 (margin -20)",
+            "what the human did (abstract test rl-hall-polite-*",
+            "  set_lamp level = 100",
+            "run it again:",
+        ]
+    )
+    result.stdout.no_fnmatch_line("*pytest_hricdv*.py*")
+    lines = result.outlines
+    command = lines[lines.index("run it again:") + 1]
+    program, *arguments = shlex.split(command)
+    assert program == "pytest"
+    again = lamps.runpytest_inprocess(*arguments, "--tb=short")
+    assert again.ret == 1
+    assert failure(again.outlines) == failure(lines)
+
+
+def failure(lines: list[str]) -> list[str]:
+    """The text of the first failing test."""
+    start = lines.index("R2 Failed: The lamp shall never glare")
+    return lines[start : lines.index("run it again:", start) + 2]
+
+
+def test_the_page_has_the_command_with_the_options_of_the_run(lamps: pytest.Pytester) -> None:
+    forget(lamps)
+    lamps.runpytest_inprocess("--hri-suite=by-hand,rl", "--hri-concretizations=2", "-k", BRIGHT)
+    assert report(lamps.path)["rerun"] == {"suite": "by-hand,rl", "options": ["--hri-concretizations=2"]}
+    page = (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
+    assert "--hri-suite=by-hand,rl --hri-seed=0 --hri-concretizations=2</pre>" in page
