@@ -180,7 +180,7 @@ class Agent:
         try:
             execute(self, intention, frame, frame.statement)
         except (EvaluationError, ArithmeticError, ValueError) as error:
-            failure.fail(self, intention, "ia_failed", str(error))
+            failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
         finally:
             self.current = None
 
@@ -253,10 +253,11 @@ class Agent:
 
     def believe(self, belief: Structure, intention: Intention | None = None) -> bool:
         """Add a belief and post its event; False if that changes nothing."""
-        if not self.beliefs.add(belief):
+        new = self.beliefs.add(belief)
+        if new is None:
             return False
         self.run.progress += 1
-        self.post("+", belief, intention)
+        self.post("+", new, intention)
         return True
 
     def disbelieve(self, belief: Structure, intention: Intention | None = None) -> bool:

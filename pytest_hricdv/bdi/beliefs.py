@@ -43,23 +43,26 @@ class BeliefBase:
         """Add a rule."""
         self._buckets.setdefault(rule.head.key, {})[rule] = rule
 
-    def add(self, belief: Structure) -> bool:
+    def add(self, belief: Structure) -> Structure | None:
         """Add a ground belief, or its annotations to the belief already held.
 
         Returns:
-            Whether anything changed: adding a belief again from the same source does not.
+            What is new: the belief, or the belief with those of its annotations that were not held; None
+            if nothing is, as when a belief is added again from the same source.
         """
         bucket = self._buckets.setdefault(belief.key, {})
         plain = belief.plain()
         held = bucket.get(plain)
         if isinstance(held, Structure):
-            if all(annot in held.annots for annot in belief.annots):
-                return False
-            bucket[plain] = held.annotated(held.annots + belief.annots)
+            new = tuple(annot for annot in belief.annots if annot not in held.annots)
+            if not new:
+                return None
+            bucket[plain] = held.annotated(held.annots + new)
+            belief = belief if len(new) == len(belief.annots) else belief.annotated(new)
         else:
             bucket[plain] = belief
         self.version += 1
-        return True
+        return belief
 
     def remove(self, belief: Structure) -> bool:
         """Remove the annotations given, sources among them; without any source left the belief goes.

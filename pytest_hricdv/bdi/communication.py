@@ -42,10 +42,12 @@ def send(agent: Agent, receiver: str, force: str, content: Term, reply_to: str =
         EvaluationError: there is no such agent or no such force.
     """
     if force not in FORCES:
-        raise EvaluationError(f"unknown illocutionary force {force}; known are {', '.join(sorted(FORCES))}")
+        raise EvaluationError(
+            f"unknown illocutionary force {force}; known are {', '.join(sorted(FORCES))}", "internal_action"
+        )
     to = agent if receiver == "self" else agent.run.agents.get(receiver)
     if to is None:
-        raise EvaluationError(f"there is no agent {receiver} to send to")
+        raise EvaluationError(f"there is no agent {receiver} to send to", "internal_action")
     number = agent.run.next_message_number()
     free = free_variables(content)
     if free:
@@ -83,12 +85,17 @@ def receive(agent: Agent, message: Message) -> None:
 
 
 def _answered(agent: Agent, question: Question, message: Message) -> None:
-    """An intention that waited for an answer goes on with it."""
-    content = message.content
+    """An intention that waited for an answer goes on with it, once all have answered that it asked."""
+    content: Term = message.content
     if message.force == "untell" and question.force == "askOne":
         content = Structure("false")
     elif isinstance(content, (Structure, ListTerm)):
         content = add_source(content, message.sender)
+    if question.asked is not None:
+        question.answers.append(content)
+        if len(question.answers) < question.asked:
+            return
+        content = ListTerm(tuple(question.answers))
     intention = question.intention
     frame = intention.frames[-1]
     trail: list[object] = []

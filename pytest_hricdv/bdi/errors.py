@@ -63,4 +63,13 @@ class BdiSyntaxError(BdiError):
 
 
 class EvaluationError(BdiError):
-    """An expression or internal action that has no value here: the goal it is in fails, the agent lives on."""
+    """An expression or internal action that has no value here: the goal it is in fails, the agent lives on.
+
+    Args:
+        message: what is wrong.
+        kind: Jason's name for the kind of failure, the value of the annotation ``error`` of the failure event.
+    """
+
+    def __init__(self, message: str, kind: str = "ia_failed") -> None:
+        super().__init__(message)
+        self.kind = kind

@@ -57,6 +57,8 @@ def instantiate(agent: Agent, term: GoalTerm, frame: Frame) -> Structure:
 
 def _literal(agent: Agent, term: GoalTerm, bindings: Bindings) -> Structure:
     literal = agent.value(term, bindings)
+    if isinstance(literal, Variable):
+        raise EvaluationError(f"variable {literal} has no value here", "body_var_without_value")
     if not isinstance(literal, Structure):
         raise EvaluationError(f"{term} is not a literal but {literal}")
     return literal
@@ -123,10 +125,7 @@ def _delete_any(agent: Agent, literal: Structure) -> None:
 def _act(agent: Agent, intention: Intention, frame: Frame, statement: Act) -> None:
     action = statement.action
     if not isinstance(action, Structure) or not action.ground:
-        value = agent.value(action, frame.unifier)
-        if not isinstance(value, Structure):
-            raise EvaluationError(f"{action} is not an action but {value}")
-        action = value
+        action = _literal(agent, action, frame.unifier)
     run = agent.run
     run.actions.append((agent.name, str(action)))
     run.progress += 1

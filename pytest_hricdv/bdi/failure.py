@@ -1,16 +1,18 @@
 """What happens when a plan cannot go on.
 
 A failed goal ``+!g`` is handled by the nearest plan for ``-!g``: its own, or that of a goal below it in the
-intention. As in Jason, a failure directly in the body of a handling plan, or of a plan for a belief event,
-is not handled: that intention is dropped with a warning, and the agent lives on.
+intention. As in Jason, a failure in the body of a handling plan or of what it calls, or directly in the body
+of a plan for a belief event, is not handled: that intention is dropped with a warning, and the agent lives on.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .intentions import ROOT_OF_ADDED_GOALS, ROOT_OF_FAILED_GOALS, Event, Intention
-from .terms import Number, String, Structure, Term
+from .errors import BdiError
+from .intentions import ROOT_OF_ADDED_GOALS, ROOT_OF_FAILED_GOALS, Event, Frame, Intention
+from .syntax import Check, Comparison, Internal, Test
+from .terms import Number, String, Structure, Term, Variable
 from .unify import unify
 
 if TYPE_CHECKING:
@@ -33,7 +35,7 @@ def fail(agent: Agent, intention: Intention, error: str, message: str, extra: tu
     annots: tuple[Term, ...] = (
         Structure("error", (Structure(error),)),
         Structure("error_msg", (String(message),)),
-        Structure("code", (String(str(statement)),)),
+        Structure("code", (_code(agent, frame),)),
         Structure("code_src", (String(place.file),)),
         Structure("code_line", (Number(place.line),)),
     )
@@ -44,6 +46,28 @@ def fail(agent: Agent, intention: Intention, error: str, message: str, extra: tu
     goal = f"{frame.sign}{frame.literal.plain()}"
     agent.run.warn(f"{agent.name}: {place}: {message}: no failure plan, the intention of {goal} is dropped")
     agent.note_end(intention)
+
+
+def _code(agent: Agent, frame: Frame) -> Term:
+    """What a plan was about to do, as a term where it is one, else as text."""
+    statement = None if frame.finished else frame.statement
+    if isinstance(statement, Internal):
+        # Not as a call, which would be taken for a function and evaluated.
+        done: object = Structure(statement.call.name, statement.call.args)  # type: ignore[arg-type]
+    else:
+        done = getattr(statement, "literal", None) or getattr(statement, "action", None)
+        done = statement.formula if isinstance(statement, Test) else done
+    try:
+        if isinstance(done, (Structure, Variable)):
+            return agent.value(done, frame.unifier)
+        if isinstance(statement, Check) and isinstance(statement.formula, Comparison):
+            left, right = (
+                agent.value(side, frame.unifier) for side in (statement.formula.left, statement.formula.right)
+            )
+            return String(f"({left} {statement.formula.operator} {right})")
+    except (BdiError, AttributeError):
+        pass  # Its arguments have no value, or are conditions: it is shown as written.
+    return String(str(statement))
 
 
 def no_applicable_plan(agent: Agent, event: Event) -> bool:
@@ -74,6 +98,7 @@ def fail_goal(agent: Agent, intention: Intention, sign: str, literal: Structure,
     annots: tuple[Term, ...] = (
         Structure("error", (Structure(error),)),
         Structure("error_msg", (String(message),)),
+        Structure("code", (literal,)),
     )
     handler = "-" + sign[1]
     if agent.library.relevant(handler, literal.key):
@@ -88,13 +113,15 @@ def _handle(agent: Agent, intention: Intention, start: int, annots: tuple[Term, 
     frames = intention.frames
     for depth in range(start, -1, -1):
         frame = frames[depth]
-        if frame.sign in ROOT_OF_ADDED_GOALS:
-            handler = "-" + frame.sign[1]
-            if agent.library.relevant(handler, frame.literal.key):
-                literal = frame.literal
-                del frames[depth:]
-                _post(agent, handler, literal, annots, intention)
-                return True
+        handler = "-" + frame.sign[1:]
+        if agent.library.relevant(handler, frame.literal.key):
+            # A plan for a failure, or for a belief that can also be lost, ends the search.
+            if frame.sign not in ROOT_OF_ADDED_GOALS:
+                return False
+            literal = frame.literal
+            del frames[depth:]
+            _post(agent, handler, literal, annots, intention)
+            return True
     return False
 
 

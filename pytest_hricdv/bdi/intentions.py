@@ -146,12 +146,24 @@ class Message:
 
 
 class Question:
-    """An intention that waits for an answer, and the term the answer is unified with."""
+    """An intention that waits for answers, and the term they are unified with.
 
-    __slots__ = ("answer", "deadline_ms", "force", "intention")
+    Args:
+        intention: who waits.
+        force: the kind of question.
+        answer: what the answer is unified with, or the list of answers when several agents were asked.
+        deadline_ms: when it stops waiting, in virtual time; None for never.
+        asked: how many agents were asked if it was a list of them, else None.
+    """
 
-    def __init__(self, intention: Intention, force: str, answer: Term, deadline_ms: float | None) -> None:
+    __slots__ = ("answer", "answers", "asked", "deadline_ms", "force", "intention")
+
+    def __init__(
+        self, intention: Intention, force: str, answer: Term, deadline_ms: float | None, asked: int | None
+    ) -> None:
         self.intention = intention
         self.force = force
         self.answer = answer
         self.deadline_ms = deadline_ms
+        self.asked = asked
+        self.answers: list[Term] = []

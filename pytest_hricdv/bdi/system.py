@@ -188,10 +188,11 @@ def _message_plans() -> tuple[Plan, ...]:
 def _prototype(entry: AgentEntry, program: Program) -> _Prototype:
     beliefs = [*program.beliefs]
     goals = [*program.goals]
+    # What the project gives comes before what the source gives: the beliefs are older, the goals earlier.
     if entry.beliefs:
-        beliefs += _option(entry, entry.beliefs, "beliefs").beliefs
+        beliefs += reversed(_option(entry, entry.beliefs, "beliefs").beliefs)
     if entry.goals:
-        goals += _option(entry, "".join(f"!{goal}." for goal in _split(entry.goals)), "goals").goals
+        goals = [*_option(entry, "".join(f"!{goal}." for goal in _split(entry.goals)), "goals").goals, *goals]
     base = BeliefBase()
     events: list[tuple[str, Structure]] = []
     library = PlanLibrary((*program.plans, *_message_plans()))

@@ -65,7 +65,7 @@ def end_waits(agent: Agent, now_ms: float) -> None:
             _end(agent, wait)
             agent.resume(wait.intention)
     for number, question in list(agent.questions.items()):
-        if question.deadline_ms is not None and question.deadline_ms <= now_ms:
-            del agent.questions[number]
+        if number in agent.questions and question.deadline_ms is not None and question.deadline_ms <= now_ms:
+            agent.questions = {each: other for each, other in agent.questions.items() if other is not question}
             unify(question.answer, Structure("timeout"), question.intention.frames[-1].unifier, [])
             agent.resume(question.intention)

@@ -245,7 +245,7 @@ def test_own_plans_for_messages_come_before_the_standard_ones(tmp_path: Path) ->
     system = system_of(
         tmp_path,
         a="!go. +!go <- .send(b, tell, p).",
-        b="+!kqml_received(S, tell, C, _) <- .print(S, \" says \", C).",
+        b='+!kqml_received(S, tell, C, _) <- .print(S, " says ", C).',
     )
     assert system.run().prints == ["[b] a says p"]
 
@@ -262,3 +262,49 @@ def test_system_can_be_loaded_from_text_paths(tmp_path: Path) -> None:
     system_of(tmp_path, a="!go. +!go <- .print(hi).")
     system = MultiAgentSystem.load(str(tmp_path / "mas.mas2j"), Environment())
     assert system.run(max_rounds=10, seed=0).prints == ["[a] hi"]
+
+
+def test_event_of_a_belief_that_is_held_carries_only_its_new_annotations(tmp_path: Path) -> None:
+    source = "p. !go. +!go <- +p[w(1)]; +p[w(2),source(bob)]. +p[source(S)] <- .print(S). +p[w(X)] <- .print(w, X)."
+    assert prints_of(tmp_path, source) == ["self", "w1", "bob"]
+
+
+def test_belief_event_without_an_applicable_plan_costs_no_cycle(tmp_path: Path) -> None:
+    source = "p(1). p(2). p(3). !go. +p(X) : X > 5 <- .print(X). +!go <- .print(go)."
+    assert system_of(tmp_path, a=source).run().rounds == 1
+
+
+def test_failure_in_what_a_failure_plan_calls_is_not_handled(tmp_path: Path) -> None:
+    source = (
+        "!s. +!s <- !b; .print(no). -!s <- .print(no). +!b <- .fail. -!b <- .print(b); !c; .print(no). +!c <- .fail."
+    )
+    result = system_of(tmp_path, a=source).run()
+    assert result.prints == ["[a] b"]
+    assert len(result.warnings) == 1
+
+
+def test_no_plan_is_selected_while_an_atomic_intention_waits(tmp_path: Path) -> None:
+    source = "!x. !y. @l[atomic] +!x <- .wait(10); +seen; .print(x). +!y : seen <- .print(late). +!y <- .print(early)."
+    assert prints_of(tmp_path, source) == ["x", "late"]
+
+
+def test_kinds_of_failure_are_named_as_jason_names_them(tmp_path: Path) -> None:
+    source = """
+    !go.
+    +!go <- !t(1); !t(2); !t(3); !t(4); !t(5); !t(6).
+    +!t(1) <- ?p(1).
+    +!t(2) <- X = 1; X > 2.
+    +!t(3) <- .nth(7, [a], X).
+    +!t(4) <- !X.
+    +!t(5) <- .send(ghost, tell, p).
+    +!t(6) <- !nowhere.
+    -!t(N)[error(E), code(C)] <- .print(E, " ", C).
+    """
+    assert prints_of(tmp_path, source) == [
+        "test_goal_failed p(1)",
+        "constraint_failed (1 > 2)",
+        "wrong_arguments .nth(7,[a],X)",
+        "body_var_without_value X",
+        "internal_action .send(ghost,tell,p)",
+        "no_relevant nowhere[source(self)]",
+    ]

@@ -101,7 +101,7 @@ def test_annotations_are_kept_in_term_order_and_once() -> None:
     assert str(parse_literal("p[source(self),b,a,b]")) == "p[a,b,source(self)]"
 
 
-@given(st.text(max_size=60) | st.text("+-!?pX(,)[]|.<-:&~@\"{};= 1\n", max_size=60))
+@given(st.text(max_size=60) | st.text('+-!?pX(,)[]|.<-:&~@"{};= 1\n', max_size=60))
 def test_parser_gives_a_program_or_a_located_error(text: str) -> None:
     _parse_or_locate(text)
 

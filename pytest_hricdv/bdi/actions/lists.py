@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from ..errors import EvaluationError
 from ..terms import ListTerm, Number, String, Structure, Term, order
 from ..unify import undo, unify
-from .registry import MANY, Invocation, Outcome, internal_action
+from .registry import MANY, WRONG, Invocation, Outcome, internal_action
 
 
 def _ordered_set(items: Iterable[Term]) -> list[Term]:
@@ -63,7 +63,7 @@ def _nth(invocation: Invocation) -> Iterator[object]:
         return
     index = int(invocation.number(0))
     if not 0 <= index < len(items):
-        raise EvaluationError(f"{invocation.call}: no item {index} in a list of {len(items)}")
+        raise EvaluationError(f"{invocation.call}: no item {index} in a list of {len(items)}", WRONG)
     if invocation.unify(2, items[index]):
         yield items[index]
 
@@ -107,7 +107,7 @@ def _range(invocation: Invocation) -> Iterator[object]:
     start, end = int(invocation.number(1)), int(invocation.number(2))
     step = int(invocation.number(3)) if len(invocation) == 4 else 1
     if step == 0:
-        raise EvaluationError(f"{invocation.call}: a range needs a step other than 0")
+        raise EvaluationError(f"{invocation.call}: a range needs a step other than 0", WRONG)
     for number in range(start, end + (1 if step > 0 else -1), step):
         if invocation.unify(0, Number(number)):
             yield number

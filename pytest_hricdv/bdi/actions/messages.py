@@ -12,23 +12,29 @@ _QUESTIONS = frozenset({"askOne", "askAll", "askHow"})
 
 @internal_action("send", 3, 5)
 def _send(invocation: Invocation) -> Outcome:
-    """``.send(Receiver, Force, Content)``; a question with a fourth argument waits there for its answer."""
+    """``.send(Receiver, Force, Content)``; a question with a fourth argument waits there for its answer.
+
+    The receiver may be a list of agents, whose answers are then a list in the order in which they came.
+    """
     to, force = invocation.value(0), text_of(invocation.value(1))
     receivers = [text_of(item) for item in to.items] if isinstance(to, ListTerm) else [text_of(to)]
     waits = force in _QUESTIONS and len(invocation) > 3
     reply_to = "" if waits or len(invocation) == 3 else invocation.text(3)
     content = invocation.value(2)
-    agent = invocation.agent
-    for receiver in receivers:
-        number = send(agent, receiver, force, content, reply_to)
-        if waits:
-            deadline_ms = agent.run.time_ms + invocation.number(4) if len(invocation) == 5 else None
-            question = Question(invocation.own_intention(), force, invocation.args[3], deadline_ms)
-            agent.questions[number] = question
-            if deadline_ms is not None:
-                agent.run.note_deadline(deadline_ms)
-            invocation.held = True
+    numbers = [send(invocation.agent, receiver, force, content, reply_to) for receiver in receivers]
+    if waits and numbers:
+        _wait_for_answers(invocation, force, numbers, len(receivers) if isinstance(to, ListTerm) else None)
     return True
+
+
+def _wait_for_answers(invocation: Invocation, force: str, numbers: list[str], asked: int | None) -> None:
+    agent = invocation.agent
+    deadline_ms = agent.run.time_ms + invocation.number(4) if len(invocation) == 5 else None
+    question = Question(invocation.own_intention(), force, invocation.args[3], deadline_ms, asked)
+    agent.questions.update(dict.fromkeys(numbers, question))
+    if deadline_ms is not None:
+        agent.run.note_deadline(deadline_ms)
+    invocation.held = True
 
 
 @internal_action("broadcast", 2)

@@ -16,6 +16,8 @@ from ..unify import Bindings, Trail, undo, unify
 if TYPE_CHECKING:
     from ..agent import Agent
 
+WRONG = "wrong_arguments"
+"""The kind of failure of an action that cannot do with the arguments it is given."""
 MANY = 1_000
 """More arguments than any action is given: no upper limit."""
 
@@ -60,7 +62,7 @@ class Invocation:
         """
         value = self.value(index)
         if not isinstance(value, Number):
-            raise EvaluationError(f"{self.call}: argument {index + 1} is not a number but {value}")
+            raise EvaluationError(f"{self.call}: argument {index + 1} is not a number but {value}", WRONG)
         return float(value)
 
     def items(self, index: int) -> tuple[Term, ...]:
@@ -71,7 +73,7 @@ class Invocation:
         """
         value = self.value(index)
         if not isinstance(value, ListTerm):
-            raise EvaluationError(f"{self.call}: argument {index + 1} is not a list but {value}")
+            raise EvaluationError(f"{self.call}: argument {index + 1} is not a list but {value}", WRONG)
         return value.items
 
     def literal(self, index: int) -> Structure:
@@ -82,7 +84,7 @@ class Invocation:
         """
         value = self.value(index)
         if not isinstance(value, Structure):
-            raise EvaluationError(f"{self.call}: argument {index + 1} is not a literal but {value}")
+            raise EvaluationError(f"{self.call}: argument {index + 1} is not a literal but {value}", WRONG)
         return value
 
     def text(self, index: int) -> str:

@@ -1,0 +1,1 @@
+price(apple,5). price(pear,1).
