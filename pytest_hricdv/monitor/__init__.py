@@ -19,6 +19,8 @@ defined. Both sides are formulas over signals and messages; times are seconds.
 Responses: `f` (as long as the antecedent holds), `eventually[a:b](f)`, `always[a:b](f)`, and `always(f) until g` (until
 g or the end of the run).
 
+The same can be built in Python, see `pytest_hricdv.monitor.build`; `str(formula)` is its text.
+
 Time is dense: signals are constant between updates, a message is there for an instant, a deadline is decided at the
 deadline. Verdicts do not depend on how finely a run is sampled, nor on what a requirement does not read.
 """
@@ -26,7 +28,7 @@ deadline. Verdicts do not depend on how finely a run is sampled, nor on what a r
 from pytest_hricdv.monitor.errors import MonitorError, RequirementError
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.monitor import MonitorSet
-from pytest_hricdv.monitor.requirement import Requirement, load_requirements, parse_formula
+from pytest_hricdv.monitor.requirement import Requirement, check_requirement, load_requirements, parse_formula
 from pytest_hricdv.monitor.verdict import Verdict, Violation
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
@@ -39,6 +41,7 @@ __all__ = [
     "Verdict",
     "Violation",
     "Vocabulary",
+    "check_requirement",
     "load_requirements",
     "parse_formula",
 ]

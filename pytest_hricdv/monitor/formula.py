@@ -2,7 +2,7 @@
 
 A formula is about a run in dense time: signals are constant between their updates, a message is there for one instant.
 Every node is a frozen dataclass that compares by value, so that equal requirements share one compiled program.
-Times are seconds.
+`str` of a node is its text in the requirement language, which parses back to an equal node. Times are seconds.
 """
 
 from __future__ import annotations
@@ -15,28 +15,38 @@ ArithmeticOperator = Literal["+", "-", "*", "/"]
 Relation = Literal["<", "<=", ">", ">=", "==", "!="]
 
 
+class Node:
+    """Any part of a formula."""
+
+    def __str__(self) -> str:
+        # Here, because the text is written by what the nodes are, so that module needs this one.
+        from pytest_hricdv.monitor.text import text_of
+
+        return text_of(self)
+
+
 # --- terms: numbers -----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
-class Number:
+class Number(Node):
     value: float
 
 
 @dataclass(frozen=True)
-class FloatName:
+class FloatName(Node):
     """A float signal, or `topic.field`: the last value of a float field."""
 
     name: str
 
 
 @dataclass(frozen=True)
-class Negative:
+class Negative(Node):
     operand: Term
 
 
 @dataclass(frozen=True)
-class Arithmetic:
+class Arithmetic(Node):
     operator: ArithmeticOperator
     left: Term
     right: Term
@@ -49,21 +59,21 @@ Term = Number | FloatName | Negative | Arithmetic
 
 
 @dataclass(frozen=True)
-class BooleanName:
+class BooleanName(Node):
     """A boolean signal, or `topic.field`: the last value of a boolean field."""
 
     name: str
 
 
 @dataclass(frozen=True)
-class On:
+class On(Node):
     """True only at an instant at which a message of the topic arrives."""
 
     topic: str
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(Node):
     """`left relation right [hysteresis h] [for d]`.
 
     With a hysteresis, once false it is true again only past the bound by `hysteresis` (same unit as the terms).
@@ -78,38 +88,38 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class Not:
+class Not(Node):
     operand: Past
 
 
 @dataclass(frozen=True)
-class And:
+class And(Node):
     left: Past
     right: Past
 
 
 @dataclass(frozen=True)
-class Or:
+class Or(Node):
     left: Past
     right: Past
 
 
 @dataclass(frozen=True)
-class Rise:
+class Rise(Node):
     """True only at an instant at which the operand turns true, at that instant or right after it."""
 
     operand: Past
 
 
 @dataclass(frozen=True)
-class Fall:
+class Fall(Node):
     """True only at an instant at which the operand turns false, at that instant or right after it."""
 
     operand: Past
 
 
 @dataclass(frozen=True)
-class Once:
+class Once(Node):
     """At time t: the operand was true somewhere in [t - end_s, t - start_s], within the run."""
 
     operand: Past
@@ -118,7 +128,7 @@ class Once:
 
 
 @dataclass(frozen=True)
-class Historically:
+class Historically(Node):
     """At time t: the operand was true all over [t - end_s, t - start_s], within the run."""
 
     operand: Past
@@ -127,14 +137,14 @@ class Historically:
 
 
 @dataclass(frozen=True)
-class Previously:
+class Previously(Node):
     """The operand as it was just before: not one sample ago, which would depend on how finely a run is sampled."""
 
     operand: Past
 
 
 @dataclass(frozen=True)
-class Since:
+class Since(Node):
     """`right` was true at some time, and `left` has been true ever since (after that time, up to now)."""
 
     left: Past
@@ -148,14 +158,14 @@ Past = BooleanName | On | Comparison | Not | And | Or | Rise | Fall | Once | His
 
 
 @dataclass(frozen=True)
-class Holds:
+class Holds(Node):
     """State response: true as long as the antecedent is; an attempt is an episode of the antecedent."""
 
     condition: Past
 
 
 @dataclass(frozen=True)
-class Eventually:
+class Eventually(Node):
     """True somewhere in [trigger + start_s, trigger + end_s]; an attempt starts when the antecedent turns true."""
 
     condition: Past
@@ -164,7 +174,7 @@ class Eventually:
 
 
 @dataclass(frozen=True)
-class AlwaysWithin:
+class AlwaysWithin(Node):
     """True all over [trigger + start_s, trigger + end_s]; an attempt starts when the antecedent turns true."""
 
     condition: Past
@@ -173,7 +183,7 @@ class AlwaysWithin:
 
 
 @dataclass(frozen=True)
-class HoldsUntil:
+class HoldsUntil(Node):
     """Weak until: true from the trigger until `release` is first true, or to the end of the run.
 
     `condition` need not hold any more at the instant of `release`.
@@ -187,7 +197,7 @@ Response = Holds | Eventually | AlwaysWithin | HoldsUntil
 
 
 @dataclass(frozen=True)
-class Formula:
+class Formula(Node):
     """`always(antecedent -> response)`."""
 
     antecedent: Past

@@ -56,6 +56,21 @@ def load_requirements(path: str | PathLike[str], vocabulary: Vocabulary) -> tupl
     return tuple(_requirement(str(path), document, name, table, vocabulary) for name, table in tables.items())
 
 
+def check_requirement(requirement: Requirement, vocabulary: Vocabulary) -> None:
+    """Check a requirement that was built in Python as its text would be checked in a file.
+
+    Raises:
+        RequirementError: an unknown name (the nearest known one is offered), a type that does not fit, or a condition
+            that could never hold where it stands; the caret stands in the formula's text.
+    """
+    read = parse_formula(requirement.text, vocabulary, FormulaSource(requirement.text, requirement.id))
+    if read != requirement.formula:
+        raise RequirementError(
+            f"requirement {requirement.id}: its text and its formula differ\n"
+            f"text:    {requirement.text}\nformula: {requirement.formula}"
+        )
+
+
 def parse_formula(text: str, vocabulary: Vocabulary, source: FormulaSource | None = None) -> Formula:
     """The formula that a text stands for.
 

@@ -10,7 +10,7 @@ Kind = type[bool] | type[float]
 
 _TEMPORAL = ("always", "eventually", "until", "since", "once", "historically", "previously")
 KEYWORDS = frozenset((*_TEMPORAL, "on", "rise", "fall", "not", "hysteresis", "for", "inf"))
-_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Vocabulary:
 
 
 def _check(what: str, name: str, kind: Kind) -> None:
-    if not _IDENTIFIER.fullmatch(name):
+    if not IDENTIFIER.fullmatch(name):
         raise ValueError(f"{what}: a name is made of letters, digits and _ and starts with no digit")
     if name in KEYWORDS:
         raise ValueError(f"{what}: this is a keyword of the requirement language; choose another name")

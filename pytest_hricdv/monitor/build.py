@@ -1,0 +1,183 @@
+"""Requirements written in Python: functions and operators that give the very formula that the text would.
+
+>>> ready = on("reading") & field("reading.gaze") & field("reading.pressure")
+>>> print(always(ready >> eventually(fall(signal("leg_held")) & (signal("leg_offset") < 0.15), 0, 10)))
+always(on(reading) & reading.gaze & reading.pressure -> eventually[0:10](fall(leg_held) & leg_offset < 0.15))
+
+`& | ~` are "and", "or", "not", and `>>` is the arrow between antecedent and response. In Python they bind more strongly
+than comparisons, so a comparison needs its parentheses; forgetting them is an error that says so. Times are seconds.
+
+Names and types are checked against a vocabulary where there is one: by `check_requirement`, or when the requirements
+are handed to a testbench.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import overload
+
+from pytest_hricdv.monitor import formula as ast
+from pytest_hricdv.monitor.operands import Condition, Implication, Name, Quantity, as_number, as_past, as_term
+from pytest_hricdv.monitor.requirement import Requirement
+from pytest_hricdv.monitor.vocabulary import IDENTIFIER
+
+__all__ = [
+    "always",
+    "equal",
+    "eventually",
+    "fall",
+    "field",
+    "historically",
+    "on",
+    "once",
+    "previously",
+    "requirement",
+    "rise",
+    "signal",
+    "since",
+    "unequal",
+]
+
+
+# --- names
+
+
+def signal(name: str) -> Name:
+    """A signal: a condition if it is a bool, a number if it is a float. Raises ValueError for what is no name."""
+    return Name(_identifier(name))
+
+
+def field(name: str) -> Name:
+    """The last value of a message's field, written `topic.field`. Raises ValueError for what is no such name."""
+    topic, _, member = name.partition(".")
+    return Name(f"{_identifier(topic)}.{_identifier(member)}")
+
+
+def on(topic: str) -> Condition:
+    """True at the instant at which a message of the topic arrives. Raises ValueError for what is no name."""
+    return Condition(ast.On(_identifier(topic)))
+
+
+# --- conditions
+
+
+def equal(left: Quantity | float, right: Quantity | float) -> Condition:
+    """`left == right`. (Python's own `==` compares the objects that formulas are built from.)"""
+    return Condition(ast.Comparison("==", as_term(left), as_term(right)))
+
+
+def unequal(left: Quantity | float, right: Quantity | float) -> Condition:
+    """`left != right`."""
+    return Condition(ast.Comparison("!=", as_term(left), as_term(right)))
+
+
+def rise(condition: Condition) -> Condition:
+    """True at the instant at which `condition` turns true."""
+    return Condition(ast.Rise(as_past(condition)))
+
+
+def fall(condition: Condition) -> Condition:
+    """True at the instant at which `condition` turns false."""
+    return Condition(ast.Fall(as_past(condition)))
+
+
+def previously(condition: Condition) -> Condition:
+    """`condition` as it was just before."""
+    return Condition(ast.Previously(as_past(condition)))
+
+
+def once(condition: Condition, start_s: float = 0.0, end_s: float = math.inf) -> Condition:
+    """`condition` was true somewhere between `end_s` and `start_s` seconds ago; without a window: ever."""
+    return Condition(ast.Once(as_past(condition), *_window(start_s, end_s)))
+
+
+def historically(condition: Condition, start_s: float = 0.0, end_s: float = math.inf) -> Condition:
+    """`condition` was true all the time between `end_s` and `start_s` seconds ago; without a window: always."""
+    return Condition(ast.Historically(as_past(condition), *_window(start_s, end_s)))
+
+
+def since(condition: Condition, start: Condition) -> Condition:
+    """`condition since start`: `start` was true, and `condition` has been ever since."""
+    return Condition(ast.Since(as_past(condition), as_past(start)))
+
+
+# --- responses and formulas
+
+
+class Lasting:
+    """`always(condition)` as a response that still needs its end."""
+
+    def __init__(self, condition: ast.Past) -> None:
+        self._condition = condition
+
+    def until(self, release: Condition) -> ast.HoldsUntil:
+        """`always(condition) until release`: from the trigger until `release`, or to the end of the run."""
+        return ast.HoldsUntil(self._condition, as_past(release))
+
+    def __repr__(self) -> str:
+        return f"<always({self._condition}), without window or until>"
+
+
+def eventually(condition: Condition, start_s: float, end_s: float) -> ast.Eventually:
+    """The response `eventually[a:b](condition)`: true somewhere from `start_s` to `end_s` after the trigger."""
+    return ast.Eventually(as_past(condition), *_window(start_s, end_s))
+
+
+@overload
+def always(what: Implication) -> ast.Formula: ...
+@overload
+def always(what: Condition) -> Lasting: ...
+@overload
+def always(what: Condition, start_s: float, end_s: float) -> ast.AlwaysWithin: ...
+def always(
+    what: Implication | Condition, start_s: float | None = None, end_s: float | None = None
+) -> ast.Formula | Lasting | ast.AlwaysWithin:
+    """As in the text: a whole formula, or a response.
+
+    `always(antecedent >> response)` is a formula. As responses, `always(condition, a, b)` says that `condition` is true
+    all over the time from `a` to `b` seconds after the trigger, and `always(condition).until(release)` until `release`.
+
+    Raises:
+        TypeError: no implication and no condition, or one end of a window only.
+        ValueError: a window that is none.
+    """
+    if isinstance(what, Implication):
+        if start_s is not None or end_s is not None:
+            raise TypeError("a window belongs to a response: always(antecedent >> always(condition, a, b))")
+        return ast.Formula(what.antecedent, what.response)
+    condition = as_past(what)
+    if start_s is None and end_s is None:
+        return Lasting(condition)
+    if start_s is None or end_s is None:
+        raise TypeError("a window has two ends: always(condition, a, b), in seconds after the trigger")
+    return ast.AlwaysWithin(condition, *_window(start_s, end_s))
+
+
+def requirement(id: str, title: str, formula: ast.Formula, source: str = "") -> Requirement:
+    """A requirement as a table of a TOML file would give it; its text is written from the formula.
+
+    Args:
+        id: such as `R1`.
+        title: what it says, in a sentence.
+        formula: what `always(antecedent >> response)` gave.
+        source: where it comes from; may be empty.
+
+    Raises:
+        TypeError: `formula` is none, for instance because the antecedent is missing.
+    """
+    if not isinstance(formula, ast.Formula):
+        raise TypeError(f"{id}: expected always(antecedent >> response), got {formula!r}")
+    return Requirement(id, title, source, str(formula), formula)
+
+
+def _identifier(name: str) -> str:
+    if not IDENTIFIER.fullmatch(name):
+        raise ValueError(f"{name!r} is no name: signal(name), on(topic), field('topic.field')")
+    return name
+
+
+def _window(start_s: float, end_s: float) -> tuple[float, float]:
+    window = as_number(start_s, "the start of a window"), as_number(end_s, "the end of a window", endless=True)
+    if window[1] < window[0]:
+        raise ValueError(f"a window from a to b needs a <= b, got {start_s} to {end_s}; times are in seconds")
+    return window

@@ -1,0 +1,186 @@
+"""What requirements written in Python are made of: conditions and numbers with operators that build formulas."""
+
+from __future__ import annotations
+
+import math
+from typing import NoReturn, overload
+
+from pytest_hricdv.monitor import formula as ast
+
+_PARENTHESES = "in Python & | ~ >> bind more strongly than comparisons: put parentheses around each, as in p & (x < 1)"
+
+
+class Condition:
+    """True or false at each time, by what has been so far."""
+
+    def __init__(self, past: ast.Past) -> None:
+        self.past = past
+
+    @overload
+    def __and__(self, other: Implication) -> Implication: ...
+    @overload
+    def __and__(self, other: Condition) -> Condition: ...
+    def __and__(self, other: Condition | Implication) -> Condition | Implication:
+        # `p & q >> r` is read as `p & (q >> r)` by Python and meant as `(p & q) >> r`.
+        if isinstance(other, Implication):
+            return Implication(ast.And(self.past, other.antecedent), other.response)
+        return Condition(ast.And(self.past, as_past(other)))
+
+    @overload
+    def __or__(self, other: Implication) -> Implication: ...
+    @overload
+    def __or__(self, other: Condition) -> Condition: ...
+    def __or__(self, other: Condition | Implication) -> Condition | Implication:
+        if isinstance(other, Implication):
+            return Implication(ast.Or(self.past, other.antecedent), other.response)
+        return Condition(ast.Or(self.past, as_past(other)))
+
+    def __invert__(self) -> Condition:
+        return Condition(ast.Not(self.past))
+
+    def __rshift__(self, response: Condition | ast.Response) -> Implication:
+        if isinstance(response, ast.Response):
+            return Implication(self.past, response)
+        return Implication(self.past, ast.Holds(as_past(response)))
+
+    def __rand__(self, other: object) -> NoReturn:
+        raise TypeError(f"{other!r} is no condition; {_PARENTHESES}")
+
+    __ror__ = __rand__
+
+    def __eq__(self, other: object) -> NoReturn:
+        raise TypeError("== compares Python objects; write equal(a, b) or unequal(a, b) for numbers, p or ~p for bools")
+
+    __hash__ = None  # type: ignore[assignment]  # nothing that cannot be compared can be a key
+
+    def __bool__(self) -> NoReturn:
+        raise TypeError("a condition is decided when a run is judged: write & | ~ for and, or, not, and no a < x < b")
+
+    def __repr__(self) -> str:
+        return f"<condition {self.past}>"
+
+
+class Bound(Condition):
+    """A comparison with `< <= > >=`, to which a hysteresis and a minimum duration can be added."""
+
+    def __init__(self, comparison: ast.Comparison) -> None:
+        super().__init__(comparison)
+        self._comparison = comparison
+
+    def hysteresis(self, width: float) -> Bound:
+        """`[hysteresis h]`: once false, true again only past the bound by `width`, in the unit of the comparison."""
+        old = self._comparison
+        width = as_number(width, "a hysteresis")
+        return Bound(ast.Comparison(old.relation, old.left, old.right, width, old.for_s))
+
+    def lasting(self, duration_s: float) -> Bound:
+        """`[for d]`: true once it has held for `duration_s` seconds."""
+        old = self._comparison
+        duration_s = as_number(duration_s, "a duration")
+        return Bound(ast.Comparison(old.relation, old.left, old.right, old.hysteresis, duration_s))
+
+
+class Quantity:
+    """A number at each time."""
+
+    def __init__(self, term: ast.Term) -> None:
+        self.term = term
+
+    def __add__(self, other: Quantity | float) -> Quantity:
+        return Quantity(ast.Arithmetic("+", self.term, as_term(other)))
+
+    def __radd__(self, other: float) -> Quantity:
+        return Quantity(ast.Arithmetic("+", as_term(other), self.term))
+
+    def __sub__(self, other: Quantity | float) -> Quantity:
+        return Quantity(ast.Arithmetic("-", self.term, as_term(other)))
+
+    def __rsub__(self, other: float) -> Quantity:
+        return Quantity(ast.Arithmetic("-", as_term(other), self.term))
+
+    def __mul__(self, other: Quantity | float) -> Quantity:
+        return Quantity(ast.Arithmetic("*", self.term, as_term(other)))
+
+    def __rmul__(self, other: float) -> Quantity:
+        return Quantity(ast.Arithmetic("*", as_term(other), self.term))
+
+    def __truediv__(self, other: Quantity | float) -> Quantity:
+        return Quantity(ast.Arithmetic("/", self.term, as_term(other)))
+
+    def __rtruediv__(self, other: float) -> Quantity:
+        return Quantity(ast.Arithmetic("/", as_term(other), self.term))
+
+    def __neg__(self) -> Quantity:
+        return Quantity(ast.Negative(self.term))
+
+    def __lt__(self, other: Quantity | float) -> Bound:
+        return Bound(ast.Comparison("<", self.term, as_term(other)))
+
+    def __le__(self, other: Quantity | float) -> Bound:
+        return Bound(ast.Comparison("<=", self.term, as_term(other)))
+
+    def __gt__(self, other: Quantity | float) -> Bound:
+        return Bound(ast.Comparison(">", self.term, as_term(other)))
+
+    def __ge__(self, other: Quantity | float) -> Bound:
+        return Bound(ast.Comparison(">=", self.term, as_term(other)))
+
+    __eq__ = Condition.__eq__
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"<number {self.term}>"
+
+
+class Name(Condition, Quantity):
+    """A signal or a field, which is a condition or a number by its place, as in the text."""
+
+    def __init__(self, name: str) -> None:
+        Condition.__init__(self, ast.BooleanName(name))
+        Quantity.__init__(self, ast.FloatName(name))
+
+    def __repr__(self) -> str:
+        return f"<name {self.past}>"
+
+
+class Implication:
+    """`antecedent >> response`, to be put into `always(...)`."""
+
+    def __init__(self, antecedent: ast.Past, response: ast.Response) -> None:
+        self.antecedent = antecedent
+        self.response = response
+
+    def _compare(self, other: object) -> NoReturn:
+        raise TypeError(f"an implication cannot be compared with {other!r}; {_PARENTHESES}")
+
+    __lt__ = __le__ = __gt__ = __ge__ = _compare
+
+
+def as_past(condition: Condition) -> ast.Past:
+    """The formula of a condition. Raises TypeError for anything else, and says what to write."""
+    if isinstance(condition, Condition):
+        return condition.past
+    raise TypeError(f"expected a condition, got {condition!r}; {_PARENTHESES}")
+
+
+def as_term(quantity: Quantity | float) -> ast.Term:
+    """The term of a number. Raises TypeError for anything else, ValueError for a number that is not finite."""
+    if isinstance(quantity, Quantity):
+        return quantity.term
+    if isinstance(quantity, int | float) and quantity < 0:
+        return ast.Negative(ast.Number(as_number(-quantity, "a number")))
+    return ast.Number(as_number(quantity, "a number"))
+
+
+def as_number(value: float, what: str, *, endless: bool = False) -> float:
+    """A float of at least 0; only if `endless` may it be infinite.
+
+    Raises:
+        TypeError: no number.
+        ValueError: negative, NaN, or infinite.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"{what}: expected a number, got {value!r}")
+    if not value >= 0 or (math.isinf(value) and not endless):
+        raise ValueError(f"{what}: expected a finite number of at least 0, got {value}")
+    return float(value)

@@ -1,0 +1,142 @@
+"""Random runs, over the case study's vocabulary and a small one, and random formulas over the small one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hypothesis import strategies as st
+
+from pytest_hricdv.monitor.formula import (
+    AlwaysWithin,
+    And,
+    Arithmetic,
+    BooleanName,
+    Comparison,
+    Eventually,
+    Fall,
+    FloatName,
+    Formula,
+    Historically,
+    Holds,
+    HoldsUntil,
+    Negative,
+    Not,
+    Number,
+    On,
+    Once,
+    Or,
+    Past,
+    Previously,
+    Response,
+    Rise,
+    Since,
+)
+from tests.monitor.offline import TICK_S, Instant, Trace
+
+Signals = Mapping[str, st.SearchStrategy[Any]]
+Messages = Mapping[str, st.SearchStrategy[dict[str, Any]]]
+
+
+@st.composite
+def traces(draw: st.DrawFn, signals: Signals, messages: Messages, last: int = 14) -> Trace:
+    first = Instant({name: draw(values) for name, values in signals.items()}, _messages(draw, messages))
+    instants = {0: first}
+    for tick in draw(st.lists(st.integers(1, last), unique=True).map(sorted)):
+        changed = draw(st.lists(st.sampled_from(sorted(signals)), unique=True, max_size=3)) if signals else []
+        instants[tick] = Instant({name: draw(signals[name]) for name in changed}, _messages(draw, messages))
+    return Trace(instants, draw(st.integers(max(instants), last + 4)))
+
+
+def _messages(draw: st.DrawFn, messages: Messages) -> tuple[tuple[str, dict[str, Any]], ...]:
+    topics = draw(st.lists(st.sampled_from(sorted(messages)), max_size=2)) if messages else []
+    return tuple((topic, draw(messages[topic])) for topic in topics)
+
+
+# --- the case study
+
+truths = st.booleans()
+readings = st.fixed_dictionaries(
+    dict.fromkeys(("gaze", "pressure", "location"), st.sampled_from([True, True, True, False]))
+)
+TABLE_SIGNALS: Signals = {
+    "leg_held": truths,
+    "leg_offset": st.sampled_from([0.0, 0.149, 0.15, 0.4]),
+    "hand_closing": truths,
+    "hand_distance": st.sampled_from([0.0, 0.049, 0.05, 0.052, 0.055, 0.3]),
+    "arm_speed": st.sampled_from([0.0, 0.001, 0.002, 0.005, 0.006, 0.1, 0.249, 0.25, 0.3]),
+}
+TABLE_MESSAGES: Messages = {"reading": readings, "request": st.just({}), "signal": st.just({}), "ready": st.just({})}
+table_traces = st.one_of(traces(TABLE_SIGNALS, TABLE_MESSAGES), traces(TABLE_SIGNALS, TABLE_MESSAGES, last=50))
+
+
+# --- random formulas
+
+SIGNALS: Signals = {
+    "p": truths,
+    "q": truths,
+    "x": st.integers(0, 4).map(float),
+    "y": st.integers(0, 4).map(float),
+}
+MESSAGES: Messages = {"a": st.just({}), "b": st.just({}), "m": st.fixed_dictionaries({"ok": truths})}
+
+terms = st.one_of(
+    st.sampled_from(["x", "y"]).map(FloatName),
+    st.integers(0, 4).map(lambda value: Number(float(value))),
+    st.builds(Arithmetic, st.sampled_from(["+", "-", "*"]), st.just(FloatName("x")), st.just(FloatName("y"))),
+    st.just(Negative(FloatName("x"))),
+)
+comparisons = st.one_of(
+    st.builds(
+        Comparison,
+        st.sampled_from(["<", "<=", ">", ">="]),
+        st.just(FloatName("x")),
+        terms,
+        st.sampled_from([0.0, 1.0, 2.0]),
+        st.sampled_from([0.0, 0.0, TICK_S, 2 * TICK_S]),
+    ),
+    st.builds(Comparison, st.sampled_from(["==", "!="]), terms, terms),
+)
+atoms: st.SearchStrategy[Past] = st.one_of(
+    st.sampled_from(["p", "q"]).map(BooleanName),
+    st.sampled_from(["a", "b"]).map(On),
+    st.just(And(On("m"), BooleanName("m.ok"))),
+    comparisons,
+)
+
+
+@st.composite
+def windows(draw: st.DrawFn, least_end: int = 0) -> tuple[float, float]:
+    start = draw(st.integers(0, 4))
+    end = draw(st.integers(max(start, least_end), 8))
+    return start * TICK_S, end * TICK_S
+
+
+def _windowed(kind: type[Once] | type[Historically], operand: Past, window: tuple[float, float]) -> Past:
+    return kind(operand, *window)
+
+
+def larger(inner: st.SearchStrategy[Past]) -> st.SearchStrategy[Past]:
+    return st.one_of(
+        st.builds(Not, inner),
+        st.builds(And, inner, inner),
+        st.builds(Or, inner, inner),
+        st.builds(Rise, inner),
+        st.builds(Fall, inner),
+        st.builds(Previously, inner),
+        st.builds(Since, inner, inner),
+        st.builds(_windowed, st.sampled_from([Once, Historically]), inner, windows()),
+        st.builds(Once, inner),
+        st.builds(Historically, inner),
+    )
+
+
+pasts = st.recursive(atoms, larger, max_leaves=5)
+responses: st.SearchStrategy[Response] = st.one_of(
+    st.builds(Holds, pasts),
+    st.builds(HoldsUntil, pasts, pasts),
+    st.builds(lambda condition, window: Eventually(condition, *window), pasts, windows(least_end=1)),
+    st.builds(lambda condition, window: AlwaysWithin(condition, *window), pasts, windows(least_end=1)),
+)
+formulas = st.builds(Formula, pasts, responses)
+small_traces = traces(SIGNALS, MESSAGES)
