@@ -2,15 +2,24 @@
 // for kqml_received come first, so a model can change any of this.
 
 +!kqml_received(Sender, tell, Content, _)
-   <- .add_nested_source(Content, Sender, Told);
-      if (.list(Told)) { for (.member(Belief, Told)) { +Belief } } else { +Told }.
+   : .literal(Content) & .ground(Content) & .add_nested_source(Content, Sender, Told)
+   <- +Told.
++!kqml_received(Sender, tell, Content, _) : .list(Content)
+   <- !kqml_tell_each(Sender, Content).
++!kqml_tell_each(_, []).
++!kqml_tell_each(Sender, [First|Others])
+   <- .add_nested_source(First, Sender, Told); +Told; !kqml_tell_each(Sender, Others).
 
 +!kqml_received(Sender, untell, Content, _)
    <- .add_nested_source(Content, Sender, Told); -Told.
 
 +!kqml_received(Sender, achieve, Content, _)
-   <- .add_nested_source(Content, Sender, Goal); !!Goal.
+   : not .list(Content) & .add_nested_source(Content, Sender, Goal)
+   <- !!Goal.
++!kqml_received(Sender, achieve, Content, _) : .list(Content)
+   <- for (.member(Each, Content)) { .add_nested_source(Each, Sender, Goal); !!Goal }.
 
+@kqml_unachieve[atomic]
 +!kqml_received(_, unachieve, Content, _)
    <- .drop_desire(Content).
 

@@ -8,7 +8,7 @@ from .failure import fail
 from .inference import first
 from .intentions import Wait
 from .syntax import Trigger
-from .terms import Number, Structure
+from .terms import ListTerm, Number, Structure
 from .unify import Trail, undo, unify
 
 if TYPE_CHECKING:
@@ -67,5 +67,6 @@ def end_waits(agent: Agent, now_ms: float) -> None:
     for number, question in list(agent.questions.items()):
         if number in agent.questions and question.deadline_ms is not None and question.deadline_ms <= now_ms:
             agent.questions = {each: other for each, other in agent.questions.items() if other is not question}
-            unify(question.answer, Structure("timeout"), question.intention.frames[-1].unifier, [])
+            answer = Structure("timeout") if question.asked is None else ListTerm(tuple(question.answers))
+            unify(question.answer, answer, question.intention.frames[-1].unifier, [])
             agent.resume(question.intention)

@@ -42,8 +42,8 @@ def _empty(invocation: Invocation) -> Outcome:
 @internal_action("concat", 2, MANY)
 def _concat(invocation: Invocation) -> Outcome:
     values = [invocation.value(index) for index in range(len(invocation) - 1)]
-    if all(isinstance(value, ListTerm) for value in values):
-        items = tuple(item for value in values if isinstance(value, ListTerm) for item in value.items)
+    if isinstance(values[0], ListTerm):
+        items = tuple(item for index in range(len(values)) for item in invocation.items(index))
         return invocation.unify(len(values), ListTerm(items))
     text = "".join(value.value if isinstance(value, String) else str(value) for value in values)
     return invocation.unify(len(values), String(text))

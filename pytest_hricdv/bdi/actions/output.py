@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from ..terms import String
+from ..terms import String, Term, Variable
 from .registry import MANY, Invocation, Outcome, internal_action
 
 
 def _text(invocation: Invocation, start: int = 0) -> str:
-    """The arguments one after the other; strings without quotes, but only outside of other terms."""
-    values = [invocation.value(index) for index in range(start, len(invocation))]
-    return "".join(value.value if isinstance(value, String) else str(value) for value in values)
+    """The arguments one after the other; strings without quotes, but only outside of other terms.
+
+    A variable without a value is marked as one, as Jason does.
+    """
+    return "".join(_shown(invocation.value(index)) for index in range(start, len(invocation)))
+
+
+def _shown(value: Term) -> str:
+    if isinstance(value, String):
+        return value.value
+    return f"{value}<no-value>" if isinstance(value, Variable) else str(value)
 
 
 @internal_action("print", 0, MANY)
