@@ -69,6 +69,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         code=("controller",),
         run=run,
         by_hand=HERE / "tests" / "hri" / "by_hand.toml",
+        requires=("sim.engine",),
         cross=CrossProduct(
             {"reading": (*POSES, "none"), "outcome": OUTCOMES},
             impossible={(pose, out): "a turn that timed out has no reading" for pose in POSES for out in OUTCOMES[2:]},

@@ -138,6 +138,7 @@ class HriCase:
     abstract: AbstractTest
     ranges: Concretization
     result: CaseResult | None = None
+    checked: bool = False
     runner: Callable[[HriCase], CaseResult] | None = None
     judge: Callable[[HriCase, CaseResult], None] | None = None
 
@@ -153,8 +154,12 @@ class HriCase:
         return self.result
 
     def check(self, result: CaseResult) -> None:
-        """Fail, once and with every violation, when a requirement failed that is not a known violation."""
+        """Fail, once and with every violation, when a requirement failed that is not a known violation.
+
+        Where a test does not call this, it is done when the test is over: no violation goes unseen.
+        """
         assert self.judge is not None, "hri_case can be checked only inside its own test"
+        self.checked = True
         self.judge(self, result)
 
     def __repr__(self) -> str:

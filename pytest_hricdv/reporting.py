@@ -68,13 +68,13 @@ class Reporting:
         if running:
             self._import_required()
         _ = self.collecting.selected  # learning takes its time, so it comes after what is quickly checked
+        if self.options.export is not None:
+            export(self.collecting.selected, self.options.export)
         if running:
             try:
                 files.prepare(self.options.report)
             except ReportError as error:
                 raise pytest.UsageError(str(error)) from None
-        if self.options.export is not None:
-            export(self.collecting.selected, self.options.export)
 
     def _import_required(self) -> None:
         for name in self.collecting.testbench.requires:

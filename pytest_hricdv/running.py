@@ -71,11 +71,12 @@ class Running:
         case = case_of(item)
         if case is None:
             return (yield)
-        case.result = None
+        case.result, case.checked = None, False
         case.runner = lambda this: self._run(this, item.nodeid)
         case.judge = lambda this, result: self._judge(this, result, item.nodeid)
         try:
-            return (yield)
+            yield
+            self._see_that_it_was_checked(case)
         finally:
             case.runner = case.judge = None
             item.user_properties.extend(junit.properties(self._entry(case, item.nodeid)))
@@ -102,6 +103,12 @@ class Running:
             what = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
         failure.add_note("\n" + terminal.aborted(describe(case, self._shown(nodeid)), what, **self._again))
         raise failure
+
+    def _see_that_it_was_checked(self, case: HriCase) -> None:
+        if case.result is None:
+            pytest.fail("the test ended without a run: call hri_case.check(hri_case.run())", pytrace=False)
+        if not case.checked:
+            case.check(case.result)
 
     def _judge(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
         failed = [verdict.requirement for verdict in result.verdicts if verdict.verdict == "Failed"]

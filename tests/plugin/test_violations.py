@@ -101,3 +101,20 @@ def test_the_page_has_the_command_with_the_options_of_the_run(lamps: pytest.Pyte
     assert report(lamps.path)["rerun"] == {"suite": "by-hand,rl", "options": ["--hri-concretizations=2"]}
     page = (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
     assert "--hri-suite=by-hand,rl --hri-seed=0 --hri-concretizations=2</pre>" in page
+
+
+def test_a_run_that_is_not_checked_by_its_test_is_checked_when_the_test_is_over(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "test_lamps.py", "hri_case.check(hri_case.run())", "hri_case.run()")
+    lamps.runpytest_inprocess("--hri-suite=by-hand").assert_outcomes(passed=3, xfailed=1)
+    strict = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-strict")
+    strict.assert_outcomes(passed=3, failed=1)
+    strict.stdout.fnmatch_lines(["R2 Failed: The lamp shall never glare"])
+
+
+def test_a_test_that_never_runs_its_case_fails(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "test_lamps.py", "hri_case.check(hri_case.run())", "assert str(hri_case)")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand")
+    result.assert_outcomes(failed=4)
+    result.stdout.fnmatch_lines(
+        ["the test ended without a run: call hri_case.check(hri_case.run())", "tests: 4 in error"]
+    )

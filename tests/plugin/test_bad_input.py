@@ -1,0 +1,235 @@
+"""Bad input: one clear message, exit code 4, nothing left behind; whether tests would run here or in workers."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.plugin.project import change
+
+SUITE = "--hri-suite=by-hand"
+ROOT = Path(__file__).parents[2]
+
+
+def short(value: object) -> str:
+    """A parameter as a part of a test's name."""
+    text = value[-1] if isinstance(value, list) else str(value)
+    return re.sub(r"[^\w.]+", "-", text)[:40].strip("-")
+
+
+def refused(lamps: pytest.Pytester, *options: str) -> str:
+    """The message with which a run is refused: printed once, without a traceback, before a report is begun."""
+    result = lamps.runpytest_inprocess(*options)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    message = result.stderr.str().strip()
+    assert message.startswith("ERROR: ")
+    assert message.count("ERROR") == 1
+    printed = message + result.stdout.str()
+    assert "Traceback" not in printed
+    assert "INTERNALERROR" not in printed
+    assert "gw0" not in printed
+    assert "human-robot interaction" not in printed
+    assert not (lamps.path / "hri-report").exists()
+    return message.removeprefix("ERROR: ")
+
+
+@pytest.fixture(params=[(), ("-n", "2")], ids=["plain", "on two workers"])
+def mode(request: pytest.FixtureRequest) -> tuple[str, ...]:
+    """Options of the run."""
+    options: tuple[str, ...] = request.param
+    return options
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--hri-suite=bdi-rand"], "suite 'bdi-rand' is no method, and there is no file or folder of that name in "),
+        (["--hri-suite=bdi-rand"], "; nearest: bdi-random"),
+        (["--hri-suite=nowhere/tests.txt"], "'nowhere/tests.txt' is no method, and there is no file or folder"),
+        (["--hri-suite=,"], "suite ',' selects nothing; known: by-hand, bdi-random, rl, pseudorandom, all"),
+        ([SUITE, "--hri-tests=0"], "--hri-tests=0: expected at least 1"),
+        ([SUITE, "--hri-tests=some"], "--hri-tests=some: expected a whole number"),
+        ([SUITE, "--hri-seed=abc"], "--hri-seed=abc: expected a whole number"),
+        ([SUITE, "--hri-seed=1.5"], "--hri-seed=1.5: expected a whole number"),
+        ([SUITE, "--hri-concretizations=0"], "--hri-concretizations=0: expected at least 1"),
+        (
+            [SUITE, "--hri-fail-under=lines=80"],
+            "--hri-fail-under=lines=80: expected KIND=PCT with KIND in statements, ",
+        ),
+        ([SUITE, "--hri-fail-under=80"], "--hri-fail-under=80: expected KIND=PCT"),
+        ([SUITE, "--hri-fail-under=plans=most"], "--hri-fail-under=plans=most: expected a percentage, got 'most'"),
+        ([SUITE, "--hri-fail-under=plans=101"], "--hri-fail-under=plans=101: expected a percentage from 0 to 100"),
+        ([SUITE, "--hri-fail-under=plans=nan"], "--hri-fail-under=plans=nan: expected a percentage from 0 to 100"),
+        ([SUITE, "--hri-known=R9"], "known violation of 'R9': no such requirement; there are R1, R2, R3"),
+        ([SUITE, "--hri-report=pytest.ini"], "pytest.ini: a file is in the way: remove it, or choose another folder"),
+        ([SUITE, "--hri-report=pytest.ini/below"], "a file is in the way"),
+        ([SUITE, "--hri-export=pytest.ini"], "pytest.ini: File exists; choose another folder"),
+    ],
+    ids=short,
+)
+def test_options(lamps: pytest.Pytester, mode: tuple[str, ...], options: list[str], told: str) -> None:
+    assert told in refused(lamps, *options, *mode)
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "told"),
+    [
+        (
+            "models/visitor.asl",
+            "<- greet; set_lamp(level, 100)",
+            "<- greet set_lamp(level, 100)",
+            "visitor.asl:4:39: expected '.' or ';', found 'set_lamp'\n"
+            "    @v3 +!wish : polite & bright <- greet set_lamp(level, 100); .send(guide, tell, asked).\n"
+            "                                          ^",
+        ),
+        ("models/lamps.mas2j", "agents:", "agent:", "lamps.mas2j:2:13: "),
+        ("models/lamps.mas2j", " usher;", "", "no agent 'usher' in this model"),
+        ("conftest.py", '"dim", "dark"', '"dim", "gloomy"', "belief 'gloomy' of the space occurs nowhere in agent"),
+        ("conftest.py", "lamps.mas2j", "lumps.mas2j", "lumps.mas2j"),
+        (
+            "requirements.toml",
+            "lamp_level > 0 ->",
+            "lamp_level > 0 =>",
+            "requirements.toml:8:34: requirement R2, column 23 of the formula: the character '=' means nothing",
+        ),
+        (
+            "requirements.toml",
+            "lamp_level <= 80",
+            "lamp_levle <= 80",
+            "    always(lamp_level > 0 -> lamp_levle <= 80)\n                             ^^^^^^^^^^\ndid you mean",
+        ),
+        ("by_hand.toml", '"d*"', '"x*"', "by_hand.toml:7:29: pattern matches no belief: 'x*'"),
+        ("lamps/guide.py", '"by hand"', '"by hand"  # unreachable', "lamps/guide.py:44: a waiver needs its reason"),
+        ("lamps/guide.py", 'return "by hand"', 'return ("by hand"', "guide.py' as Python source"),
+        (
+            "pytest.ini",
+            "R2: the hall has no dimmer",
+            "R2",
+            "hri_known_violations: 'R2': expected 'REQUIREMENT: reason'",
+        ),
+        (
+            "pytest.ini",
+            "R2: the hall",
+            "R7: the hall",
+            "known violation of 'R7': no such requirement; there are R1, R2",
+        ),
+        ("pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under = all", "=all: expected KIND=PCT"),
+    ],
+    ids=short,
+)
+def test_files(lamps: pytest.Pytester, mode: tuple[str, ...], name: str, old: str, new: str, told: str) -> None:
+    change(lamps.path, name, old, new)
+    assert told in refused(lamps, SUITE, *mode)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('name="lamps",', "", "conftest.py:15: pytest_hricdv_testbench: TypeError: Testbench.__init__() missing 1 "),
+        ('name="lamps",', "", "\n  name: a name for reports"),
+        ("        model=Model(", "        modle=Model(", "unexpected keyword argument 'modle'"),
+        (
+            "    return Testbench(",
+            "    return dict(",
+            "conftest.py:9: pytest_hricdv_testbench: returned {'name': 'lamps'",
+        ),
+        (
+            "    return Testbench(",
+            "    Testbench(",
+            "conftest.py:9: pytest_hricdv_testbench: returned None; expected a",
+        ),
+        ("    levels = (", "    levels = 1 / 0, (", "conftest.py:14: pytest_hricdv_testbench: ZeroDivisionError: div"),
+        ("import Answer, Greeting, Switched, Wish\n", "import Sign\n", "conftest.py:10: pytest_hricdv_testbench: Impo"),
+        ('code=("lamps",)', 'code="lamps"', "code is 'lamps'; expected a tuple of the names of the packages under te"),
+        ('code=("lamps",)', 'code=("lumps",)', "there is no package or module 'lumps'; name one that can be imported"),
+        (
+            "run=run,",
+            "run=None,",
+            "run is None; expected a function that runs one concrete test and returns an Outcome",
+        ),
+        ("messages=(Answer,", "messages=(int,", "message <class 'int'> is no dataclass"),
+        (
+            '{"lamp_level": float}',
+            '["lamp_level"]',
+            "signals is ['lamp_level']; expected the physical signals, name ->",
+        ),
+        ('{"lamp_level": float}', '{"lamp_level": str}', "signal 'lamp_level': expected the type bool or float, got"),
+        ('{"lamp_level": float}', '{"until": float}', "signal 'until': this is a keyword of the requirement language"),
+        (
+            "Range(0.5, 1.0",
+            "Range(0.5, -1.0",
+            "conftest.py:13: pytest_hricdv_testbench: GenerateError: range [0.5, -1]",
+        ),
+        ('HERE / "by_hand.toml"', 'HERE / "by_head.toml"', "by_head.toml, and there is no such file"),
+        ('HERE / "requirements.toml"', "HERE", "requirements is "),
+    ],
+    ids=short,
+)
+def test_testbench(lamps: pytest.Pytester, mode: tuple[str, ...], old: str, new: str, told: str) -> None:
+    change(lamps.path, "conftest.py", old, new)
+    assert told in refused(lamps, SUITE, *mode)
+
+
+def test_no_testbench(lamps: pytest.Pytester, mode: tuple[str, ...]) -> None:
+    (lamps.path / "conftest.py").unlink()
+    message = refused(lamps, SUITE, *mode)
+    assert message == (
+        f"no testbench: implement pytest_hricdv_testbench(config) in {lamps.path / 'conftest.py'} "
+        "and return a pytest_hricdv.testbench.Testbench"
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("greet\nset_lamp level - 3\n", "recorded.txt:2:1: 'set_lamp level - 3' is no command; expected "),
+        ("greet\n\n  gret\n", "recorded.txt:3:3: unknown command 'gret'; nearest: greet"),
+        ("# nothing but words\n", "recorded.txt: no tests in it; expected at least one"),
+        ("# id: a.b\ngreet\n", "recorded.txt:"),
+    ],
+    ids=short,
+)
+def test_recorded_tests(lamps: pytest.Pytester, mode: tuple[str, ...], text: str, told: str) -> None:
+    (lamps.path / "recorded.txt").write_text(text, encoding="utf-8")
+    assert told in refused(lamps, "--hri-suite=recorded.txt", *mode)
+
+
+@pytest.mark.parametrize("workers", [("-n", "2"), ("-n2",), ("-n", "auto"), ("--numprocesses=2",)])
+def test_workers_without_xdist(lamps: pytest.Pytester, workers: tuple[str, ...]) -> None:
+    told = "-n needs pytest-xdist, which is not installed or switched off: pip install pytest-xdist"
+    assert told in refused(lamps, SUITE, "-p", "no:xdist", *workers)
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_suite = by-hand")
+    assert told in refused(lamps, "-p", "no:xdist", *workers)
+
+
+def test_a_simulator_that_is_not_installed_is_told_once_before_the_run(
+    lamps: pytest.Pytester, mode: tuple[str, ...]
+) -> None:
+    change(lamps.path, "conftest.py", "run=run,", 'run=run,\n        requires=("simulator",),')
+    simulator = lamps.path / "simulator.py"
+    simulator.write_text("raise ImportError('needs PyBullet: pip install \"pytest-hricdv[sim]\"')\n", encoding="utf-8")
+    told = 'the testbench requires simulator: needs PyBullet: pip install "pytest-hricdv[sim]"'
+    assert refused(lamps, SUITE, *mode) == told
+    assert lamps.runpytest_inprocess("--collect-only", "-q", SUITE, *mode).ret == 0
+
+
+def test_the_table_says_which_extra_it_needs(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    (pytester.path / "pybullet.py").write_text("raise ImportError('not for this Python')\n", encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(pytester.path))
+    options = ("--rootdir", ROOT, "-c", ROOT / "pyproject.toml", "-p", "no:cacheprovider")
+    result = pytester.runpytest_subprocess("--hri-suite=by-hand", *options, ROOT / "tests" / "hri")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    assert 'pip install "pytest-hricdv[sim]"' in result.stderr.str()
+    assert "not for this Python" in result.stderr.str()
+    assert not (pytester.path / "hri-report").exists()
+
+
+def test_a_broken_cache_entry_is_generated_anew(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess("--collect-only", SUITE)
+    (kept,) = (lamps.path / ".pytest_cache" / "v" / "hricdv").iterdir()
+    kept.write_text('"{}"', encoding="utf-8")
+    result = lamps.runpytest_inprocess("--collect-only", SUITE)
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["hricdv: generating suite by-hand (seed 0) ..."])

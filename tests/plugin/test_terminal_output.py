@@ -1,0 +1,55 @@
+"""What stands in the terminal."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.plugin.project import MODES
+
+SUITE = "--hri-suite=rl"
+TITLE = "human-robot interaction"
+
+
+def section(result: pytest.RunResult) -> list[str]:
+    """The lines of the plugin's section, its title included."""
+    (start,) = [number for number, line in enumerate(result.outlines) if f" {TITLE} " in line]
+    (end,) = [number for number, line in enumerate(result.outlines) if line.startswith("report: ")]
+    return result.outlines[start : end + 1]
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_one_line_in_the_header_and_one_section_at_the_end(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    result = lamps.runpytest_inprocess(SUITE, *options)
+    result.stdout.fnmatch_lines(["hri: lamps, suite rl, seed 0, 34 tests"])
+    assert sum(line.startswith("hri") for line in result.outlines) == 2  # and the one that says that it is learning
+    lines = section(result)
+    assert lines[1] == "suite rl, seed 0: 34 tests"
+    assert "statements              97.6 % (40 of 41), 97.6 % of 41 reachable, 0 waivers" in map(str.strip, lines)
+    assert "  lamps/guide.py          44" in lines
+    assert "expected 34, reported 34" in lines
+    assert lines[-1] == f"report: {lamps.path / 'hri-report' / 'index.html'}"
+    assert all(len(line) <= 80 for line in lines[:-1])
+
+
+def test_a_terminal_of_sixty_columns_is_enough(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    assert all(len(line) <= 60 for line in section(lamps.runpytest_inprocess(SUITE))[:-1])
+
+
+def test_colour_only_where_it_is_asked_for(lamps: pytest.Pytester) -> None:
+    plain, coloured = (lamps.runpytest_inprocess(SUITE, *options) for options in ((), ("--color=yes",)))
+    assert "\x1b" not in plain.stdout.str()
+    assert "\x1b[32m" in coloured.stdout.str()
+
+
+def test_quiet_leaves_out_the_header_and_keeps_the_section(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(SUITE, "-q")
+    result.stdout.no_fnmatch_line("hri*:*")
+    assert section(result)[1] == "suite rl, seed 0: 34 tests"
+
+
+def test_warnings_are_errors_and_nothing_breaks(lamps: pytest.Pytester) -> None:
+    for options in ((), ("-n", "2"), ("--cov=lamps", "--cov-report=")):
+        result = lamps.runpytest_subprocess("--hri-suite=by-hand", "-W", "error", *options)
+        assert result.ret == 0
+        result.stdout.no_fnmatch_line("*warnings summary*")

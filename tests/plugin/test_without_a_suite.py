@@ -1,0 +1,69 @@
+"""Without a suite the plugin costs nothing, says nothing, and says what is missing where it is asked for."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from tests.plugin.project import MODES
+
+HEAVY = ("lark", "jinja2", "coverage", "greenlet", "numpy", "pybullet", "pytest_hricdv.bdi", "pytest_hricdv.generate")
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_the_host_test_is_skipped_with_a_word_on_how_to_run_it(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    result = lamps.runpytest_inprocess("-rs", *options)
+    assert result.ret == 0
+    result.assert_outcomes(passed=1, skipped=1)
+    result.stdout.fnmatch_lines(["SKIPPED * no suite is active: choose one with --hri-suite=NAME|PATH, or with hri_*"])
+    result.stdout.no_fnmatch_line("hri:*")
+    result.stdout.no_fnmatch_line("*human-robot interaction*")
+    assert not (lamps.path / "hri-report").exists()
+
+
+def test_loading_the_plugin_imports_nothing_heavy(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        f"""
+        import sys
+
+        def test_loaded(request):
+            assert request.config.pluginmanager.hasplugin("hricdv")
+            assert [name for name in sys.modules if name.startswith({HEAVY!r})] == []
+        """
+    )
+    result = pytester.runpytest_subprocess("-p", "no:cov", "-p", "no:hypothesispytest", "-W", "error")
+    result.assert_outcomes(passed=1)
+    assert result.stderr.str() == ""
+
+
+def test_a_project_that_does_not_use_the_plugin_sees_the_same_with_and_without_it(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("def test_one():\n    pass\n")
+
+    def lines(*options: str) -> list[str]:
+        result = pytester.runpytest_subprocess("-q", "-W", "error", *options)
+        return [line for line in result.outlines + result.errlines if " in " not in line]
+
+    assert lines() == lines("-p", "no:hricdv")
+
+
+def test_options_are_checked_even_without_a_suite(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess("--hri-seed=abc")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: --hri-seed=abc: expected a whole number"])
+
+
+def test_help_lists_options_and_ini_keys_in_one_group(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess("--help")
+    for option in ("suite", "seed", "tests", "concretizations", "report", "fail-under", "known", "export"):
+        result.stdout.fnmatch_lines([f"  --hri-{option}=*"])
+    result.stdout.fnmatch_lines(["coverage-driven verification of human-robot interaction:", "  hri_suite (string):*"])
+
+
+def test_the_plugin_imports_without_pytest_running() -> None:
+    code = "import pytest_hricdv.plugin, sys; print([n for n in sys.modules if n.startswith('pytest_hricdv.')])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "['pytest_hricdv.plugin']"
