@@ -45,6 +45,8 @@ class Agent:
         self.run = run
         self.beliefs = beliefs
         self.library = library
+        self.awake = True
+        """Whether it may have something to do; an agent that has not is left alone by the scheduler."""
         self.mailbox: deque[Message] = deque()
         self.events: deque[Event] = deque(Event(sign, literal, None) for sign, literal in events)
         self.feedback: deque[tuple[Intention, bool]] = deque()
@@ -69,6 +71,7 @@ class Agent:
         self._queries = 0
         self._intention_count = 0
         self._condition_version = -1
+        self.awake = self.has_work()
 
     # --- the reasoning cycle
 
@@ -110,6 +113,12 @@ class Agent:
         if self.waits and self.beliefs.version != self._condition_version:
             self._condition_version = self.beliefs.version
             waiting.wake_by_conditions(self)
+        self.awake = self.has_work()
+
+    def work(self, rounds: int) -> int:
+        """Do cycles while every other agent is idle, at most so many; the number done."""
+        self.cycle()
+        return 1
 
     def _select_event(self) -> Event | None:
         atomic = self._atomic

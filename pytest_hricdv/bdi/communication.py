@@ -56,6 +56,7 @@ def send(agent: Agent, receiver: str, force: str, content: Term, reply_to: str =
         content = substitute_only(content, renaming)
     sender = "self" if to is agent else agent.name
     to.mailbox.append(Message(sender, force, content, number, reply_to))
+    to.awake = True
     agent.run.progress += 1
     return number
 

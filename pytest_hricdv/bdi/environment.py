@@ -26,12 +26,14 @@ class Environment:
 
     _percepts: dict[str, dict[Structure, None]]
     _versions: dict[str, int]
+    _changes: int
 
     def __new__(cls, *args: object, **options: object) -> Self:
         # Not in __init__: a user's subclass with an __init__ of its own need not call this one.
         self = super().__new__(cls)
         self._percepts = {}
         self._versions = {}
+        self._changes = 0
         return self
 
     def execute(self, agent: str, action: Structure) -> bool:
@@ -56,7 +58,7 @@ class Environment:
         percepts = self._percepts.setdefault(agent, {})
         if percept not in percepts:
             percepts[percept] = None
-            self._versions[agent] = self._versions.get(agent, 0) + 1
+            self._note_change(agent)
 
     def remove_percept(self, agent: str, literal: str | Structure) -> bool:
         """Let an agent no longer perceive a literal.
@@ -72,18 +74,27 @@ class Environment:
         if percept not in percepts:
             return False
         del percepts[percept]
-        self._versions[agent] = self._versions.get(agent, 0) + 1
+        self._note_change(agent)
         return True
 
     def clear_percepts(self, agent: str) -> None:
         """Let an agent perceive nothing."""
         if self._percepts.get(agent):
             self._percepts[agent] = {}
-            self._versions[agent] = self._versions.get(agent, 0) + 1
+            self._note_change(agent)
 
     def percepts(self, agent: str) -> tuple[Structure, ...]:
         """What an agent perceives now, in the order added, with ``source(percept)``."""
         return tuple(self._percepts.get(agent, ()))
+
+    def _note_change(self, agent: str) -> None:
+        self._versions[agent] = self._versions.get(agent, 0) + 1
+        self._changes += 1
+
+    @property
+    def changes(self) -> int:
+        """Grows whenever what any agent perceives changes."""
+        return self._changes
 
     def version(self, agent: str) -> int:
         """Grows whenever what the agent perceives changes; 0 as long as it never has."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from . import failure
 from .actions import Invocation, call_action
 from .comparison import compare
-from .errors import BdiError, EvaluationError
+from .errors import EvaluationError
 from .inference import first, solve
 from .intentions import Frame, Intention, Loop
 from .syntax import (
@@ -126,16 +126,8 @@ def _act(agent: Agent, intention: Intention, frame: Frame, statement: Act) -> No
     action = statement.action
     if not isinstance(action, Structure) or not action.ground:
         action = _literal(agent, action, frame.unifier)
-    run = agent.run
-    run.actions.append((agent.name, str(action)))
-    run.progress += 1
-    try:
-        success = run.environment.execute(agent.name, action)
-    except Exception as error:
-        place = f"plan @{frame.plan.label} ({statement.location})"
-        what = f"action {action} raised {type(error).__name__}: {error}"
-        raise BdiError(f"agent {agent.name}, {place}: {what}") from error
-    agent.feedback.append((intention, bool(success)))
+    success = agent.run.act(agent.name, action, frame.plan, statement)
+    agent.feedback.append((intention, success))
 
 
 def _internal(agent: Agent, intention: Intention, frame: Frame, statement: Internal) -> None:

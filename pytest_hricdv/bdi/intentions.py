@@ -8,6 +8,8 @@ from .syntax import Body, For, Formula, Plan, Statement, Trigger, While
 from .terms import Structure, Term
 from .unify import Bindings
 
+TICKS_PER_MS = 10
+"""Ticks of the virtual clock: one a round, which is what Jason itself takes for one, within a factor of two."""
 ROOT_OF_ADDED_GOALS = frozenset({"+!", "+?"})
 ROOT_OF_FAILED_GOALS = frozenset({"-!", "-?"})
 
@@ -105,28 +107,28 @@ class Wait:
 
     Args:
         intention: who waits.
-        since_ms: when it began.
-        deadline_ms: when it stops waiting, in virtual time; None for never.
+        since: when it began, in ticks of the virtual clock.
+        deadline: when it stops waiting, in ticks; None for never.
         trigger: the event it waits for.
         condition: the condition it waits for.
         elapsed: what to unify the time waited with, in ms; without it, running into the deadline while
             waiting for something is a failure.
     """
 
-    __slots__ = ("condition", "deadline_ms", "elapsed", "intention", "since_ms", "trigger")
+    __slots__ = ("condition", "deadline", "elapsed", "intention", "since", "trigger")
 
     def __init__(
         self,
         intention: Intention,
-        since_ms: float,
-        deadline_ms: float | None = None,
+        since: int,
+        deadline: float | None = None,
         trigger: Trigger | None = None,
         condition: Formula | None = None,
         elapsed: Term | None = None,
     ) -> None:
         self.intention = intention
-        self.since_ms = since_ms
-        self.deadline_ms = deadline_ms
+        self.since = since
+        self.deadline = deadline
         self.trigger = trigger
         self.condition = condition
         self.elapsed = elapsed
@@ -152,18 +154,18 @@ class Question:
         intention: who waits.
         force: the kind of question.
         answer: what the answer is unified with, or the list of answers when several agents were asked.
-        deadline_ms: when it stops waiting, in virtual time; None for never.
+        deadline: when it stops waiting, in ticks of the virtual clock; None for never.
         asked: how many agents were asked if it was a list of them, else None.
     """
 
-    __slots__ = ("answer", "answers", "asked", "deadline_ms", "force", "intention")
+    __slots__ = ("answer", "answers", "asked", "deadline", "force", "intention")
 
     def __init__(
-        self, intention: Intention, force: str, answer: Term, deadline_ms: float | None, asked: int | None
+        self, intention: Intention, force: str, answer: Term, deadline: float | None, asked: int | None
     ) -> None:
         self.intention = intention
         self.force = force
         self.answer = answer
-        self.deadline_ms = deadline_ms
+        self.deadline = deadline
         self.asked = asked
         self.answers: list[Term] = []

@@ -9,60 +9,66 @@ if TYPE_CHECKING:
     from .intentions import Intention
     from .scheduler import Run
 
-QUIET_ROUNDS = 20
-"""Rounds without any change of the world before the run is checked for agents that only spin."""
+QUIET_ROUNDS = 16
+"""Rounds without any change of the world before the run is watched for agents that only spin."""
 
 
 class Quiet:
     """Notices that the agents only repeat themselves.
 
     When nothing has changed for a while and the mental states of all agents are what they were before,
-    nothing will ever change, except by time.
+    nothing will ever change, except by time. Whether anything has changed is looked at every now and then;
+    once nothing has, the states are compared after every round.
     """
 
     def __init__(self, run: Run) -> None:
         self._run = run
-        self._progress = -1
-        self._rounds = 0
+        self._due = QUIET_ROUNDS
+        self._progress = 0
         self._outlines: set[int] = set()
         self._states: set[str] = set()
+        self._progress_at_jump = -1
         self._states_at_jumps: set[str] = set()
 
-    def _still_quiet(self) -> bool:
-        if self._run.progress != self._progress:
-            self._progress = self._run.progress
-            self._rounds = 0
-            self._outlines.clear()
-            self._states.clear()
-            self._states_at_jumps.clear()
-            return False
-        return True
+    def patience(self) -> int:
+        """Rounds that may be done before :meth:`spinning` has to be asked."""
+        return self._due - self._run.rounds
 
     def spinning(self) -> bool:
         """After a round: whether the agents repeat themselves, waits for time aside."""
-        if not self._still_quiet():
+        run = self._run
+        if run.rounds < self._due:
             return False
-        self._rounds += 1
-        if self._rounds < QUIET_ROUNDS:
+        if run.progress != self._progress:
+            self._progress = run.progress
+            self._due = run.rounds + QUIET_ROUNDS
+            self._forget()
             return False
+        self._due = run.rounds + 1
         # States are long for deep intentions: they are written out only when their outline has come before.
-        outline = mental_outline(self._run)
+        outline = mental_outline(run)
         if outline not in self._outlines:
             self._outlines.add(outline)
             return False
-        state = mental_states(self._run, with_waits=False)
+        state = mental_states(run, with_waits=False)
         if state in self._states:
-            self._outlines.clear()
-            self._states.clear()
+            self._forget()
             return True
         self._states.add(state)
         return False
 
+    def _forget(self) -> None:
+        self._outlines.clear()
+        self._states.clear()
+
     def polling(self) -> bool:
         """After a jump in time: whether the agents only wait and look again, over and over."""
-        if not self._still_quiet():
+        run = self._run
+        if run.progress != self._progress_at_jump:
+            self._progress_at_jump = run.progress
+            self._states_at_jumps.clear()
             return False
-        state = mental_states(self._run, with_waits=True)
+        state = mental_states(run, with_waits=True)
         if state in self._states_at_jumps:
             return True
         self._states_at_jumps.add(state)
@@ -96,7 +102,7 @@ def mental_states(run: Run, with_waits: bool) -> str:
         parts += [_intention_text(intention) for intention in agent.intentions]
         if with_waits:
             for wait in agent.waits:
-                left = None if wait.deadline_ms is None else round(wait.deadline_ms - run.time_ms, 3)
+                left = None if wait.deadline is None else wait.deadline - run.ticks
                 parts.append(f"{left} {_intention_text(wait.intention)}")
     numbers: dict[str, int] = {}
     return re.sub(r"\b_\d+\b", lambda found: f"_{numbers.setdefault(found[0], len(numbers))}", "\n".join(parts))

@@ -1,29 +1,27 @@
 """One run of a multi-agent system: rounds, virtual time, and how a run ends.
 
 In a round every agent does one reasoning cycle, in the order of the project file, so that a run is a
-function of the models, the percepts and the seed. A round takes :data:`ROUND_MS` of virtual time; when
-nobody has anything to do before some wait is over, time jumps there.
+function of the models, the percepts and the seed. A round takes one tick of virtual time; when nobody has
+anything to do before some wait is over, time jumps there. Agents with nothing to do are not looked at, and
+an agent that is alone in having something to do may do several cycles at once, up to the next round in
+which something else could happen.
 """
 
 from __future__ import annotations
 
 import math
 import random
-from typing import TYPE_CHECKING
 
 from .agent import Agent
 from .environment import Environment
 from .errors import BdiError
+from .intentions import TICKS_PER_MS
 from .quiet import Quiet
+from .syntax import Act, Plan
 from .terms import Structure, Variable
 from .unify import unify
 from .waiting import end_waits
 
-if TYPE_CHECKING:
-    pass
-
-ROUND_MS = 0.1
-"""Virtual time of a round: what Jason itself takes for one, within a factor of two."""
 FIRST_FRESH = 100_000
 """Variables made in a run are numbered from here, those of the sources from 1."""
 
@@ -44,9 +42,10 @@ class Run:
         self.actions: list[tuple[str, str]] = []
         self.warnings: list[str] = []
         self.rounds = 0
-        self.time_ms = 0.0
-        self.earliest_deadline_ms = math.inf
-        """No wait is over before this moment."""
+        self.ticks = 0
+        """The virtual clock."""
+        self.earliest_deadline = math.inf
+        """No wait is over before this tick."""
         self.progress = 0
         """Grows with everything an agent does that another, or the user, could notice, or that it could remember."""
         self._seed = seed
@@ -55,8 +54,40 @@ class Run:
         self._ended = ""
         self._fresh = FIRST_FRESH
         self._messages = 0
+        self._seen_changes = environment.changes
 
     # --- what agents use
+
+    @property
+    def time_ms(self) -> float:
+        """Virtual time."""
+        return self.ticks / TICKS_PER_MS
+
+    def after(self, wait_ms: float) -> float:
+        """The tick at which a wait that begins now is over: waits last a whole number of ticks."""
+        if wait_ms == math.inf:
+            return math.inf
+        return self.ticks + math.ceil(round(max(0.0, wait_ms) * TICKS_PER_MS, 6))
+
+    def act(self, agent: str, action: Structure, plan: Plan, statement: Act) -> bool:
+        """Let the environment execute an action; whether it succeeded.
+
+        Raises:
+            BdiError: the environment raised an exception.
+        """
+        self.actions.append((agent, str(action)))
+        self.progress += 1
+        try:
+            success = self.environment.execute(agent, action)
+        except Exception as error:
+            place = f"plan @{plan.label} ({statement.location})"
+            what = f"action {action} raised {type(error).__name__}: {error}"
+            raise BdiError(f"agent {agent}, {place}: {what}") from error
+        if self.environment.changes != self._seen_changes:
+            self._seen_changes = self.environment.changes
+            for other in self.agents.values():
+                other.awake = other.awake or other.has_work()
+        return bool(success)
 
     def print(self, agent: str, text: str) -> None:
         """Note what an agent prints."""
@@ -109,63 +140,68 @@ class Run:
         Raises:
             BdiError: an agent cannot go on.
         """
-        agents = tuple(self.agents.values())
         quiet = Quiet(self)
         while self.rounds < max_rounds:
-            if not self._round(agents):
+            if not self._rounds(min(max_rounds - self.rounds, quiet.patience())):
                 if not self._jump():
                     return "idle"
                 if quiet.polling():
                     return "spin"
                 continue
-            self.rounds += 1
-            self.time_ms += ROUND_MS
             if self._ended:
                 return self._ended
-            if self.time_ms >= self.earliest_deadline_ms:
+            if self.ticks >= self.earliest_deadline:
                 self._end_waits()
-            if quiet.spinning():
-                if not self._jump():
-                    return "spin"
-                if quiet.polling():
-                    return "spin"
+            if quiet.spinning() and (not self._jump() or quiet.polling()):
+                return "spin"
         return "round limit"
 
-    def _round(self, agents: tuple[Agent, ...]) -> bool:
-        """One cycle of every agent that has anything to do; False if none has."""
-        busy = False
-        for agent in agents:
-            if agent.has_work():
-                busy = True
-                try:
-                    agent.cycle()
-                except RecursionError:
-                    raise BdiError(f"{agent.name}: terms nested too deeply, {agent.doing()}") from None
-        return busy
+    def _rounds(self, limit: int) -> int:
+        """At least one round, or several if only one agent has anything to do; their number, 0 if none has."""
+        agents = tuple(self.agents.values())
+        busy = [agent for agent in agents if agent.awake]
+        if not busy:
+            return 0
+        done, acting = 1, busy[0]
+        try:
+            if len(busy) == 1:
+                done = acting.work(int(min(limit, max(1, self.earliest_deadline - self.ticks))))
+                # In the last of these rounds it may have given others something to do.
+                agents = agents[agents.index(acting) + 1 :]
+            for acting in agents:
+                if acting.awake:
+                    acting.cycle()
+        except RecursionError:
+            raise BdiError(f"{acting.name}: terms nested too deeply, {acting.doing()}") from None
+        self.rounds += done
+        self.ticks += done
+        return done
 
-    def note_deadline(self, deadline_ms: float) -> None:
+    def note_deadline(self, deadline: float) -> None:
         """An intention has begun to wait until then."""
-        self.earliest_deadline_ms = min(self.earliest_deadline_ms, deadline_ms)
+        self.earliest_deadline = min(self.earliest_deadline, deadline)
 
     def _jump(self) -> bool:
         """Go to the next moment at which a wait is over; False if there is none."""
         self._find_earliest_deadline()
-        if self.earliest_deadline_ms == math.inf:
+        if self.earliest_deadline == math.inf:
             return False
-        self.time_ms = max(self.time_ms, self.earliest_deadline_ms)
+        self.ticks = max(self.ticks, int(self.earliest_deadline))
         self._end_waits()
         return True
 
     def _end_waits(self) -> None:
         for agent in self.agents.values():
             if agent.waits or agent.questions:
-                end_waits(agent, self.time_ms)
+                end_waits(agent, self.ticks)
+                agent.awake = agent.has_work()
         self._find_earliest_deadline()
 
     def _find_earliest_deadline(self) -> None:
-        self.earliest_deadline_ms = math.inf
+        self.earliest_deadline = math.inf
         for agent in self.agents.values():
-            for wait in agent.waits:
-                self.note_deadline(math.inf if wait.deadline_ms is None else wait.deadline_ms)
-            for question in agent.questions.values():
-                self.note_deadline(math.inf if question.deadline_ms is None else question.deadline_ms)
+            deadlines = [wait.deadline for wait in agent.waits]
+            deadlines += [question.deadline for question in agent.questions.values()]
+            for deadline in deadlines:
+                if deadline is not None:
+                    self.note_deadline(deadline)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from .failure import fail
 from .inference import first
-from .intentions import Wait
+from .intentions import TICKS_PER_MS, Wait
 from .syntax import Trigger
 from .terms import ListTerm, Number, Structure
 from .unify import Trail, undo, unify
@@ -49,14 +49,14 @@ def _end(agent: Agent, wait: Wait) -> None:
     """End a wait and note how long it took."""
     agent.waits.remove(wait)
     if wait.elapsed is not None:
-        elapsed = Number(round(agent.run.time_ms - wait.since_ms))
+        elapsed = Number(round((agent.run.ticks - wait.since) / TICKS_PER_MS))
         unify(wait.elapsed, elapsed, wait.intention.frames[-1].unifier, [])
 
 
-def end_waits(agent: Agent, now_ms: float) -> None:
+def end_waits(agent: Agent, now: int) -> None:
     """Let the intentions go on, or fail, whose wait is over, the earliest first."""
-    over = [wait for wait in agent.waits if wait.deadline_ms is not None and wait.deadline_ms <= now_ms]
-    for wait in sorted(over, key=lambda wait: wait.deadline_ms or 0.0):
+    over = [wait for wait in agent.waits if wait.deadline is not None and wait.deadline <= now]
+    for wait in sorted(over, key=lambda wait: wait.deadline or 0):
         waits_for_something = wait.trigger is not None or wait.condition is not None
         if waits_for_something and wait.elapsed is None:
             agent.waits.remove(wait)
@@ -65,7 +65,7 @@ def end_waits(agent: Agent, now_ms: float) -> None:
             _end(agent, wait)
             agent.resume(wait.intention)
     for number, question in list(agent.questions.items()):
-        if number in agent.questions and question.deadline_ms is not None and question.deadline_ms <= now_ms:
+        if number in agent.questions and question.deadline is not None and question.deadline <= now:
             agent.questions = {each: other for each, other in agent.questions.items() if other is not question}
             answer = Structure("timeout") if question.asked is None else ListTerm(tuple(question.answers))
             unify(question.answer, answer, question.intention.frames[-1].unifier, [])

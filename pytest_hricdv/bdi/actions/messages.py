@@ -29,11 +29,11 @@ def _send(invocation: Invocation) -> Outcome:
 
 def _wait_for_answers(invocation: Invocation, force: str, numbers: list[str], asked: int | None) -> None:
     agent = invocation.agent
-    deadline_ms = agent.run.time_ms + invocation.number(4) if len(invocation) == 5 else None
-    question = Question(invocation.own_intention(), force, invocation.args[3], deadline_ms, asked)
+    deadline = agent.run.after(invocation.number(4)) if len(invocation) == 5 else None
+    question = Question(invocation.own_intention(), force, invocation.args[3], deadline, asked)
     agent.questions.update(dict.fromkeys(numbers, question))
-    if deadline_ms is not None:
-        agent.run.note_deadline(deadline_ms)
+    if deadline is not None:
+        agent.run.note_deadline(deadline)
     invocation.held = True
 
 

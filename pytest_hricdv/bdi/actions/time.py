@@ -18,9 +18,9 @@ def _wait(invocation: Invocation) -> Outcome:
     what = invocation.args[0]
     intention = invocation.own_intention()
     value = invocation.value(0) if _is_value(what) else what
-    wait = Wait(intention, run.time_ms)
+    wait = Wait(intention, run.ticks)
     if isinstance(value, Number):
-        wait.deadline_ms = run.time_ms + max(0.0, value)
+        wait.deadline = run.after(value)
     elif isinstance(value, (String, Quoted)):
         wait.trigger = _trigger(value)
     else:
@@ -30,11 +30,11 @@ def _wait(invocation: Invocation) -> Outcome:
             return True
         wait.condition = what
     if len(invocation) > 1:
-        wait.deadline_ms = run.time_ms + invocation.number(1)
+        wait.deadline = run.after(invocation.number(1))
     if len(invocation) > 2:
         wait.elapsed = invocation.args[2]
-    if wait.deadline_ms is not None:
-        run.note_deadline(wait.deadline_ms)
+    if wait.deadline is not None:
+        run.note_deadline(wait.deadline)
     agent.waits.append(wait)
     invocation.held = True
     return True
