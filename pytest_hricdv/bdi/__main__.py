@@ -30,7 +30,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     options = _parser().parse_args(arguments)
     try:
-        result = MultiAgentSystem.load(options.file).run(max_rounds=options.max_rounds, seed=options.seed)
+        system = MultiAgentSystem.load(options.file)
+        result = system.run(max_rounds=options.max_rounds, seed=options.seed)
     except BdiError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
@@ -39,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.quiet:
         return 0
     sys.stdout.flush()
-    for warning in result.warnings:
+    for warning in (*system.warnings, *result.warnings):
         print(f"warning: {warning}", file=sys.stderr)
     print(f"ended after {result.rounds} rounds: {result.ended}", file=sys.stderr)
     return 0

@@ -11,13 +11,16 @@ from .parser import read_text
 
 _TOKEN = re.compile(
     r"(?P<skip>\s+|//[^\n]*|/\*.*?\*/)|(?P<string>\"(?:\\.|[^\"\\\n])*\")"
-    r"|(?P<word>[A-Za-z_$][\w$]*(?:[./\\-][\w$]+)*)|(?P<number>\d+(?:\.\d+)?)|(?P<sign>[{}()\[\]:;,=#])",
+    r"|(?P<word>(?:\.{0,2}/)*[A-Za-z_$][\w$]*(?:[./\\-][\w$]+)*)|(?P<number>\d+(?:\.\d+)?)|(?P<sign>[{}()\[\]:;,=#])",
     re.DOTALL,
 )
 _SECTIONS = frozenset(
     {"infrastructure", "environment", "executionControl", "agents", "classpath", "aslSourcePath", "directives"}
 )
 _AGENT_EXTRAS = frozenset({"agentArchClass", "agentClass", "beliefBaseClass", "at"})
+_SUPPORTED_OPTIONS = {"beliefs", "goals", "verbose"}
+_DEFAULTS_OF_OPTIONS = {"events": "discard", "intBels": "sameFocus", "synchronised": "false", "nrcbp": "1"}
+"""Jason's options that change nothing here as long as they say this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +44,21 @@ class AgentEntry:
 
 @dataclass(frozen=True, slots=True)
 class Project:
-    """A multi-agent system: its name, its agents in the order of their cycles, and the text they come from."""
+    """A multi-agent system.
+
+    Args:
+        name: its name.
+        agents: its agents, in the order of their cycles.
+        text: the text of the project file.
+        warnings: what in it has no effect here, each once, with its place.
+        environment: the Java class that it names as its environment, or empty.
+    """
 
     name: str
     agents: tuple[AgentEntry, ...]
     text: str
+    warnings: tuple[str, ...] = ()
+    environment: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +88,8 @@ class _Reader:
         self._tokens = list(self._scan())
         self._next = 0
         self._source_paths = [Path()]
+        self._warnings: dict[str, str] = {}
+        self._environment = ""
 
     def project(self) -> Project:
         self._expect("MAS")
@@ -90,16 +105,33 @@ class _Reader:
             if section.text == "agents":
                 seen_agents = section
                 entries += self._agents()
-            elif section.text == "aslSourcePath":
-                self._source_paths = [Path(part) for part in self._section_strings()]
             else:
-                self._section_strings()
+                self._other_section(section)
         self._expect("}")
         if self._peek().kind != "end":
             raise self._unexpected("the end of the file")
         if not entries:
             raise self._error("a project needs agents", seen_agents or self._tokens[0])
-        return Project(name, tuple(self._unique(self._located(entry) for entry in entries)), self._text)
+        agents = tuple(self._unique(self._located(entry) for entry in entries))
+        return Project(name, agents, self._text, tuple(self._warnings.values()), self._environment)
+
+    def _other_section(self, section: _Token) -> None:
+        """A section that is not about agents: the source path counts, the rest concerns Jason's Java side."""
+        first = self._peek().text
+        strings = self._section_strings()
+        if section.text == "aslSourcePath":
+            self._source_paths = [Path(part.replace("\\", "/")) for part in strings]
+        elif section.text == "environment":
+            self._environment = first
+        elif section.text == "infrastructure":
+            if first != "Centralised":
+                self._ignore(section, f"infrastructure {first}: agents always run in one process, in turn")
+        elif section.text != "classpath":
+            self._ignore(section, f"section {section.text}")
+
+    def _ignore(self, token: _Token, what: str) -> None:
+        """Warn of something that has no effect, at its first place."""
+        self._warnings.setdefault(what, f"{self._place(token)}: ignored: {what}")
 
     def _agents(self) -> list[AgentEntry]:
         entries: list[AgentEntry] = []
@@ -108,20 +140,22 @@ class _Reader:
         return entries
 
     def _agent(self) -> list[AgentEntry]:
-        token = self._take("word", "an agent's name")
-        name, count = token.text, 1
+        token = self._advance() if self._peek().kind == "string" else self._take("word", "an agent's name")
+        name, count = token.text.strip('"'), 1
         source = f"{name}.asl"
         if self._peek().kind in ("word", "string") and self._peek().text not in _AGENT_EXTRAS:
-            source = self._advance().text.strip('"')
+            source = self._advance().text.strip('"').replace("\\", "/")
+            source += "" if Path(source).suffix else ".asl"
         options: dict[str, str] = {}
         while not self._at(";"):
             if self._at("["):
                 options = self._options()
             elif self._at("#"):
                 self._advance()
-                count = int(float(self._take("number", "the number of agents").text))
+                count = self._count()
             elif self._peek().text in _AGENT_EXTRAS:
-                self._advance()
+                extra = self._advance()
+                self._ignore(extra, f"{extra.text} of agents")
                 self._skip_value()
             else:
                 raise self._unexpected("';'")
@@ -131,16 +165,25 @@ class _Reader:
         beliefs, goals = options.get("beliefs", ""), options.get("goals", "")
         return [AgentEntry(each, Path(source), place, beliefs, goals) for each in names]
 
+    def _count(self) -> int:
+        token = self._take("number", "the number of agents")
+        if not token.text.isdigit() or int(token.text) < 1:
+            raise self._error(f"expected a whole number of agents from 1, found '{token.text}'", token)
+        return int(token.text)
+
     def _options(self) -> dict[str, str]:
         options: dict[str, str] = {}
         self._expect("[")
         while True:
-            name = self._take("word", "an option's name").text
+            option = self._take("word", "an option's name")
+            name = option.text
             self._expect("=")
             value = self._advance()
             if value.kind not in ("string", "word", "number"):
                 raise self._unexpected("an option's value", value)
             options[name] = value.text[1:-1].replace('\\"', '"') if value.kind == "string" else value.text
+            if name not in _SUPPORTED_OPTIONS and options[name] != _DEFAULTS_OF_OPTIONS.get(name):
+                self._ignore(option, f"option {name} of agents")
             if not self._at(","):
                 self._expect("]")
                 return options

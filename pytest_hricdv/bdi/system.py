@@ -74,6 +74,7 @@ class MultiAgentSystem:
     def __init__(self, project: Project, prototypes: tuple[_Prototype, ...], environment: Environment) -> None:
         self._project = project
         self._prototypes = prototypes
+        self._warnings = project.warnings
         self.environment = environment
 
     @classmethod
@@ -99,12 +100,21 @@ class MultiAgentSystem:
                 check_calls(program)
                 programs[entry.source] = program
             prototypes.append(_prototype(entry, programs[entry.source]))
-        return cls(project, tuple(prototypes), environment or Environment())
+        system = cls(project, tuple(prototypes), environment or Environment())
+        if environment is None and project.environment:
+            what = f"environment {project.environment}: without a Python environment every action succeeds"
+            system._warnings += (f"{path}: ignored: {what}",)
+        return system
 
     @property
     def name(self) -> str:
         """The name of the project."""
         return self._project.name
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What in the project file has no effect here, each once, with its place."""
+        return self._warnings
 
     @property
     def agents(self) -> tuple[str, ...]:
