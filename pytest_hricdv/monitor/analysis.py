@@ -6,7 +6,7 @@ A *source* is what is fed: the name of a signal, or `on(topic)` for a topic (its
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from pytest_hricdv.monitor.formula import (
     And,
@@ -53,6 +53,15 @@ def walk(formula: Past) -> Iterator[Past]:
         yield from walk(child)
 
 
+def conjuncts(formula: Past) -> Iterator[Past]:
+    """The parts of `formula` that all have to be true for it to be true, in the order in which they are written."""
+    if isinstance(formula, And):
+        yield from conjuncts(formula.left)
+        yield from conjuncts(formula.right)
+    else:
+        yield formula
+
+
 def conditions(response: Response) -> tuple[Past, ...]:
     """The past formulas of a response."""
     release = getattr(response, "release", None)
@@ -73,10 +82,10 @@ def term_names(term: Term) -> Iterator[FloatName]:
             return
 
 
-def names_read(formula: Formula) -> dict[str, type[bool] | type[float]]:
-    """Name -> type of all signals and fields that a requirement reads, in the order in which they are written."""
+def names_of(parts: Iterable[Past]) -> dict[str, type[bool] | type[float]]:
+    """Name -> type of all signals and fields that some formulas read, in the order in which they are written."""
     kinds: dict[str, type[bool] | type[float]] = {}
-    for part in (formula.antecedent, *conditions(formula.response)):
+    for part in parts:
         for node in walk(part):
             match node:
                 case BooleanName():
@@ -88,11 +97,20 @@ def names_read(formula: Formula) -> dict[str, type[bool] | type[float]]:
     return kinds
 
 
-def topics_read(formula: Formula) -> frozenset[str]:
-    """The topics whose messages a requirement needs: named by `on(topic)` or by a field."""
-    parts = (formula.antecedent, *conditions(formula.response))
+def names_read(formula: Formula) -> dict[str, type[bool] | type[float]]:
+    """Name -> type of all signals and fields that a requirement reads, in the order in which they are written."""
+    return names_of((formula.antecedent, *conditions(formula.response)))
+
+
+def topics_of(parts: Sequence[Past]) -> frozenset[str]:
+    """The topics whose messages some formulas need: named by `on(topic)` or by a field."""
     arrivals = {node.topic for part in parts for node in walk(part) if isinstance(node, On)}
-    return frozenset(arrivals | {name.partition(".")[0] for name in names_read(formula) if "." in name})
+    return frozenset(arrivals | {name.partition(".")[0] for name in names_of(parts) if "." in name})
+
+
+def topics_read(formula: Formula) -> frozenset[str]:
+    """The topics whose messages a requirement needs."""
+    return topics_of((formula.antecedent, *conditions(formula.response)))
 
 
 def is_instantaneous(formula: Past) -> bool:

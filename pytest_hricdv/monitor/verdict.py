@@ -32,6 +32,23 @@ class Violation:
 
 
 @dataclass(frozen=True)
+class NearestMiss:
+    """When the antecedent of a requirement that was never triggered came nearest to holding.
+
+    Attributes:
+        time_s: the first time at which the fewest of its conjuncts failed, and the one that failed alone by the least
+            distance (s).
+        missing: the texts of the conjuncts that failed then, or had no value yet; the others held.
+        distance: how far the one that failed alone was from holding, in the unit of its comparison and with its
+            hysteresis; None if several failed or it compares nothing.
+    """
+
+    time_s: float
+    missing: tuple[str, ...]
+    distance: float | None
+
+
+@dataclass(frozen=True)
 class Verdict:
     """One requirement's verdict on a run.
 
@@ -53,6 +70,7 @@ class Verdict:
             least time left to the deadline when it was satisfied (s), 0.0 if missed. None if nothing was compared.
             It is a figure beside the verdict: at 0.0 the comparison's own `<` or `<=` decides.
         margin_time_s: when the margin occurred first (s).
+        nearest_miss: if the antecedent never held: how near it came (see `miss.explained`, which adds this).
     """
 
     requirement: str
@@ -65,11 +83,14 @@ class Verdict:
     violations: tuple[Violation, ...]
     margin: float | None
     margin_time_s: float | None
+    nearest_miss: NearestMiss | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The same as plain data for JSON: dicts, lists, numbers, strings."""
         plain = asdict(self)
         plain["violations"] = list(plain["violations"])
+        if self.nearest_miss is not None:
+            plain["nearest_miss"]["missing"] = list(self.nearest_miss.missing)
         return plain
 
 

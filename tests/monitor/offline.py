@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from pytest_hricdv.monitor.analysis import names_of, walk
 from pytest_hricdv.monitor.formula import (
     AlwaysWithin,
     And,
@@ -76,6 +77,22 @@ def tick_of(position: int) -> int:
 
 def first_position(tick: float) -> int:
     return 1 + 2 * round(tick)
+
+
+def flattened(formula: Past) -> list[Past]:
+    return [*flattened(formula.left), *flattened(formula.right)] if isinstance(formula, And) else [formula]
+
+
+def compares(formula: Past) -> bool:
+    match formula:
+        case Comparison(for_s=0):
+            return True
+        case Not():
+            return compares(formula.operand)
+        case And() | Or():
+            return compares(formula.left) or compares(formula.right)
+        case _:
+            return False
 
 
 class Offline:
@@ -190,6 +207,40 @@ class Offline:
                 return max(self.distance(f.left, p), self.distance(f.right, p))
             case _:
                 return math.inf if self.truth(f)[p] else -math.inf
+
+    # --- why not
+
+    def nearest_miss(self, antecedent: Past) -> tuple[float, list[str], float | None]:
+        """Tick, missing conjuncts, and the distance of the one that is missing alone."""
+        parts = flattened(antecedent)
+        truths = [self.truth(part) for part in parts]
+        found = []
+        for p in range(1, self.end + 1):
+            held = [truth[p] and self.is_known(part, p) for part, truth in zip(parts, truths, strict=True)]
+            missing = [part for part, holds in zip(parts, held, strict=True) if not holds]
+            alone = -self.distance_to_return(missing[0], p) if len(missing) == 1 else math.inf
+            alone = alone if len(missing) == 1 and compares(missing[0]) else math.inf
+            found.append((len(missing), alone, p, missing))
+        _, alone, p, missing = min(found, key=lambda each: each[:3])
+        return tick_of(p), [str(part) for part in missing], alone if math.isfinite(alone) else None
+
+    def is_known(self, f: Past, p: int) -> bool:
+        """A field is unknown before its first message, except where the formula asks for the message as well."""
+        guarded = any(isinstance(node, On) for node in walk(f))
+        return guarded or all("." not in name or name in self.values[p] for name in names_of([f]))
+
+    def distance_to_return(self, f: Past, p: int, wanted: bool = True) -> float:
+        match f:
+            case Comparison(for_s=0):
+                return self.distance(f, p) - (f.hysteresis if wanted else 0.0)
+            case Not():
+                return -self.distance_to_return(f.operand, p, not wanted)
+            case And():
+                return min(self.distance_to_return(part, p, wanted) for part in (f.left, f.right))
+            case Or():
+                return max(self.distance_to_return(part, p, wanted) for part in (f.left, f.right))
+            case _:
+                return self.distance(f, p)
 
     # --- attempts
 

@@ -8,25 +8,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
+from pytest_hricdv.monitor import Requirement, Verdict
 from pytest_hricdv.monitor.formula import Formula
+from tests.monitor.logs import run
 from tests.monitor.offline import TICK_S, Instant, Offline, Opinion, Trace
 from tests.monitor.strategies import formulas, small_traces, table_traces
 from tests.monitor.vocabulary import R1, R2, R3, R4
 
 RUNS = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-
-
-def run(formula: Formula, trace: Trace, shift_s: float = 0.0) -> Verdict:
-    monitors = MonitorSet([Requirement("R", "", "", "", formula)])
-    for tick, instant in sorted(trace.instants.items()):
-        time_s = tick * TICK_S + shift_s
-        for name, value in instant.signals.items():
-            monitors.signal(time_s, name, value)
-        for topic, fields in instant.messages:
-            monitors.message(time_s, topic, fields)
-    [verdict] = monitors.finish(trace.last * TICK_S + shift_s)
-    return verdict
 
 
 def opinion(verdict: Verdict) -> Opinion:

@@ -162,6 +162,7 @@ def test_a_verdict_is_plain_data_in_json() -> None:
         ],
         "margin": 0.0,
         "margin_time_s": 11.0,
+        "nearest_miss": None,
     }
 
 

@@ -1,0 +1,47 @@
+"""Random runs as logs, and judged by the monitors that run along."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
+from pytest_hricdv.monitor.formula import Formula
+from pytest_hricdv.monitor.log import Log
+from tests.monitor.offline import TICK_S, Trace, Value
+
+
+@dataclass(frozen=True)
+class Logged:
+    """A message of a log."""
+
+    time_s: float
+    topic: str
+    fields: Mapping[str, Value]
+
+
+def log_of(trace: Trace, shift_s: float = 0.0) -> Log:
+    """The trace as it would have been recorded."""
+    signals: dict[str, tuple[list[float], list[float]]] = {}
+    messages = []
+    for tick, instant in sorted(trace.instants.items()):
+        time_s = tick * TICK_S + shift_s
+        for name, value in instant.signals.items():
+            times, values = signals.setdefault(name, ([], []))
+            times.append(time_s)
+            values.append(float(value))
+        messages += [Logged(time_s, topic, fields) for topic, fields in instant.messages]
+    return Log(signals, messages, trace.last * TICK_S + shift_s)
+
+
+def run(formula: Formula, trace: Trace, shift_s: float = 0.0) -> Verdict:
+    """The verdict of a monitor that is fed the trace."""
+    monitors = MonitorSet([Requirement("R", "", "", "", formula)])
+    for tick, instant in sorted(trace.instants.items()):
+        time_s = tick * TICK_S + shift_s
+        for name, value in instant.signals.items():
+            monitors.signal(time_s, name, value)
+        for topic, fields in instant.messages:
+            monitors.message(time_s, topic, fields)
+    [verdict] = monitors.finish(trace.last * TICK_S + shift_s)
+    return verdict

@@ -1,0 +1,117 @@
+"""Why a requirement was not checked: when its antecedent came nearest, what was missing, by how much."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+
+from pytest_hricdv.monitor import MonitorSet, Requirement
+from pytest_hricdv.monitor.formula import Formula
+from pytest_hricdv.monitor.log import Log
+from pytest_hricdv.monitor.miss import explained, nearest_miss
+from pytest_hricdv.monitor.verdict import NearestMiss
+from tests.monitor.logs import Logged, log_of, run
+from tests.monitor.offline import TICK_S, Offline, Trace
+from tests.monitor.strategies import formulas, small_traces, table_traces
+from tests.monitor.vocabulary import R1, R2, R3, R4, requirement
+
+Series = tuple[Sequence[float], Sequence[float]]
+
+
+def reading(time_s: float, gaze: bool, pressure: bool, location: bool) -> Logged:
+    return Logged(time_s, "reading", {"gaze": gaze, "pressure": pressure, "location": location})
+
+
+def missed(text: str, end_s: float = 10.0, messages: Sequence[Logged] = (), **signals: Series) -> NearestMiss:
+    return nearest_miss(requirement(text).formula.antecedent, Log(signals, messages, end_s))
+
+
+def test_the_conjunct_that_failed_alone_is_named_with_its_time() -> None:
+    log = Log(
+        {}, [reading(3.0, True, False, False), reading(5.0, True, False, True), reading(8.0, False, True, True)], 9
+    )
+    assert nearest_miss(R1.formula.antecedent, log) == NearestMiss(5.0, ("reading.pressure",), None)
+
+
+def test_of_several_times_the_least_distance_counts_then_the_first() -> None:
+    x: Series = ([0.0, 1.0, 2.0, 3.0, 4.0], [2.0, 1.5, 1.25, 1.5, 1.25])
+    assert missed("always(x < 1 -> p)", x=x) == NearestMiss(2.0, ("x < 1",), 0.25)
+    p: Series = ([0.0, 3.0], [0.0, 1.0])
+    assert missed("always(x < 1 & p -> p)", x=x, p=p) == NearestMiss(4.0, ("x < 1",), 0.25)
+
+
+def test_a_comparison_at_its_bound_was_missed_by_nothing() -> None:
+    assert missed("always(x < 1 -> p)", x=([0.0], [1.0])) == NearestMiss(0.0, ("x < 1",), 0.0)
+
+
+def test_the_distance_counts_the_hysteresis_that_is_in_the_way() -> None:
+    x: Series = ([0.0, 1.0], [0.0, 0.003])
+    miss = missed("always(x > 0.001 [hysteresis 0.004] -> p)", x=x)
+    assert (miss.time_s, miss.missing) == (1.0, ("x > 0.001 [hysteresis 0.004]",))
+    assert miss.distance == pytest.approx(0.002)
+    negated = missed("always(!(x < 1 [hysteresis 0.5]) -> p)", x=([0.0], [0.75]))
+    assert negated == NearestMiss(0.0, ("!(x < 1 [hysteresis 0.5])",), 0.25)
+
+
+def test_several_that_failed_together_have_no_distance() -> None:
+    miss = missed("always(p & x < 1 & q -> p)", p=([0.0], [0.0]), q=([0.0], [1.0]), x=([0.0], [4.0]))
+    assert miss == NearestMiss(0.0, ("p", "x < 1"), None)
+
+
+def test_without_any_message_the_antecedent_was_missing_as_a_whole() -> None:
+    miss = nearest_miss(R1.formula.antecedent, Log({"leg_held": ([0.5], [1.0])}, [], 9.0))
+    assert miss == NearestMiss(0.5, ("on(reading)", "reading.gaze", "reading.pressure", "reading.location"), None)
+
+
+def test_a_miss_may_come_when_a_window_closes() -> None:
+    p: Series = ([0.0, 2.0, 3.0], [0.0, 1.0, 0.0])
+    q: Series = ([0.0, 1.0], [1.0, 0.0])
+    assert missed("always(once[0:0.5](q) & once[5:9](p) -> p)", p=p, q=q).time_s == 0.0
+    assert missed("always(once[5:6](p) & x > 1 -> p)", p=p, x=([0.0], [0.0])) == NearestMiss(7.0, ("x > 1",), 1.0)
+
+
+def test_a_conjunct_that_is_guarded_by_another_is_no_error() -> None:
+    miss = missed("always(y != 0 & x / y > 1 -> p)", x=([0.0], [1.0]), y=([0.0], [0.0]))
+    assert miss.missing == ("y != 0", "x / y > 1")
+
+
+def test_only_what_was_never_triggered_is_explained() -> None:
+    log = Log({"hand_closing": ([0.0], [0.0]), "hand_distance": ([0.0], [1.0])}, [reading(1.0, True, True, True)], 2.0)
+    monitors = MonitorSet([R1, R3])
+    for name, value in [("hand_closing", False), ("hand_distance", 1.0), ("leg_held", True), ("leg_offset", 0.0)]:
+        monitors.signal(0.0, name, value)
+    monitors.message(1.0, "reading", {"gaze": True, "pressure": True, "location": True})
+    pending, unchecked = explained(monitors.finish(2.0), (R1, R3), log)
+    assert (pending.verdict, pending.attempts, pending.nearest_miss) == ("NC", 1, None)
+    assert unchecked.nearest_miss == NearestMiss(0.0, ("hand_closing",), None)
+    assert unchecked.to_json()["nearest_miss"] == {"time_s": 0.0, "missing": ["hand_closing"], "distance": None}
+    assert pending.to_json()["nearest_miss"] is None
+
+
+SEARCHES = settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+
+
+def agrees(formula: Formula, trace: Trace) -> None:
+    assume(run(formula, trace).vacuous)
+    miss = nearest_miss(formula.antecedent, log_of(trace))
+    tick, missing, distance = Offline(trace).nearest_miss(formula.antecedent)
+    assert (miss.time_s, list(miss.missing)) == (tick * TICK_S, missing)
+    assert miss.distance == pytest.approx(distance, abs=1e-12)
+    assert miss.missing
+    assert miss.distance is None or (miss.distance >= 0 and math.isfinite(miss.distance))
+
+
+@given(formula=formulas, trace=small_traces)
+@SEARCHES
+def test_a_random_formula_is_missed_as_the_offline_evaluator_says(formula: Formula, trace: Trace) -> None:
+    agrees(formula, trace)
+
+
+@pytest.mark.parametrize("watched", [R1, R2, R3, R4], ids=lambda watched: watched.id)
+@given(trace=table_traces)
+@settings(SEARCHES, max_examples=50, suppress_health_check=list(HealthCheck))
+def test_the_case_study_is_missed_as_the_offline_evaluator_says(watched: Requirement, trace: Trace) -> None:
+    agrees(watched.formula, trace)
