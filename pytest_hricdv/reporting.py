@@ -153,7 +153,7 @@ class Reporting:
     def _loss(self) -> list[str]:
         """Tests that left no trace: whatever took them away, the session must not look as if all were well."""
         lost = len(self.chosen.keys() - self.entries.keys() - self.reasons.keys())
-        return [f"no word of {lost} of {len(self.chosen)} tests: a worker must have lost them"] if lost else []
+        return [f"{lost} of {len(self.chosen)} tests left no result: a worker or a plugin lost them"] if lost else []
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """One section at the end."""

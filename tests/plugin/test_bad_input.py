@@ -29,7 +29,7 @@ def refused(lamps: pytest.Pytester, *options: str) -> str:
     printed = message + result.stdout.str()
     assert "Traceback" not in printed
     assert "INTERNALERROR" not in printed
-    assert "gw0" not in printed
+    assert "node down" not in printed
     assert "human-robot interaction" not in printed
     assert not (lamps.path / "hri-report").exists()
     return message.removeprefix("ERROR: ")

@@ -141,3 +141,13 @@ def test_a_run_that_is_interrupted_leaves_its_report(lamps: pytest.Pytester) -> 
     written = report(lamps.path)
     assert written["selected"] == 4
     assert written["not_run"] >= 1
+
+
+def test_a_test_that_leaves_no_trace_fails_the_session(lamps: pytest.Pytester) -> None:
+    hook = '\n\ndef pytest_runtest_protocol(item):\n    return "cellar" in item.name or None\n'
+    change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", f"LIMIT_S = 60.0\n{hook}")
+    for options in ((), ("-n", "2")):
+        result = lamps.runpytest_inprocess(SUITE, *options)
+        assert result.ret == 1
+        result.stdout.fnmatch_lines(["FAILED 1 of 4 tests left no result: a worker or a plugin lost them"])
+        assert report(lamps.path)["not_run"] == 1

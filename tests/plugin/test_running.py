@@ -145,3 +145,11 @@ def test_tests_of_their_own_stay_out_unless_their_path_is_given(lamps: pytest.Py
     assert all("[by-hand-" in nodeid for nodeid in nodeids(lamps.runpytest_inprocess(*collect)))
     with_path = nodeids(lamps.runpytest_inprocess(*collect, "test_lamps.py"))
     assert "test_lamps.py::test_of_their_own" in with_path
+
+
+def test_the_report_goes_where_it_is_asked_to(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-report=out/of/here")
+    folder = lamps.path / "out" / "of" / "here"
+    assert sorted(path.name for path in folder.iterdir()) == ["index.html", "report.json"]
+    result.stdout.fnmatch_lines([f"report: {folder / 'index.html'}"])
+    assert not (lamps.path / "hri-report").exists()
