@@ -10,7 +10,7 @@ from pytest_hricdv.cover.measure import Measurement
 from pytest_hricdv.cover.source import Bits
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize
-from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict, Vocabulary
+from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Verdict, Vocabulary, explained
 from pytest_hricdv.runtime import Bus, Kernel, Record, Recorder
 from pytest_hricdv.runtime.record import Value
 from pytest_hricdv.testbench import Outcome, Testbench, TestbenchError
@@ -122,8 +122,10 @@ def execute(
         raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
     if testbench.cross is not None:
         testbench.cross.check(outcome.cross)
-    verdicts = monitors.finish(kernel.now_s)
-    return CaseResult(test, outcome, recorder.finish(), kernel.now_s, verdicts, measurement.take(context))
+    record = recorder.finish()
+    log = Log(record.signals, record.messages, kernel.now_s)
+    verdicts = explained(monitors.finish(kernel.now_s), requirements, log)
+    return CaseResult(test, outcome, record, kernel.now_s, verdicts, measurement.take(context))
 
 
 @dataclass(repr=False)

@@ -64,6 +64,7 @@ def measured(result: CaseResult | None, code: CodeMap | None, requirements: Sequ
 def _verdict(verdict: Verdict | None) -> Entry:
     if verdict is None:
         return {"verdict": "NC", "triggers": 0, "violations": [], "pending": 0, "margin": None}
+    miss = verdict.nearest_miss
     return {
         "verdict": verdict.verdict,
         "triggers": verdict.attempts,
@@ -73,6 +74,7 @@ def _verdict(verdict: Verdict | None) -> Entry:
         "pending": verdict.pending,
         "margin": verdict.margin,
         "margin_time_s": verdict.margin_time_s,
+        "nearest_miss": miss and {"time_s": miss.time_s, "missing": list(miss.missing), "distance": miss.distance},
         "violations": [
             {"trigger_s": v.trigger_s, "time_s": v.time_s, "values": dict(v.values), "margin": v.margin}
             for v in verdict.violations

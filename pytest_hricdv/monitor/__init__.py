@@ -27,21 +27,26 @@ deadline. Verdicts do not depend on how finely a run is sampled, nor on what a r
 
 from pytest_hricdv.monitor.errors import MonitorError, RequirementError
 from pytest_hricdv.monitor.formula import Formula
+from pytest_hricdv.monitor.log import Log
+from pytest_hricdv.monitor.miss import explained
 from pytest_hricdv.monitor.monitor import MonitorSet
 from pytest_hricdv.monitor.requirement import Requirement, check_requirement, load_requirements, parse_formula
-from pytest_hricdv.monitor.verdict import Verdict, Violation
+from pytest_hricdv.monitor.verdict import NearestMiss, Verdict, Violation
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 __all__ = [
     "Formula",
+    "Log",
     "MonitorError",
     "MonitorSet",
+    "NearestMiss",
     "Requirement",
     "RequirementError",
     "Verdict",
     "Violation",
     "Vocabulary",
     "check_requirement",
+    "explained",
     "load_requirements",
     "parse_formula",
 ]

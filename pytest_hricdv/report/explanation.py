@@ -9,6 +9,7 @@ from pytest_hricdv.report.rerun import command
 
 _MAX_VIOLATIONS = 3
 _MAX_ACTIONS = 14
+_MAX_MISSING = 6
 
 
 def failure(
@@ -85,6 +86,18 @@ def counts(verdict: Mapping[str, Any]) -> str:
     return f"{triggers}: {told}" if told else triggers
 
 
+def nearest_miss(found: Mapping[str, Any]) -> str:
+    """Why nothing was checked, in a line: `nearest at 41.2 s: only reading.pressure was missing`."""
+    missing: Sequence[str] = found["missing"]
+    shown = ", ".join(missing[:_MAX_MISSING])
+    if len(missing) > _MAX_MISSING:
+        shown += f" and {len(missing) - _MAX_MISSING} more"
+    only = "only " if len(missing) == 1 else ""
+    verb = "was" if len(missing) == 1 else "were"
+    distance = f", by {quantity(found['distance'])}" if found["distance"] is not None else ""
+    return f"nearest at {seconds(found['time_s'])}: {only}{shown} {verb} missing{distance}"
+
+
 def _requirement(name: str, test: Mapping[str, Any], described: Mapping[str, Any], known: str | None) -> Iterator[str]:
     verdict = _verdict(test, name)
     title = f": {described['title']}" if described.get("title") else ""
@@ -116,6 +129,9 @@ def _rest(test: Mapping[str, Any], failed: Sequence[str]) -> Iterator[str]:
         told = (f"{name} {_verdict(test, name)['verdict']}" for name in others)
         note = " (NC: not checked, nothing triggered it)" if _any_unchecked(test) else ""
         yield f"others:  {', '.join(told)}{note}"
+    for name in others:
+        if _verdict(test, name).get("nearest_miss"):
+            yield f"         {name} {nearest_miss(_verdict(test, name)['nearest_miss'])}"
 
 
 def _course(test: Mapping[str, Any]) -> Iterator[str]:

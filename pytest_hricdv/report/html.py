@@ -44,6 +44,7 @@ def _environment() -> jinja2.Environment:
         quantity=figure.quantity,
         violation=explanation.violation,
         counts=explanation.counts,
+        nearest_miss=explanation.nearest_miss,
         anchor=_anchor,
         times=totals.times,
         outcome=_OUTCOME_WORDS.__getitem__,

@@ -12,7 +12,7 @@ OUTCOMES = ("passed", "failed", "known-violation", "error", "not-run")
 
 @dataclass(frozen=True)
 class Tally:
-    """One requirement over one suite: tests by verdict, triggers over all tests, and the nearest miss.
+    """One requirement over one suite: tests by verdict, triggers over all tests, and the least margin.
 
     `known` is the reason why its violation is known, empty where it is not or where the run is strict.
     `margin` is the least over the suite's tests, in the requirement's own unit; `margin_test` had it.

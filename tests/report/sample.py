@@ -148,6 +148,7 @@ def judged(outcome: str, margin: float) -> dict[str, Any]:
     """A verdict with its counts, and one violation where it failed."""
     violation = {"trigger_s": 41.25, "time_s": 51.5, "values": {"hand_distance": 0.03}, "margin": -0.02}
     failed = outcome == "Failed"
+    miss = {"time_s": 41.25, "missing": ["reading.pressure"], "distance": None}
     return {
         "verdict": outcome,
         "triggers": 0 if outcome == "NC" else 2,
@@ -157,6 +158,7 @@ def judged(outcome: str, margin: float) -> dict[str, Any]:
         "pending": 0,
         "margin": None if outcome == "NC" else -0.02 if failed else margin,
         "margin_time_s": None if outcome == "NC" else 51.5,
+        "nearest_miss": miss if outcome == "NC" else None,
         "violations": [violation] if failed else [],
     }
 

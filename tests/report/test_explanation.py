@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.report import failure
+from pytest_hricdv.report.explanation import nearest_miss
 from pytest_hricdv.report.rerun import command
 from tests.report import sample
 
@@ -55,7 +56,23 @@ def test_a_test_that_is_still_running_has_a_text() -> None:
 def test_an_unchecked_requirement_is_explained() -> None:
     test = _failing("R3")
     test["requirements"]["R1"] = sample.judged("NC", 0)
-    assert "R1 NC, R2 Passed, R4 Passed (NC: not checked, nothing triggered it)" in failure(test, REQUIREMENTS, seed=0)
+    text = failure(test, REQUIREMENTS, seed=0)
+    assert "R1 NC, R2 Passed, R4 Passed (NC: not checked, nothing triggered it)" in text
+    assert "         R1 nearest at 41.2 s: only reading.pressure was missing\nlegs:" in text
+
+
+@pytest.mark.parametrize(
+    ("missing", "distance", "shown"),
+    [
+        (["leg_offset < 0.15"], 0.03, "nearest at 5.00 s: only leg_offset < 0.15 was missing, by 0.03"),
+        (["p", "x < 1"], None, "nearest at 5.00 s: p, x < 1 were missing"),
+        (list("abcdefgh"), None, "nearest at 5.00 s: a, b, c, d, e, f and 2 more were missing"),
+    ],
+)
+def test_a_nearest_miss_says_what_was_missing_and_by_how_much(
+    missing: list[str], distance: float | None, shown: str
+) -> None:
+    assert nearest_miss({"time_s": 5.0, "missing": missing, "distance": distance}) == shown
 
 
 def test_an_error_shows_its_own_text() -> None:

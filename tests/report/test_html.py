@@ -162,6 +162,7 @@ def test_all_unchecked_and_nothing_learned() -> None:
     page = _page(report)
     assert "Learning" not in page.words
     assert "R1 NC" in page.words
+    assert "nearest at 41.2 s: only reading.pressure was missing" in page.words
 
 
 def test_tests_that_never_ran_are_pointed_out() -> None:
