@@ -11,6 +11,7 @@ from .environment import Environment
 from .errors import BdiError, BdiSyntaxError, EvaluationError
 from .system import MultiAgentSystem, Result
 from .terms import ListTerm, Number, String, Structure, Term, Variable
+from .tracing import Step, Trace
 
 __all__ = [
     "BdiError",
@@ -21,8 +22,10 @@ __all__ = [
     "MultiAgentSystem",
     "Number",
     "Result",
+    "Step",
     "String",
     "Structure",
     "Term",
+    "Trace",
     "Variable",
 ]

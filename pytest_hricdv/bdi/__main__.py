@@ -1,4 +1,4 @@
-"""``python -m pytest_hricdv.bdi``: run a BDI model from the command line."""
+"""``python -m pytest_hricdv.bdi``: run, trace and lint BDI models from the command line."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ import sys
 from collections.abc import Sequence
 
 from .errors import BdiError
-from .system import MAX_ROUNDS, MultiAgentSystem
+from .jitter import MAX_JITTER
+from .system import MAX_ROUNDS, MultiAgentSystem, Result
 
 _EXAMPLES = """\
 examples:
   python -m pytest_hricdv.bdi run hello.mas2j
   python -m pytest_hricdv.bdi run hello.mas2j --max-rounds 500 --seed 7
+  python -m pytest_hricdv.bdi trace hello.mas2j --percept ann:light(on)
+  python -m pytest_hricdv.bdi lint hello.mas2j
 
 A project file names its agents; each has its AgentSpeak source beside it:
 
@@ -21,8 +24,9 @@ A project file names its agents; each has its AgentSpeak source beside it:
                  +!start <- .print("hello"); .send(bob, tell, hello).
   bob.asl:       +hello[source(A)] <- .print("hello, ", A).
 
-What the agents print goes to the standard output as '[agent] text'; how the run ended, warnings
-and errors go to the standard error. The exit code is 0, or 2 if the model cannot be loaded or run.
+run prints what the agents print as '[agent] text', trace what led to what, lint what looks wrong; how
+the run ended, warnings and errors go to the standard error. The exit code is 0; lint's is 1 if it found
+anything; it is 2 if the model cannot be loaded or run.
 """
 
 
@@ -30,19 +34,55 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     options = _parser().parse_args(arguments)
     try:
-        system = MultiAgentSystem.load(options.file)
-        result = system.run(max_rounds=options.max_rounds, seed=options.seed)
+        return int(options.command(options))
     except BdiError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
+
+
+def _run(options: argparse.Namespace) -> int:
+    result = _result(options, trace=False)
     for line in result.prints:
         print(line)
-    if options.quiet:
-        return 0
-    sys.stdout.flush()
-    for warning in (*system.warnings, *result.warnings):
-        print(f"warning: {warning}", file=sys.stderr)
-    print(f"ended after {result.rounds} rounds: {result.ended}", file=sys.stderr)
+    return _tell_end(options, result)
+
+
+def _trace(options: argparse.Namespace) -> int:
+    result = _result(options, trace=True)
+    assert result.trace is not None
+    if options.json:
+        print(result.trace.to_json())
+    elif options.why is not None:
+        chosen = [step for step in result.trace if step.kind == "action" and options.why in step.text]
+        print("\n\n".join(map(result.trace.chain_text, chosen)))
+    else:
+        print(result.trace.text(options.agent))
+    return _tell_end(options, result)
+
+
+def _result(options: argparse.Namespace, trace: bool) -> Result:
+    system = MultiAgentSystem.load(options.file)
+    percepts: dict[str, list[str]] = {}
+    for agent, literal in options.percept:
+        percepts.setdefault(agent, []).append(literal)
+    try:
+        result = system.run(
+            max_rounds=options.max_rounds, seed=options.seed, percepts=percepts, jitter=options.jitter, trace=trace
+        )
+    except ValueError as error:
+        raise BdiError(str(error)) from None
+    if not options.quiet:
+        for warning in system.warnings:
+            print(f"warning: {warning}", file=sys.stderr)
+    return result
+
+
+def _tell_end(options: argparse.Namespace, result: Result) -> int:
+    if not options.quiet:
+        sys.stdout.flush()
+        for warning in result.warnings:
+            print(f"warning: {warning}", file=sys.stderr)
+        print(f"ended after {result.rounds} rounds: {result.ended}", file=sys.stderr)
     return 0
 
 
@@ -53,35 +93,78 @@ def _parser() -> argparse.ArgumentParser:
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    run = commands.add_parser(
-        "run",
-        help="run a project and print what its agents print",
-        description="Run a project and print what its agents print.",
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    _running(_command(commands, "run", "run a project and print what its agents print")).set_defaults(command=_run)
+    trace = _running(_command(commands, "trace", "run a project and print which event led to which plan and action"))
+    trace.add_argument("--agent", metavar="NAME", help="show only the steps of this agent")
+    trace.add_argument("--why", metavar="TEXT", help="show what led to each action that contains TEXT, and no more")
+    trace.add_argument("--json", action="store_true", help="print the steps as a JSON list")
+    trace.set_defaults(command=_trace)
+    return parser
+
+
+def _command(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, what: str
+) -> argparse.ArgumentParser:
+    return commands.add_parser(
+        name,
+        help=what,
+        description=f"{what[0].upper()}{what[1:]}.",
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    run.add_argument("file", metavar="FILE.mas2j", help="the project file")
-    run.add_argument(
+
+
+def _running(command: argparse.ArgumentParser) -> argparse.ArgumentParser:
+    """Add the options of a command that runs a project."""
+    command.add_argument("file", metavar="FILE.mas2j", help="the project file")
+    command.add_argument(
         "--max-rounds",
         type=_rounds,
         default=MAX_ROUNDS,
         metavar="N",
         help="stop after N rounds, one reasoning cycle of every agent each (default: %(default)s)",
     )
-    run.add_argument("--seed", type=int, default=0, metavar="N", help="of the agents' random numbers (default: 0)")
-    run.add_argument("--quiet", action="store_true", help="nothing but errors on the standard error")
-    return parser
+    command.add_argument("--seed", type=int, default=0, metavar="N", help="of all chance in the run (default: 0)")
+    command.add_argument(
+        "--jitter",
+        type=_delay,
+        default=0,
+        metavar="N",
+        help="expose races: agents act in random order, messages and percepts come up to N rounds late (default: 0)",
+    )
+    command.add_argument(
+        "--percept",
+        type=_percept,
+        action="append",
+        default=[],
+        metavar="AGENT:LITERAL",
+        help="let an agent perceive a literal from the start; may be given several times",
+    )
+    command.add_argument("--quiet", action="store_true", help="nothing but errors on the standard error")
+    return command
 
 
 def _rounds(text: str) -> int:
-    try:
-        rounds = int(text)
-    except ValueError:
-        rounds = 0
-    if rounds < 1:
-        raise argparse.ArgumentTypeError(f"expected a number of rounds from 1, got {text!r}")
-    return rounds
+    return _number(text, "a number of rounds from 1", 1)
+
+
+def _delay(text: str) -> int:
+    return _number(text, f"a number of rounds from 0 to {MAX_JITTER}", 0, MAX_JITTER)
+
+
+def _number(text: str, what: str, least: int, most: int | None = None) -> int:
+    number = int(text) if text.isdecimal() else least - 1
+    if number < least or (most is not None and number > most):
+        raise argparse.ArgumentTypeError(f"expected {what}, got {text!r}")
+    return number
+
+
+def _percept(text: str) -> tuple[str, str]:
+    agent, separator, literal = text.partition(":")
+    if not separator or not agent or not literal:
+        raise argparse.ArgumentTypeError(f"expected an agent and a literal as in ann:light(on), got {text!r}")
+    return agent, literal
 
 
 if __name__ == "__main__":

@@ -66,7 +66,7 @@ class Agent:
         self.has_own_message_plans = any(not plan.builtin for plan in message_plans)
         self._considered: Plan | None = None
         self._atomic: Intention | None = None
-        self._percept_versions = run.environment.versions
+        self._percept_versions = run.percept_versions(name)
         self._seen_percepts = 0
         self._queries = 0
         self._intention_count = 0
@@ -97,7 +97,7 @@ class Agent:
             self._seen_percepts = version
             perception.perceive(self)
         if self.mailbox:
-            communication.receive(self, self.mailbox.popleft())
+            self.receive(self.mailbox.popleft())
         while self.events:
             event = self._select_event()
             if event is None or self._react(event):
@@ -119,6 +119,10 @@ class Agent:
         """Do cycles while every other agent is idle, at most so many; the number done."""
         self.cycle()
         return 1
+
+    def receive(self, message: Message) -> None:
+        """Act on one message."""
+        communication.receive(self, message)
 
     def _select_event(self) -> Event | None:
         atomic = self._atomic

@@ -33,7 +33,7 @@ def add_source(content: Term, sender: str) -> Term:
 
 
 def send(agent: Agent, receiver: str, force: str, content: Term, reply_to: str = "") -> str:
-    """Put a message into the receiver's mailbox; it is visible from the receiver's next cycle.
+    """Send a message on its way to the receiver's mailbox; it is visible from the receiver's next cycle.
 
     Returns:
         The number of the message, which an answer refers to.
@@ -55,9 +55,7 @@ def send(agent: Agent, receiver: str, force: str, content: Term, reply_to: str =
         renaming: Bindings = {variable: agent.fresh() for variable in free}
         content = substitute_only(content, renaming)
     sender = "self" if to is agent else agent.name
-    to.mailbox.append(Message(sender, force, content, number, reply_to))
-    to.awake = True
-    agent.run.progress += 1
+    agent.run.deliver(to, Message(sender, force, content, number, reply_to))
     return number
 
 

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Mapping
 
 from .agent import Agent
 from .environment import Environment
 from .errors import BdiError
-from .intentions import TICKS_PER_MS
+from .intentions import TICKS_PER_MS, Message
 from .quiet import Quiet
 from .syntax import Act, Plan
 from .terms import Structure, Variable
@@ -68,6 +69,16 @@ class Run:
         if wait_ms == math.inf:
             return math.inf
         return self.ticks + math.ceil(round(max(0.0, wait_ms) * TICKS_PER_MS, 6))
+
+    def percept_versions(self, agent: str) -> Mapping[str, int]:
+        """Where an agent looks whether its percepts have changed: a number for each agent that grows with them."""
+        return self.environment.versions
+
+    def deliver(self, to: Agent, message: Message) -> None:
+        """Put a message into its receiver's mailbox."""
+        to.mailbox.append(message)
+        to.awake = True
+        self.progress += 1
 
     def act(self, agent: str, action: Structure, plan: Plan, statement: Act) -> bool:
         """Let the environment execute an action; whether it succeeded.

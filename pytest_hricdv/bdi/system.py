@@ -13,12 +13,14 @@ from .agent import Agent
 from .beliefs import BeliefBase
 from .environment import Environment
 from .errors import BdiError
+from .jitter import MAX_JITTER, JitteredRun
 from .library import PlanLibrary
 from .parser import parse_literal, parse_program, read_program
 from .project import AgentEntry, Project, read_project
 from .scheduler import Run
 from .syntax import Plan, Program, Rule
 from .terms import SOURCE_SELF, Structure, Variable
+from .tracing import Trace, TracedAgent, TracedJitteredRun, TracedRun
 from .unify import Bindings, free_variables, substitute_only
 
 MAX_ROUNDS = 100_000
@@ -40,6 +42,7 @@ class Result:
             (by ``.stopMAS``).
         warnings: what the models' author should know, such as goals that failed unhandled.
         time_ms: virtual time at the end, in ms.
+        trace: what led to what, if that was asked for.
     """
 
     prints: list[str]
@@ -49,6 +52,7 @@ class Result:
     ended: str
     warnings: list[str]
     time_ms: float
+    trace: Trace | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,6 +151,8 @@ class MultiAgentSystem:
         seed: int = 0,
         percepts: Mapping[str, Iterable[str | Structure]] | None = None,
         goal: tuple[str, str] | None = None,
+        jitter: int = 0,
+        trace: bool = False,
     ) -> Result:
         """Run the system from its initial state.
 
@@ -157,6 +163,10 @@ class MultiAgentSystem:
                 lists for them; it is set in the environment and stays there.
             goal: an agent and a goal, such as ``("human", "done")``; the run ends when a plan of that agent
                 for that goal has come to its end.
+            jitter: by how many rounds messages and changes of percepts may be late; unless it is 0, the
+                agents act in a random order in each round, too. All of it depends on the seed alone, so
+                that running with several seeds exposes the races of a model.
+            trace: whether to note what led to what, as the result's ``trace``.
 
         Raises:
             BdiError: an agent cannot go on: an action raised an exception, a rule recurses for ever.
@@ -164,6 +174,8 @@ class MultiAgentSystem:
         """
         if max_rounds < 0:
             raise ValueError(f"max_rounds must not be negative, got {max_rounds}")
+        if not 0 <= jitter <= MAX_JITTER:
+            raise ValueError(f"jitter must be from 0 to {MAX_JITTER} rounds, got {jitter}")
         environment = self.environment
         for name, literals in (percepts or {}).items():
             self._known(name)
@@ -172,18 +184,32 @@ class MultiAgentSystem:
                 environment.add_percept(name, literal)
         if goal is not None:
             self._known(goal[0])
-        run = Run(environment, seed, None if goal is None else (goal[0], parse_literal(goal[1])))
+        awaited = None if goal is None else (goal[0], parse_literal(goal[1]))
+        run = _new_run(environment, seed, awaited, jitter, trace)
         for prototype in self._prototypes:
-            run.agents[prototype.name] = Agent(
-                prototype.name, run, prototype.beliefs.copy(), prototype.library, prototype.events
+            kind = TracedAgent if isinstance(run, TracedRun) else Agent
+            run.agents[prototype.name] = kind(
+                prototype.name,
+                run,  # type: ignore[arg-type]
+                prototype.beliefs.copy(),
+                prototype.library,
+                prototype.events,
             )
         ended = run.go(max_rounds)
         plans = {name: agent.executed for name, agent in run.agents.items()}
-        return Result(run.prints, plans, run.actions, run.rounds, ended, run.warnings, run.time_ms)
+        traced = Trace(tuple(run.steps)) if isinstance(run, TracedRun) else None
+        return Result(run.prints, plans, run.actions, run.rounds, ended, run.warnings, run.time_ms, traced)
 
     def _known(self, agent: str) -> None:
         if agent not in self.agents:
             raise ValueError(f"no agent {agent!r} in {self.name}; there are {', '.join(self.agents)}")
+
+
+def _new_run(environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int, trace: bool) -> Run:
+    if jitter:
+        kind = TracedJitteredRun if trace else JitteredRun
+        return kind(environment, seed, goal, jitter)
+    return TracedRun(environment, seed, goal) if trace else Run(environment, seed, goal)
 
 
 @lru_cache(maxsize=1)

@@ -1,0 +1,261 @@
+"""Which event led to which plan of which agent in which round, and what came of it.
+
+A traced run notes a :class:`Step` whenever something comes about: a percept or belief gained or lost, a goal,
+a plan chosen, an action, a message, a print. Each names the step that it came from, across agents, so that a
+human's action can be followed back to the belief that was chosen for it. Runs that are not traced use none of
+this: tracing is done by subclasses of the run and its agents.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from .agent import Agent
+from .beliefs import BeliefBase
+from .errors import BdiError, Location
+from .intentions import Event, Intention, Message
+from .jitter import JitteredRun
+from .library import PlanLibrary
+from .scheduler import Run
+from .syntax import Act, And, Formula, Plan
+from .terms import SOURCE_PERCEPT, Structure
+from .unify import Bindings
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One thing that came about in a run.
+
+    Args:
+        number: its place in the trace, from 1.
+        round: the round, from 1; 0 for what there is before the first.
+        agent: the agent it came about in.
+        kind: "percept", "belief", "goal" or "failure" (events), "plan", "action", "message", "print", "warning".
+        text: what it is, as AgentSpeak or as the text printed; for a plan its label and trigger.
+        cause: the number of the step that it came from; None for what comes from outside.
+        plan: the label of the plan chosen, or of the plan that did it, else empty.
+        place: for a plan, where it is in the sources, as ``file:line``.
+        beliefs: for a plan, the beliefs that its context was found true by, with their sources.
+    """
+
+    number: int
+    round: int
+    agent: str
+    kind: str
+    text: str
+    cause: int | None = None
+    plan: str = ""
+    place: str = ""
+    beliefs: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        text = f"{self.kind} {self.text}"
+        if self.beliefs:
+            text += f" because of {', '.join(self.beliefs)}"
+        if self.place:
+            text += f" ({self.place})"
+        return text
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """The steps of a run in the order in which they came about."""
+
+    steps: tuple[Step, ...]
+
+    def __iter__(self) -> Iterator[Step]:
+        return iter(self.steps)
+
+    def __len__(self) -> int:
+        return len(self.steps)
+
+    def of(self, agent: str, kind: str | None = None) -> tuple[Step, ...]:
+        """The steps of an agent, of all kinds or of one."""
+        return tuple(step for step in self.steps if step.agent == agent and kind in (None, step.kind))
+
+    def why(self, step: Step) -> tuple[Step, ...]:
+        """What a step came from: the chain of causes from the first to the step itself."""
+        chain = [step]
+        while chain[-1].cause is not None:
+            chain.append(self.steps[chain[-1].cause - 1])
+        return tuple(reversed(chain))
+
+    def text(self, agent: str | None = None) -> str:
+        """The trace, or one agent's part of it, as lines of number, round, agent, step, and cause."""
+        shown = [step for step in self.steps if agent in (None, step.agent)]
+        width = max((len(step.agent) for step in shown), default=0)
+        return "\n".join(_line(step, width) for step in shown)
+
+    def chain_text(self, step: Step) -> str:
+        """What a step came from, the first cause first, each step further in than the one it came from."""
+        chain = self.why(step)
+        return "\n".join(f"{'  ' * depth}[round {each.round}] {each.agent}: {each}" for depth, each in enumerate(chain))
+
+    def to_json(self) -> str:
+        """The steps as a JSON list of objects."""
+        return json.dumps([asdict(step) for step in self.steps], ensure_ascii=False)
+
+
+def _line(step: Step, width: int) -> str:
+    cause = f"  <- {step.cause}" if step.cause is not None else ""
+    return f"{step.number:>4}  round {step.round:<4} {step.agent:<{width}}  {step}{cause}"
+
+
+class TracedRun(Run):
+    """A run whose steps are noted."""
+
+    def __init__(self, environment: object, seed: int, goal: tuple[str, Structure] | None, *others: int) -> None:
+        self.steps: list[Step] = []
+        self.messages: dict[str, int] = {}
+        """The steps that messages were sent by, by the messages' numbers."""
+        self.acting: TracedAgent | None = None
+        super().__init__(environment, seed, goal, *others)  # type: ignore[arg-type]
+
+    def note(self, agent: str, kind: str, text: str, cause: Step | None = None, **details: object) -> Step:
+        """Add a step; what it came from says which plan did it, unless the details do."""
+        plan = cause.plan if cause is not None and cause.kind == "plan" else ""
+        at = self.rounds + 1 if self.acting is not None else 0
+        number = len(self.steps) + 1
+        fields = {"plan": plan, **details, "cause": None if cause is None else cause.number}
+        step = Step(number, at, agent, kind, text, **fields)  # type: ignore[arg-type]
+        self.steps.append(step)
+        return step
+
+    @property
+    def _cause(self) -> Step | None:
+        return None if self.acting is None else self.acting.cause
+
+    def act(self, agent: str, action: Structure, plan: Plan, statement: Act) -> bool:
+        """Note an action and execute it."""
+        self.note(agent, "action", str(action), self._cause)
+        return super().act(agent, action, plan, statement)
+
+    def print(self, agent: str, text: str) -> None:
+        """Note a print."""
+        self.note(agent, "print", text, self._cause)
+        super().print(agent, text)
+
+    def warn(self, text: str) -> None:
+        """Note a warning."""
+        if self.acting is not None:
+            self.note(self.acting.name, "warning", text, self._cause)
+        super().warn(text)
+
+    def deliver(self, to: Agent, message: Message) -> None:
+        """Note a message when it is sent."""
+        if message.number not in self.messages:
+            sender = to.name if message.sender == "self" else message.sender
+            step = self.note(sender, "message", f"{message.force} {message.content} to {to.name}", self._cause)
+            self.messages[message.number] = step.number
+        super().deliver(to, message)
+
+
+class TracedJitteredRun(TracedRun, JitteredRun):
+    """A run with jitter whose steps are noted."""
+
+
+class TracedAgent(Agent):
+    """An agent in a traced run; takes what an agent takes."""
+
+    run: TracedRun
+
+    def __init__(
+        self,
+        name: str,
+        run: TracedRun,
+        beliefs: BeliefBase,
+        library: PlanLibrary,
+        events: list[tuple[str, Structure]],
+    ) -> None:
+        super().__init__(name, run, beliefs, library, events)
+        self.cause: Step | None = None
+        """What comes about now comes from this step: what is being reacted to, or the plan being executed."""
+        self._selected: tuple[Plan, Bindings] | None = None
+        # Events, frames and intentions are known by their identity while they are in use.
+        self._events = {id(event): self._note_event(event.sign, event.literal, None) for event in self.events}
+        self._frames: dict[int, Step] = {}
+        self._intentions: dict[int, Step] = {}
+
+    def _note_event(self, sign: str, literal: Structure, cause: Step | None) -> Step:
+        kind = "failure" if sign in ("-!", "-?") else "goal" if len(sign) == 2 else "belief"
+        if kind == "belief" and SOURCE_PERCEPT in literal.annots:
+            kind = "percept"
+        return self.run.note(self.name, kind, f"{sign}{literal}", cause)
+
+    def cycle(self) -> None:
+        """Do a reasoning cycle; all that is noted meanwhile is this agent's doing."""
+        self.run.acting, self.cause = self, None
+        super().cycle()
+
+    def receive(self, message: Message) -> None:
+        """Act on a message; what comes of it comes from its being sent."""
+        self.cause = self.run.steps[self.run.messages[message.number] - 1]
+        super().receive(message)
+        self.cause = None
+
+    def post(self, sign: str, literal: Structure, intention: Intention | None) -> None:
+        """Note an event and add it."""
+        cause = self.cause
+        if cause is None and intention is not None:
+            cause = self._intentions.get(id(intention))
+        step = self._note_event(sign, literal, cause)
+        before = len(self.events)
+        super().post(sign, literal, intention)
+        if len(self.events) > before:
+            self._events[id(self.events[-1])] = step
+
+    def post_goal(self, goal: Structure) -> None:
+        """Note a goal and add it."""
+        step = self._note_event("+!", goal, self.cause)
+        super().post_goal(goal)
+        self._events[id(self.events[-1])] = step
+
+    def _applicable_plan(self, event: Event) -> tuple[Plan, Bindings] | None:
+        self._selected = super()._applicable_plan(event)
+        return self._selected
+
+    def _react(self, event: Event) -> bool:
+        self.cause = self._events.pop(id(event), None)
+        reacted = super()._react(event)
+        if self._selected is not None:
+            plan, bindings = self._selected
+            step = self._note_plan(plan, bindings)
+            intention = self.intentions[-1]
+            self._frames[id(intention.frames[-1])] = step
+            self._intentions[id(intention)] = step
+        self.cause = None
+        return reacted
+
+    def _act(self) -> None:
+        atomic = self._atomic
+        intention = atomic if atomic is not None and atomic in self.intentions else self.intentions[0]
+        self.cause = self._frames.get(id(intention.frames[-1]))
+        super()._act()
+        self.cause = None
+
+    def _note_plan(self, plan: Plan, bindings: Bindings) -> Step:
+        text = f"@{plan.label} {plan.trigger}" if plan.labelled else str(plan.trigger)
+        beliefs = () if plan.context is None else self._found(plan.context, bindings)
+        return self.run.note(
+            self.name, "plan", text, self.cause, plan=plan.label, place=_place(plan.location), beliefs=beliefs
+        )
+
+    def _found(self, context: Formula, bindings: Bindings) -> tuple[str, ...]:
+        """The beliefs that a context was found true by, as far as it names them outright."""
+        found: list[str] = []
+        for part in context.parts if isinstance(context, And) else (context,):
+            try:
+                value = self.value(part, bindings) if isinstance(part, Structure) else None
+            except BdiError:
+                continue
+            if isinstance(value, Structure) and value.key != (False, "true", 0):
+                held = self.beliefs.bucket(value.key).get(value.plain())
+                found.append(str(held if isinstance(held, Structure) else value))
+        return tuple(found)
+
+
+def _place(location: Location) -> str:
+    return f"{Path(location.file).name}:{location.line}"
