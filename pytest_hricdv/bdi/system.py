@@ -15,7 +15,8 @@ from .environment import Environment
 from .errors import BdiError
 from .jitter import MAX_JITTER, JitteredRun
 from .library import PlanLibrary
-from .parser import parse_literal, parse_program, read_program
+from .options import given_beliefs, given_goals
+from .parser import parse_literal, read_program
 from .project import AgentEntry, Project, read_project
 from .scheduler import Run
 from .syntax import Plan, Program, Rule
@@ -225,10 +226,8 @@ def _prototype(entry: AgentEntry, program: Program) -> _Prototype:
     beliefs = [*program.beliefs]
     goals = [*program.goals]
     # What the project gives comes before what the source gives: the beliefs are older, the goals earlier.
-    if entry.beliefs:
-        beliefs += reversed(_option(entry, entry.beliefs, "beliefs").beliefs)
-    if entry.goals:
-        goals = [*_option(entry, "".join(f"!{goal}." for goal in _split(entry.goals)), "goals").goals, *goals]
+    beliefs += reversed(given_beliefs(entry))
+    goals = [*given_goals(entry), *goals]
     base = BeliefBase()
     events: list[tuple[str, Structure]] = []
     library = PlanLibrary((*program.plans, *_message_plans()))
@@ -253,22 +252,3 @@ def _with_own_variables(goal: Structure) -> Structure:
 
 def _own(literal: Structure) -> Structure:
     return literal if literal.has_source() else literal.annotated((*literal.annots, SOURCE_SELF))
-
-
-def _option(entry: AgentEntry, text: str, what: str) -> Program:
-    """The beliefs or goals that a project gives an agent in brackets after its name."""
-    source = text if text.rstrip().endswith(".") else "".join(f"{part}." for part in _split(text))
-    return parse_program(source, f"{entry.location}: option {what} of agent {entry.name}")
-
-
-def _split(text: str) -> list[str]:
-    """The parts between commas that are in no brackets and no string."""
-    parts, depth, quoted = [""], 0, False
-    for character in text:
-        quoted ^= character == '"'
-        depth += 0 if quoted else (character in "([") - (character in ")]")
-        if character == "," and not depth and not quoted:
-            parts.append("")
-        else:
-            parts[-1] += character
-    return [part.strip() for part in parts if part.strip()]
