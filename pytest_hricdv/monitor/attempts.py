@@ -76,12 +76,15 @@ class AttemptMonitor(ABC):
         """The verdict at the end of the run, after its last instant was judged."""
 
     def _margin(self, arrived: Set[str], outputs: Outputs) -> float:
-        """The distance to the bound; infinite if there is none, or if what decides is another part, as yet unknown."""
+        """The distance to the bound; infinite if there is none, or if it is unknown or undefined.
+
+        That is no error: it takes all parts of the condition, also those that were not needed to decide it.
+        """
         if self._robustness is None:
             return math.inf
         try:
             return self._robustness(self._view.values, arrived, outputs)
-        except UnknownValueError:
+        except (UnknownValueError, ArithmeticError):
             return math.inf
 
     def _snapshot(self) -> dict[str, float | bool]:

@@ -25,6 +25,18 @@ class MonitorError(RuntimeError):
     """A run was fed to the monitors wrongly: back in time, a value that is NaN, of the wrong type, or missing."""
 
 
+def no_value_yet(requirement: str, time_s: float, name: str) -> MonitorError:
+    """The error of a requirement that reads `name` before it has a value."""
+    advice = "signals need a value from the start of the run; guard a field with on(topic) & ..."
+    return MonitorError(f"{requirement} at {time_s} s reads {name}, which has no value yet; {advice}")
+
+
+def never_a_value(requirement: str, names: Iterable[str]) -> MonitorError:
+    """The error of a requirement over signals that the run had no value of at all."""
+    text = f"{requirement} reads {', '.join(names)}, which had no value in the whole run: feed every signal"
+    return MonitorError(text)
+
+
 class UnknownValueError(LookupError):
     """A formula read a signal or field that has had no value yet. Internal: becomes a `MonitorError` with the time."""
 

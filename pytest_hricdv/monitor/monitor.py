@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from pytest_hricdv.monitor.attempts import AttemptMonitor, monitor_of
-from pytest_hricdv.monitor.errors import MonitorError, UnknownValueError
+from pytest_hricdv.monitor.errors import MonitorError, UnknownValueError, never_a_value, no_value_yet
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.verdict import Verdict
 from pytest_hricdv.monitor.view import NS_PER_S, Nanoseconds, Values, seconds
@@ -193,9 +193,7 @@ class MonitorSet:
         try:
             monitor.evaluate(now_ns, last=last, first=first)
         except UnknownValueError as unknown:
-            where = f"{self._monitors[monitor]} at {seconds(now_ns)} s"
-            advice = "signals need a value from the start of the run; guard a field with on(topic) & ..."
-            raise MonitorError(f"{where} reads {unknown.name}, which has no value yet; {advice}") from None
+            raise no_value_yet(self._monitors[monitor], seconds(now_ns), unknown.name) from None
         except ArithmeticError as error:
             raise MonitorError(f"{self._monitors[monitor]} at {seconds(now_ns)} s: {error}") from None
 
@@ -218,10 +216,7 @@ class MonitorSet:
         for monitor, requirement in self._monitors.items():
             missing = [name for name in monitor.program.kinds if "." not in name and name not in self._values]
             if missing:
-                names = ", ".join(missing)
-                raise MonitorError(
-                    f"{requirement} reads {names}, which had no value in the whole run: feed every signal"
-                )
+                raise never_a_value(requirement, missing)
 
     def _require_open(self, time_s: float) -> None:
         if self._finished:

@@ -1,0 +1,234 @@
+"""Requirements judged over a logged run with numpy: the same verdicts as of the monitors that run along.
+
+    from pytest_hricdv.monitor.logged import evaluate
+
+    verdicts = evaluate(requirements, Log(record.signals, record.messages, end_s))
+
+Needs numpy, which the plugin itself does not: `pip install pytest-hricdv[offline]`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_hricdv.monitor.analysis import conditions
+from pytest_hricdv.monitor.arrays import Evaluator, Numbers, grid_of
+from pytest_hricdv.monitor.errors import never_a_value
+from pytest_hricdv.monitor.expression import HysteresisScope
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil, Past
+from pytest_hricdv.monitor.log import Log
+from pytest_hricdv.monitor.miss import explained
+from pytest_hricdv.monitor.program import Program, compile_formula
+from pytest_hricdv.monitor.requirement import Requirement
+from pytest_hricdv.monitor.series import SeriesOfLog, Times
+from pytest_hricdv.monitor.sweep import Codes
+from pytest_hricdv.monitor.verdict import Tally, Verdict
+from pytest_hricdv.monitor.view import NS_PER_S, nanoseconds
+
+Positions = NDArray[np.intp]
+
+
+def evaluate(requirements: Sequence[Requirement], log: Log) -> tuple[Verdict, ...]:
+    """The verdicts on a logged run, in the order of the requirements.
+
+    Raises:
+        MonitorError: as of a `MonitorSet` that is fed the log: a value that is missing, read before it is there, of the
+            wrong type or not finite; times that go back.
+    """
+    return explained([_Judge(requirement, log).verdict() for requirement in requirements], requirements, log)
+
+
+@dataclass(frozen=True)
+class _Window:
+    """What one attempt owes, and where: positions of the grid, both ends included."""
+
+    trigger_ns: int
+    closes_ns: float
+    first: int
+    last: int
+    begun: bool
+    closed: bool
+
+
+class _Judge:
+    """One requirement over one log."""
+
+    def __init__(self, requirement: Requirement, log: Log) -> None:
+        self._id = requirement.id
+        self._formula = requirement.formula
+        self._program: Program = compile_formula(requirement.formula)
+        self._series = SeriesOfLog(log, self._program.kinds, self._program.topics)
+        self._tally = Tally()
+        missing = [name for name in self._program.kinds if "." not in name and not len(self._series.updates(name))]
+        if missing:
+            raise never_a_value(self._id, missing)
+
+    def verdict(self) -> Verdict:
+        """Judge the run."""
+        response = self._formula.response
+        parts = (self._formula.antecedent, *conditions(response))
+        grid = grid_of(parts, self._series)
+        if isinstance(response, Holds):
+            self._evaluate(grid)
+            self._judge_episodes(response.condition)
+            return self._tally.verdict(self._id, pending=0)
+        start_ns, end_ns = _bounds(self._formula)
+        triggers = grid[self._evaluate(grid) // 2]
+        ends = [triggers + int(bound) for bound in (start_ns, end_ns) if np.isfinite(bound)]
+        starts = self._evaluate(grid_of(parts, self._series, np.concatenate(ends)))
+        windows = list(self._windows(starts, start_ns, end_ns))
+        if isinstance(response, Eventually):
+            pending = self._judge_liveness(response.condition, windows)
+        else:
+            release = response.release if isinstance(response, HoldsUntil) else None
+            pending = self._judge_safety(response.condition, release, windows)
+        return self._tally.verdict(self._id, pending=pending)
+
+    def _evaluate(self, grid: Times) -> Positions:
+        """Set up the evaluation over a grid; the positions at which attempts begin."""
+        self._grid = grid
+        self._eval = Evaluator(self._id, self._series, grid, np.empty(0, np.intp))
+        codes = self._eval.truth(self._formula.antecedent).positions()
+        self._require_known_antecedent(codes)
+        self._active = codes == 1
+        starts = np.flatnonzero(self._active & ~_before(self._active))
+        self._eval = Evaluator(self._id, self._series, grid, starts)
+        self._tally.attempts = len(starts)
+        return starts
+
+    def _require_known_antecedent(self, codes: Codes) -> None:
+        updates = [self._series.updates(source) for source in self._program.always_sources]
+        looked = np.repeat(np.isin(self._grid, np.concatenate([np.empty(0, np.int64), *updates])), 2)[:-1]
+        self._require_known(self._formula.antecedent, codes, looked)
+
+    def _require_known(self, read: Past, codes: Codes, where: NDArray[np.bool_]) -> None:
+        faults = where & (codes < 0)
+        if faults.any():
+            position = int(np.argmax(faults))
+            raise self._eval.fault(codes[position : position + 1], position // 2, read)
+
+    def _ns(self, position: int) -> int:
+        return int(self._grid[position // 2])
+
+    # --- state responses
+
+    def _judge_episodes(self, condition: Past) -> None:
+        codes = self._eval.truth(condition, HysteresisScope.ATTEMPT).positions()
+        active = self._active
+        self._require_known(condition, codes, active)
+        margins = self._eval.robustness(condition)
+        self._observe(margins, active)
+        breached = active & (codes == 0)
+        episode = np.cumsum(active & ~_before(active))
+        starts = np.flatnonzero(active & ~_before(active))
+        failed = set()
+        for first, last in _runs(breached):
+            failed.add(int(episode[first]))
+            margin = np.inf if margins is None else float(margins[first : last + 1].min())
+            self._violate(self._ns(starts[episode[first] - 1]), self._ns(first), margin)
+        self._tally.failures = len(failed)
+        self._tally.passes = self._tally.attempts - len(failed)
+
+    # --- responses over a time
+
+    def _windows(self, starts: Positions, start_ns: float, end_ns: float) -> Iterator[_Window]:
+        last = 2 * len(self._grid) - 2
+        for start in starts:
+            trigger_ns = self._ns(start)
+            opens_ns, closes_ns = trigger_ns + start_ns, trigger_ns + end_ns
+            closed = closes_ns <= self._series.end_ns
+            yield _Window(
+                trigger_ns=trigger_ns,
+                closes_ns=closes_ns,
+                first=max(int(start), 2 * int(np.searchsorted(self._grid, opens_ns))),
+                last=2 * int(np.searchsorted(self._grid, closes_ns)) if closed else last,
+                begun=opens_ns <= self._series.end_ns,
+                closed=closed,
+            )
+
+    def _judge_liveness(self, condition: Past, windows: list[_Window]) -> int:
+        """Returns how many attempts the end of the run left undecided."""
+        codes = self._eval.truth(condition).positions()
+        true = np.flatnonzero(codes == 1)
+        read = np.zeros(len(codes), bool)
+        decided: list[tuple[float, float]] = []  # when, with which margin (s)
+        for window in windows:
+            found = _next(true, window.first)
+            read[window.first : min(found, window.last) + 1] = True
+            if found <= window.last:
+                self._tally.passes += 1
+                decided.append((self._ns(found), (window.closes_ns - self._ns(found)) / NS_PER_S))
+            elif window.closed:
+                self._tally.failures += 1
+                decided.append((window.closes_ns, 0.0))
+                self._violate(window.trigger_ns, int(window.closes_ns), 0.0)
+        self._require_known(condition, codes, read)
+        for time_ns, margin in sorted(decided):
+            self._tally.observe(margin, time_ns)
+        return len(windows) - len(decided)
+
+    def _judge_safety(self, condition: Past, release: Past | None, windows: list[_Window]) -> int:
+        """Returns how many attempts the end of the run left undecided."""
+        scope = HysteresisScope.NEVER
+        codes = self._eval.truth(condition, scope).positions()
+        released = np.zeros(len(codes), np.int8) if release is None else self._eval.truth(release).positions()
+        false, true = np.flatnonzero(codes == 0), np.flatnonzero(released == 1)
+        judged, watched = np.zeros(len(codes), bool), np.zeros(len(codes), bool)
+        violated = []
+        for window in windows:
+            breach, free = _next(false, window.first), _next(true, window.first)
+            judged[window.first : min(breach, free - 1, window.last) + 1] = True
+            watched[window.first : min(breach, free, window.last) + 1] = True
+            if breach < free and breach <= window.last:
+                violated.append((breach, window.trigger_ns))
+            elif window.begun:
+                self._tally.passes += 1
+        self._require_known(condition, codes, judged)
+        if release is not None:
+            self._require_known(release, released, watched)
+        margins = self._eval.robustness(condition)
+        self._observe(margins, judged)
+        self._tally.failures = len(violated)
+        for breach, trigger_ns in sorted(violated):
+            self._violate(trigger_ns, self._ns(breach), np.inf if margins is None else float(margins[breach]))
+        return self._tally.attempts - self._tally.passes - self._tally.failures
+
+    # --- what they have in common
+
+    def _observe(self, margins: Numbers | None, where: NDArray[np.bool_]) -> None:
+        if margins is not None and where.any():
+            least = int(np.argmin(np.where(where, margins, np.inf)))
+            self._tally.observe(float(margins[least]) if where[least] else np.inf, self._ns(least))
+
+    def _violate(self, trigger_ns: int, time_ns: int, margin: float) -> None:
+        values = self._series.values_at(self._program.kinds, time_ns)
+        self._tally.violate(trigger_ns, time_ns, values, margin)
+
+
+def _bounds(formula: Formula) -> tuple[float, float]:
+    """When a response is owed, after the trigger (ns)."""
+    response = formula.response
+    if isinstance(response, Eventually | AlwaysWithin):
+        return nanoseconds(response.start_s), nanoseconds(response.end_s)
+    return 0, np.inf
+
+
+def _before(marks: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    return np.concatenate((np.zeros(1, bool), marks[:-1]))
+
+
+def _runs(marks: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """First and last position of each unbroken run of marked ones."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], marks, [False])).astype(np.int8)))
+    for first, end in edges.reshape(-1, 2):
+        yield int(first), int(end) - 1
+
+
+def _next(positions: Positions, start: int) -> int:
+    """The first of some positions that is not before `start`; beyond all positions if there is none."""
+    index = int(np.searchsorted(positions, start))
+    return int(positions[index]) if index < len(positions) else np.iinfo(np.intp).max
