@@ -55,6 +55,8 @@ class Agent:
         self.woken: list[Intention] = []
         """Intentions that will go on with the next cycle: what they waited for has happened in this one."""
         self.questions: dict[str, Question] = {}
+        self.listed: tuple[Structure, ...] = ()
+        """What its environment listed when it last looked."""
         self.suspended: list[Intention] = []
         self.suspending: list[Intention] = []
         """Intentions that will be suspended as soon as what they wait for has come."""
@@ -98,6 +100,10 @@ class Agent:
             perception.perceive(self)
         if self.mailbox:
             self.receive(self.mailbox.popleft())
+        self.reason()
+
+    def reason(self) -> None:
+        """The part of a cycle after perceiving and reading."""
         while self.events:
             event = self._select_event()
             if event is None or self._react(event):
@@ -108,6 +114,10 @@ class Agent:
                 self.go_on(intention)
             else:
                 failure.fail(self, intention, "action_failed", "the action failed in the environment")
+        self.act()
+
+    def act(self) -> None:
+        """The last part of a cycle: one statement."""
         if self.intentions:
             self._act()
         if self.waits and self.beliefs.version != self._condition_version:
@@ -119,6 +129,25 @@ class Agent:
         """Do cycles while every other agent is idle, at most so many; the number done."""
         self.cycle()
         return 1
+
+    def end_waits(self, now: int) -> None:
+        """Let the intentions go on, or fail, whose wait is over at a tick of the virtual clock."""
+        waiting.end_waits(self, now)
+
+    def interpreted(self) -> Agent:
+        """This agent: it is in the form that the interpreter runs."""
+        return self
+
+    def take_over(self, intentions: int, seen_percepts: int) -> None:
+        """Go on where a compiled agent has left off, whose queues have been handed over.
+
+        Args:
+            intentions: how many it has had.
+            seen_percepts: the version of its percepts when it last looked.
+        """
+        self._intention_count = intentions
+        self._seen_percepts = seen_percepts
+        self.awake = True
 
     def receive(self, message: Message) -> None:
         """Act on one message."""

@@ -12,10 +12,10 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator, Mapping
 
-from .agent import Agent
 from .environment import Environment
 from .errors import BdiError
 from .intentions import Message
+from .participant import Participant
 from .scheduler import Run
 from .terms import Structure
 
@@ -37,7 +37,7 @@ class JitteredRun(Run):
         super().__init__(environment, seed, goal)
         self._jitter = jitter
         self._chance = random.Random(f"jitter {seed}")
-        self._under_way: list[tuple[int, Agent, Message]] = []
+        self._under_way: list[tuple[int, Participant, Message]] = []
         self._last_arrivals: dict[tuple[str, str], int] = {}
         self._late: dict[str, _LateVersions] = {}
 
@@ -49,7 +49,7 @@ class JitteredRun(Run):
         """A view on the environment's versions that is late."""
         return self._late.setdefault(agent, _LateVersions(self, agent))
 
-    def deliver(self, to: Agent, message: Message) -> None:
+    def deliver(self, to: Participant, message: Message) -> None:
         """Send a message on its way, not to arrive before an earlier one from the same sender."""
         way = (message.sender, to.name)
         arrival = max(self.round_of_arrival(), self._last_arrivals.get(way, 0))

@@ -18,8 +18,11 @@ def perceive(agent: Agent) -> None:
     agent.run.progress += 1
     listed = agent.run.environment.percepts(agent.name)
     still_perceived = {percept.plain() for percept in listed}
-    for belief in agent.beliefs.with_annotation(SOURCE_PERCEPT):
-        plain = belief.plain()
+    # In the order in which they were listed; last what the agent itself has taken for a percept.
+    listed_before = {percept.plain(): place for place, percept in enumerate(agent.listed)}
+    agent.listed = listed
+    believed = [belief.plain() for belief in agent.beliefs.with_annotation(SOURCE_PERCEPT)]
+    for plain in sorted(believed, key=lambda plain: listed_before.get(plain, len(listed_before))):
         if plain not in still_perceived:
             agent.disbelieve(Structure(plain.functor, plain.args, (SOURCE_PERCEPT,), plain.negated))
     for percept in listed:

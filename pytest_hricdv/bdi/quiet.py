@@ -5,8 +5,11 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from .syntax import variables_of
+from .terms import Variable
+
 if TYPE_CHECKING:
-    from .intentions import Intention
+    from .intentions import Frame, Intention
     from .scheduler import Run
 
 QUIET_ROUNDS = 16
@@ -78,7 +81,7 @@ class Quiet:
 def mental_outline(run: Run) -> int:
     """A number that is the same for the same mental states, and for few others."""
     parts: list[object] = []
-    for agent in run.agents.values():
+    for agent in run.interpreted().values():
         parts.append((len(agent.events), len(agent.intentions)))
         parts += [(event.sign, event.literal if event.literal.ground else event.literal.key) for event in agent.events]
         parts += [_depth(event.intention) for event in agent.events]
@@ -96,7 +99,7 @@ def _depth(intention: Intention | None) -> int:
 def mental_states(run: Run, with_waits: bool) -> str:
     """All agents' events and intentions as text, with variables numbered as they appear."""
     parts = []
-    for name, agent in run.agents.items():
+    for name, agent in run.interpreted().items():
         parts.append(f"{name}:")
         parts += [f"{event}<{_intention_text(event.intention)}>" for event in agent.events]
         parts += [_intention_text(intention) for intention in agent.intentions]
@@ -113,8 +116,13 @@ def _intention_text(intention: Intention | None) -> str:
         return ""
     return "|".join(
         f"{frame.plan.label}@{frame.pc}/{id(frame.body)}/{len(frame.blocks)} {frame.sign}{frame.literal} "
-        f"{[(str(variable), str(value)) for variable, value in frame.unifier.items()]} "
+        f"{[f'{variable}={frame.unifier[variable]}' for variable in _remembered(frame)]} "
         f"{[len(loop.solutions) for _, _, loop in frame.blocks if loop is not None]}"
         f"{len(frame.loop.solutions) if frame.loop else ''}"
         for frame in intention.frames
     )
+
+
+def _remembered(frame: Frame) -> list[Variable]:
+    """The variables bound in a plan that its body could still look at."""
+    return sorted(variables_of(frame.plan.body) & frame.unifier.keys())

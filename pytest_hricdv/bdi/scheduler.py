@@ -17,11 +17,11 @@ from .agent import Agent
 from .environment import Environment
 from .errors import BdiError
 from .intentions import TICKS_PER_MS, Message
+from .participant import Participant
 from .quiet import Quiet
 from .syntax import Act, Plan
 from .terms import Structure, Variable
 from .unify import unify
-from .waiting import end_waits
 
 FIRST_FRESH = 100_000
 """Variables made in a run are numbered from here, those of the sources from 1."""
@@ -38,7 +38,7 @@ class Run:
 
     def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None) -> None:
         self.environment = environment
-        self.agents: dict[str, Agent] = {}
+        self.agents: dict[str, Participant] = {}
         self.prints: list[str] = []
         self.actions: list[tuple[str, str]] = []
         self.warnings: list[str] = []
@@ -57,6 +57,11 @@ class Run:
         self._messages = 0
         self._seen_changes = environment.changes
 
+    @property
+    def plain(self) -> bool:
+        """Whether nothing is asked of the run that only interpreted agents give: steps one by one, goals noted."""
+        return type(self) is Run and self._goal is None
+
     # --- what agents use
 
     @property
@@ -74,7 +79,7 @@ class Run:
         """Where an agent looks whether its percepts have changed: a number for each agent that grows with them."""
         return self.environment.versions
 
-    def deliver(self, to: Agent, message: Message) -> None:
+    def deliver(self, to: Participant, message: Message) -> None:
         """Put a message into its receiver's mailbox."""
         to.mailbox.append(message)
         to.awake = True
@@ -140,6 +145,10 @@ class Run:
         """End the run after this round."""
         self._ended = "stopped"
 
+    def interpreted(self) -> dict[str, Agent]:
+        """The agents, all in the form that the interpreter runs: from now on they are interpreted."""
+        return {name: agent.interpreted() for name, agent in list(self.agents.items())}
+
     # --- the rounds
 
     def go(self, max_rounds: int) -> str:
@@ -204,7 +213,7 @@ class Run:
     def _end_waits(self) -> None:
         for agent in self.agents.values():
             if agent.waits or agent.questions:
-                end_waits(agent, self.ticks)
+                agent.end_waits(self.ticks)
                 agent.awake = agent.has_work()
         self._find_earliest_deadline()
 

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from os import PathLike
 from pathlib import Path
+from typing import Literal, get_args
 
 from .actions import check_calls
-from .agent import Agent
-from .beliefs import BeliefBase
 from .environment import Environment
 from .errors import BdiError
 from .jitter import MAX_JITTER, JitteredRun
 from .library import PlanLibrary
-from .options import given_beliefs, given_goals
 from .parser import parse_literal, read_program
-from .project import AgentEntry, Project, read_project
+from .project import Project, read_project
+from .prototype import Prototype, compiled_prototypes, library_of, prototype_of
 from .scheduler import Run
-from .syntax import Plan, Program, Rule
-from .terms import SOURCE_SELF, Structure, Variable
-from .tracing import Trace, TracedAgent, TracedJitteredRun, TracedRun
-from .unify import Bindings, free_variables, substitute_only
+from .syntax import Plan, Program
+from .terms import Structure
+from .tracing import Trace, TracedJitteredRun, TracedRun
 
+Engine = Literal["interpreter", "compiled"]
+"""How agents are run; the outcome is the same."""
 MAX_ROUNDS = 100_000
 """Rounds after which a run is stopped unless it is told otherwise."""
 
@@ -56,16 +55,6 @@ class Result:
     trace: Trace | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class _Prototype:
-    """An agent as every run begins with it."""
-
-    name: str
-    beliefs: BeliefBase
-    library: PlanLibrary
-    events: list[tuple[str, Structure]]
-
-
 class MultiAgentSystem:
     """A multi-agent system; made by :meth:`load`.
 
@@ -76,35 +65,44 @@ class MultiAgentSystem:
         result.actions   # [("human", "tell(leg)"), ("human", "receivesignal"), ...]
     """
 
-    def __init__(self, project: Project, prototypes: tuple[_Prototype, ...], environment: Environment) -> None:
+    def __init__(self, project: Project, prototypes: tuple[Prototype, ...], environment: Environment) -> None:
         self._project = project
         self._prototypes = prototypes
         self._warnings = project.warnings
         self.environment = environment
 
     @classmethod
-    def load(cls, path: str | PathLike[str], environment: Environment | None = None) -> MultiAgentSystem:
+    def load(
+        cls, path: str | PathLike[str], environment: Environment | None = None, engine: Engine = "compiled"
+    ) -> MultiAgentSystem:
         """Read a project and its agents' sources.
 
         Args:
             path: a ``.mas2j`` file.
             environment: what the agents perceive and act on; without one, every action succeeds.
+            engine: "interpreter", the reference; or "compiled", which gives equal results in less time: agents
+                of which there is a compiled form use it, see :mod:`pytest_hricdv.bdi.compiled`.
 
         Raises:
             BdiError: a file is missing or cannot be read as what it should be; the message says where.
+            ValueError: there is no such engine.
         """
+        if engine not in get_args(Engine):
+            raise ValueError(f"engine must be one of {', '.join(get_args(Engine))}, got {engine!r}")
         try:
             project = read_project(Path(path))
         except FileNotFoundError:
             raise BdiError(f"{path}: no such file") from None
-        programs: dict[Path, Program] = {}
+        programs: dict[Path, tuple[Program, PlanLibrary]] = {}
         prototypes = []
         for entry in project.agents:
             if entry.source not in programs:
                 program = read_program(entry.source, entry.location, project.text)
                 check_calls(program)
-                programs[entry.source] = program
-            prototypes.append(_prototype(entry, programs[entry.source]))
+                programs[entry.source] = program, library_of(program)
+            prototypes.append(prototype_of(entry, *programs[entry.source]))
+        if engine != "interpreter":
+            prototypes = compiled_prototypes(prototypes)
         system = cls(project, tuple(prototypes), environment or Environment())
         if environment is None and project.environment:
             what = f"environment {project.environment}: without a Python environment every action succeeds"
@@ -188,14 +186,7 @@ class MultiAgentSystem:
         awaited = None if goal is None else (goal[0], parse_literal(goal[1]))
         run = _new_run(environment, seed, awaited, jitter, trace)
         for prototype in self._prototypes:
-            kind = TracedAgent if isinstance(run, TracedRun) else Agent
-            run.agents[prototype.name] = kind(
-                prototype.name,
-                run,  # type: ignore[arg-type]
-                prototype.beliefs.copy(),
-                prototype.library,
-                prototype.events,
-            )
+            run.agents[prototype.name] = prototype.agent(run)
         ended = run.go(max_rounds)
         plans = {name: agent.executed for name, agent in run.agents.items()}
         traced = Trace(tuple(run.steps)) if isinstance(run, TracedRun) else None
@@ -211,44 +202,3 @@ def _new_run(environment: Environment, seed: int, goal: tuple[str, Structure] | 
         kind = TracedJitteredRun if trace else JitteredRun
         return kind(environment, seed, goal, jitter)
     return TracedRun(environment, seed, goal) if trace else Run(environment, seed, goal)
-
-
-@lru_cache(maxsize=1)
-def _message_plans() -> tuple[Plan, ...]:
-    """The plans every agent has for messages that are not acted on at once."""
-    from dataclasses import replace
-
-    plans = read_program(Path(__file__).parent / "kqml.asl").plans
-    return tuple(replace(plan, builtin=True) for plan in plans)
-
-
-def _prototype(entry: AgentEntry, program: Program) -> _Prototype:
-    beliefs = [*program.beliefs]
-    goals = [*program.goals]
-    # What the project gives comes before what the source gives: the beliefs are older, the goals earlier.
-    beliefs += reversed(given_beliefs(entry))
-    goals = [*given_goals(entry), *goals]
-    base = BeliefBase()
-    events: list[tuple[str, Structure]] = []
-    library = PlanLibrary((*program.plans, *_message_plans()))
-    # Added from the last to the first: the first is then the newest, and queries find it first.
-    for belief in reversed(beliefs):
-        if isinstance(belief, Rule):
-            base.add_rule(belief)
-            continue
-        own = _own(belief)
-        if base.add(own) and library.relevant("+", own.key):
-            events.append(("+", own))
-    events += [("+!", _own(_with_own_variables(goal))) for goal in goals]
-    return _Prototype(entry.name, base, library, events)
-
-
-def _with_own_variables(goal: Structure) -> Structure:
-    """The goal with variables of names that no plan uses."""
-    renaming: Bindings = {variable: Variable(f"_initial_{variable}") for variable in free_variables(goal)}
-    renamed = substitute_only(goal, renaming)
-    return renamed if isinstance(renamed, Structure) else goal
-
-
-def _own(literal: Structure) -> Structure:
-    return literal if literal.has_source() else literal.annotated((*literal.annots, SOURCE_SELF))

@@ -19,6 +19,7 @@ from .errors import BdiError, Location
 from .intentions import Event, Intention, Message
 from .jitter import JitteredRun
 from .library import PlanLibrary
+from .participant import Participant
 from .scheduler import Run
 from .syntax import Act, And, Formula, Plan
 from .terms import SOURCE_PERCEPT, Structure
@@ -144,7 +145,7 @@ class TracedRun(Run):
             self.note(self.acting.name, "warning", text, self._cause)
         super().warn(text)
 
-    def deliver(self, to: Agent, message: Message) -> None:
+    def deliver(self, to: Participant, message: Message) -> None:
         """Note a message when it is sent."""
         if message.number not in self.messages:
             sender = to.name if message.sender == "self" else message.sender

@@ -234,7 +234,7 @@ def _evaluate(expression: Arithmetic, operands: list[Term]) -> Term:
     if len(numbers) == 1:
         return Number(-numbers[0])
     try:
-        return Number(_OPERATIONS[expression.operator](*numbers))
+        return Number(OPERATIONS[expression.operator](*numbers))
     except (ArithmeticError, ValueError):
         raise EvaluationError(f"{Arithmetic(expression.operator, tuple(operands))} has no value") from None
 
@@ -246,7 +246,7 @@ def _divide(x: float, y: float) -> float:
 
 
 # Integer division and remainder truncate towards zero, as on the Java numbers Jason computes with.
-_OPERATIONS: dict[str, Callable[[float, float], float]] = {
+OPERATIONS: dict[str, Callable[..., float]] = {
     "+": lambda x, y: x + y,
     "-": lambda x, y: x - y,
     "*": lambda x, y: x * y,

@@ -1,0 +1,28 @@
+"""The fast path: programs compiled to Python.
+
+What is compiled
+    The events of an agent become functions that find the first applicable plan, its plans functions that can be
+    left after every statement and taken up there again. Beliefs without arguments are kept by name, the others
+    in one table for each predicate.
+
+What is left to the interpreter
+    Agents with rules, with plans for any event, or with plans of their own for messages, are interpreted from
+    the start. The others are compiled, and where a run comes to something without a compiled form, the agent
+    hands over to the interpreter, with its whole mental state, for the rest of that run. These are: failures of
+    any kind (no applicable plan, a false action or condition, an expression without a value), percepts that
+    change during a run, messages other than ``tell`` and ``achieve``, atomic plans, goals with free variables,
+    annotations other than one source, conditions with structured patterns or internal actions, and all internal
+    actions but ``.print .println .send .abolish .wait(T)``.
+
+Why it is equal
+    A compiled agent has the interpreter's queues (mailbox, events, action feedback, intentions) and does the same
+    reasoning cycle on them, so that several intentions interleave in the same way. It does several cycles at once
+    only while all other agents are idle and its own queues are empty, up to the next moment at which anything
+    else can happen: nothing can come between. Whatever it cannot do exactly it has not begun when it hands over.
+"""
+
+from .agent import AgentCode, CompiledAgent
+from .compiler import compile_agent, compile_program
+from .program import ProgramCode
+
+__all__ = ["AgentCode", "CompiledAgent", "ProgramCode", "compile_agent", "compile_program"]

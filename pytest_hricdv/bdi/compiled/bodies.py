@@ -1,0 +1,201 @@
+"""Plan bodies as Python functions that can be left after any statement and taken up there again.
+
+A function gets the agent ``a``, the activity ``i`` to take up at statement ``i.pc``, and ``n``, the cycles that it
+may do: more than one only while nothing else can happen to the agent. Each statement costs one. When none is
+left, the activity is put where the interpreter would have its intention after that cycle, and 0 is returned.
+"""
+
+from __future__ import annotations
+
+from ..syntax import Body, For, Formula, If, Plan, While, posted
+from ..terms import Structure, Variable
+from .conditions import Conditions, binds
+from .layout import Layout, blocks, number, variables_in
+from .program import LoopCode, PlanCode, ProgramCode
+from .values import Scope, values
+from .writer import UnsupportedError, Writer
+
+
+class BodyWriter:
+    """Writes the function for one plan; what a statement does is in :mod:`statements`.
+
+    Args:
+        writer: where to.
+        program: the program it is part of.
+        plan: the plan.
+        receivers: the agents that messages can be sent to.
+    """
+
+    def __init__(self, writer: Writer, program: ProgramCode, plan: Plan, receivers: frozenset[str]) -> None:
+        self.writer = writer
+        self.program = program
+        self.plan = plan
+        self.receivers = receivers
+        self.conditions = Conditions(writer, program.table)
+        self.layout = Layout(plan)
+        self.names = {variable: f"x{place}" for place, variable in enumerate(self.layout.variables)}
+        self._saved = [*self.names.values(), *(f"l{pc}" for pc in self.layout.loops)]
+        self._loops: dict[int, LoopCode] = {}
+
+    def write(self, name: str, bound: frozenset[Variable]) -> PlanCode:
+        """Write the function.
+
+        Args:
+            name: its name.
+            bound: the variables that the trigger and the context bind.
+
+        Raises:
+            UnsupportedError: some statement has no compiled form.
+        """
+        writer, layout = self.writer, self.layout
+        scope = {variable: python for variable, python in self.names.items() if variable in bound}
+        with writer.block(f"def {name}(a, i, n):"):
+            writer.line("p = a.p")
+            writer.line("pc = i.pc")
+            if self._saved:
+                writer.line(f"({', '.join(self._saved)},) = i.values")
+            if layout.loops:
+                with writer.block("while True:"):
+                    self._whole(scope)
+            else:
+                self._whole(scope)
+        last = layout.end - 1 if layout.body and not blocks(layout.body[-1], 0) else -1
+        return PlanCode(self.plan, layout.variables, self._loops, tuple(layout.after), last)
+
+    def _whole(self, scope: Scope) -> None:
+        self._block(self.layout.body, 0, scope)
+        # A finished plan is taken off in a cycle of its own.
+        with self.writer.block(f"if pc == {self.layout.end}:"):
+            self.writer.line("return a.finish(i, n - 1)")
+
+    def _block(self, body: Body, start: int, scope: Scope) -> None:
+        from .statements import write_statement
+
+        for pc, statement in number(body, start):
+            with self.writer.block(f"if pc == {pc}:"):
+                after = write_statement(self, pc, statement, scope)
+            inside = after
+            if isinstance(statement, (For, While)):
+                new = binds(statement.condition, scope) if isinstance(statement, For) else ()
+                self._loops[pc] = LoopCode(tuple(scope), new)
+                inside = {**scope, **self.named(new)}
+            for block, first in blocks(statement, pc):
+                self._block(block, first, inside)
+            if isinstance(statement, If):
+                self._check_branches(pc, statement, after)
+            scope = after
+
+    def _check_branches(self, pc: int, statement: If, scope: Scope) -> None:
+        """What only one branch binds must not be looked at afterwards: whether it is bound would depend on the run."""
+        inside = {variable for variable in variables_in(statement) if variable not in scope}
+        following = [other for number_, other in self.layout.statements if number_ >= self.layout.after[pc] > pc]
+        both = set(variables_in(statement.then)) & set(variables_in(statement.otherwise))
+        if inside & (both | set(variables_in(tuple(following)))):
+            raise UnsupportedError(f"variables bound in only one branch of {statement}")
+
+    def named(self, variables: tuple[Variable, ...]) -> Scope:
+        """The Python names of variables."""
+        return {variable: self.names[variable] for variable in variables}
+
+    # --- where the activity is
+
+    def save(self, pc: int | str) -> None:
+        """Note where the activity is, and what its variables stand for."""
+        self.writer.line(f"i.pc = {pc}")
+        if self._saved:
+            self.writer.line(f"i.values = ({', '.join(self._saved)},)")
+
+    def mark(self, pc: int) -> None:
+        """As :meth:`save`, where the statement may have to be left to the interpreter."""
+        self.save(pc)
+        self.writer.line("i.left = n")
+
+    def cut(self) -> None:
+        """Something may happen in the next round: do no more than this cycle."""
+        self.writer.line("a.unused += n - 1")
+        self.writer.line("n = 1")
+
+    def go_on(self, pc: int) -> None:
+        """The statement is done and its cycle over: suspend, finish, or go on with the next one."""
+        after = self.layout.after[pc]
+        self.writer.line("n -= 1")
+        if after == self.layout.end:
+            self.writer.line("return a.finish(i, n)")
+            return
+        self._suspend(after, "a.intentions.append(i)")
+        self.writer.line(f"pc = {after}")
+
+    def wait_in(self, pc: int, queue: str, at_the_end: str = "") -> None:
+        """As :meth:`go_on`, where the statement is done only when what it has brought about was dealt with."""
+        after = self.layout.after[pc]
+        self.writer.line("n -= 1")
+        self._suspend(pc, queue)
+        if at_the_end and after == self.layout.end:
+            self.writer.line(at_the_end)
+        else:
+            self.writer.line(f"pc = {after}")
+
+    def _suspend(self, pc: int, queue: str) -> None:
+        with self.writer.block("if not n:"):
+            self.save(pc)
+            self.writer.line(queue)
+            self.writer.line("return 0")
+
+    def call(self, pc: int, trigger: str, args: str, annots: str) -> None:
+        """Post an event that the activity waits for, and for which there may be a plan."""
+        writer = self.writer
+        self.save(pc)
+        writer.line("n -= 1")
+        with writer.block("if n:"):
+            writer.line(f"return a.enter(i, {trigger}, {args}, {annots}, n)")
+        writer.line(f"a.events.append(({trigger}, {args}, {annots}, i))")
+        writer.line("return 0")
+
+    def jump(self, targets: tuple[int, ...]) -> None:
+        """After a statement that has chosen where to go on."""
+        writer = self.writer
+        writer.line("n -= 1")
+        if self.layout.end in targets:
+            with writer.block(f"if pc == {self.layout.end}:"):
+                writer.line("return a.finish(i, n)")
+        with writer.block("if not n:"):
+            self.save("pc")
+            writer.line("a.intentions.append(i)")
+            writer.line("return 0")
+
+    # --- what statements are about
+
+    def posted(self, literal: object, scope: Scope) -> tuple[Structure, str, str]:
+        """A literal, and the expressions for its arguments and its annotations as its event carries them."""
+        if not isinstance(literal, Structure) or literal.annots_tail is not None:
+            raise UnsupportedError(f"{literal} is not compiled")
+        ready = posted(Structure(literal.functor, (), literal.annots, literal.negated))
+        if ready is None:
+            raise UnsupportedError(f"the annotations of {literal} are not compiled")
+        return literal, values(self.writer, literal.args, scope), self.writer.names.constant(ready.annots)
+
+    def trigger(self, sign: str, literal: Structure) -> str:
+        """The name of what the agent does on an event."""
+        return self.writer.names.constant(self.program.trigger(sign, literal.key))
+
+    def has_plans(self, sign: str, literal: Structure) -> bool:
+        """Whether any plan is for an event."""
+        return (sign, literal.key) in self.program.relevant
+
+    def solutions(self, formula: Formula, scope: Scope, new: tuple[Variable, ...], every: bool) -> str:
+        """A call that gives the values of new variables in the first solution, or the list of all, last first."""
+        inner = self.writer.beside()
+        name = inner.names.fresh("solutions")
+        known = ", ".join(["a", "p", *scope.values()])
+
+        def found(extended: Scope) -> None:
+            solution = f"({', '.join(extended[each] for each in new)}{',' if new else ''})"
+            inner.line(f"solutions.append({solution})" if every else f"return {solution}")
+
+        with inner.block(f"def {name}({known}):"):
+            if every:
+                inner.line("solutions = []")
+            Conditions(inner, self.program.table).require((formula,), scope, found, every)
+            inner.line("return solutions[::-1]" if every else "return None")
+        inner.functions.extend(inner.lines)
+        return f"{name}({known})"

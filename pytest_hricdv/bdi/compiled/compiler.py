@@ -1,0 +1,57 @@
+"""Deciding whether an agent is compiled, and compiling its program."""
+
+from __future__ import annotations
+
+from ..beliefs import BeliefBase
+from ..communication import KQML_RECEIVED
+from ..library import PlanLibrary
+from ..syntax import Rule
+from ..terms import SOURCE_PERCEPT, Structure
+from .agent import AgentCode
+from .program import PlanCode, ProgramCode
+from .runtime import NAMES
+from .selection import SelectionWriter
+from .writer import Names
+
+
+def compile_agent(
+    program: ProgramCode | None, beliefs: BeliefBase, library: PlanLibrary, events: list[tuple[str, Structure]]
+) -> AgentCode | None:
+    """The compiled form of an agent; None if it has to be interpreted from the start.
+
+    Args:
+        program: the compiled form of its plans, if there is one.
+        beliefs: what it believes at first.
+        library: its plans.
+        events: what it has to react to at first.
+    """
+    if program is None or not all(literal.ground for _, literal in events):
+        return None
+    if any(isinstance(belief, Rule) or SOURCE_PERCEPT in belief.annots for belief in beliefs):
+        return None
+    return AgentCode(program, beliefs, library, events)
+
+
+def compile_program(library: PlanLibrary, receivers: frozenset[str]) -> ProgramCode | None:
+    """The compiled form of an agent's plans; None if none has any."""
+    plans = [plan for plan in library.plans if not plan.builtin]
+    keys = list(dict.fromkeys(plan.trigger.key for plan in plans))
+    if None in keys or any(key is not None and key[1] == KQML_RECEIVED for key in keys):
+        return None
+    program = ProgramCode(frozenset(key for key in keys if key is not None))
+    names = Names()
+    selection = SelectionWriter(program, names, receivers)
+    functions: dict[str, tuple[str, tuple[bool, str, int]]] = {}
+    for place, key in enumerate(keys):
+        if key is not None:
+            functions[f"select{place}"] = key
+            selection.write(f"select{place}", key[1][2], library.relevant(*key))
+    program.source = "\n".join(selection.functions)
+    namespace: dict[str, object] = {**NAMES, **names.objects}
+    exec(compile(program.source, "<compiled AgentSpeak>", "exec"), namespace)
+    for name, key in functions.items():
+        program.trigger(*key).select = namespace[name]  # type: ignore[assignment]
+    for name, code in selection.plans.items():
+        assert isinstance(code, PlanCode)
+        code.run = namespace[name]  # type: ignore[assignment]
+    return program if selection.plans else None

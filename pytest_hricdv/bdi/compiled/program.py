@@ -1,0 +1,105 @@
+"""The compiled form of an agent's program: what it does on events, and its plans, as Python functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from ..syntax import EventKey, Plan
+from ..terms import Key, Structure, Term, Variable
+
+if TYPE_CHECKING:
+    from .agent import Activity, CompiledAgent
+
+Annots = tuple[Term, ...]
+Values = tuple[object, ...]
+"""What the variables of a plan's body stand for, in the order of :attr:`PlanCode.variables`, None where nothing,
+and then for each of its loops under way the solutions that are left."""
+Select = Callable[["CompiledAgent", tuple[Term, ...], Annots], "tuple[PlanCode, Values] | None"]
+Run = Callable[["CompiledAgent", "Activity", int], int]
+
+
+def _not_yet(agent: CompiledAgent, activity: Activity, cycles: int) -> int:
+    raise NotImplementedError  # Replaced as soon as the program's source has been compiled.
+
+
+@dataclass(frozen=True, slots=True)
+class LoopCode:
+    """A loop.
+
+    Args:
+        outer: the variables bound before it.
+        new: the variables bound by each solution of its condition.
+    """
+
+    outer: tuple[Variable, ...]
+    new: tuple[Variable, ...]
+
+
+@dataclass(slots=True, eq=False)
+class PlanCode:
+    """A plan.
+
+    Args:
+        plan: what it was compiled from.
+        variables: the variables in its body.
+        loops: its loops by the number of their statement; each has a place among the values, after the variables.
+        after: for each statement, in the order of the text, the number of the one to go on with.
+        last: the number of the last statement, if no block is around it; else -1.
+        run: executes statements from ``activity.pc`` on, at most so many cycles; 0 when that is all for now.
+    """
+
+    plan: Plan
+    variables: tuple[Variable, ...]
+    loops: dict[int, LoopCode]
+    after: tuple[int, ...]
+    last: int
+    run: Run = field(default=_not_yet)
+
+
+@dataclass(slots=True, eq=False)
+class TriggerCode:
+    """What an agent does on an event.
+
+    Args:
+        sign: that of the event.
+        key: that of its literal.
+        select: finds the first applicable plan; None when no plan is for such an event.
+    """
+
+    sign: str
+    key: Key
+    select: Select | None = None
+
+    def literal(self, args: tuple[Term, ...], annots: Annots) -> Structure:
+        """The literal of an event."""
+        return Structure(self.key[1], args, annots, self.key[0])
+
+
+@dataclass(slots=True, eq=False)
+class ProgramCode:
+    """All that is the same for all agents with a program.
+
+    Args:
+        relevant: the events that plans are for.
+        triggers: what to do on events, those without a plan included.
+        tables: the place of the table of each predicate with arguments that the program tests.
+        source: the Python text, to be read by people.
+    """
+
+    relevant: frozenset[EventKey]
+    triggers: dict[EventKey, TriggerCode] = field(default_factory=dict)
+    tables: dict[Key, int] = field(default_factory=dict)
+    source: str = ""
+
+    def trigger(self, sign: str, key: Key) -> TriggerCode:
+        """What to do on an event."""
+        found = self.triggers.get((sign, key))
+        if found is None:
+            found = self.triggers[sign, key] = TriggerCode(sign, key)
+        return found
+
+    def table(self, literal: Structure) -> str:
+        """The Python expression for the table of a predicate with arguments."""
+        return f"a.tables[{self.tables.setdefault(literal.key, len(self.tables))}]"

@@ -1,0 +1,108 @@
+"""Finding the first applicable plan for an event, as a Python function for each kind of event."""
+
+from __future__ import annotations
+
+from ..syntax import Plan
+from ..terms import Structure, Variable
+from .bodies import BodyWriter
+from .conditions import Conditions, source_pattern
+from .program import PlanCode, ProgramCode
+from .values import Scope, equality
+from .writer import Names, UnsupportedError, Writer
+
+
+class SelectionWriter:
+    """Writes the functions for the events of a program and for the plans that are for them.
+
+    Args:
+        program: the program; its triggers are added to.
+        names: the objects named by its code.
+        receivers: the agents that messages can be sent to.
+    """
+
+    def __init__(self, program: ProgramCode, names: Names, receivers: frozenset[str]) -> None:
+        self._program = program
+        self._names = names
+        self._receivers = receivers
+        self.functions: list[str] = []
+        self.plans: dict[str, PlanCode] = {}
+        """The code of the plans that have one, by the name of their function."""
+
+    def write(self, name: str, arity: int, plans: tuple[Plan, ...]) -> None:
+        """Write the function that selects among plans for one event, in their order."""
+        writer = Writer(self._names, self.functions)
+        with writer.block(f"def {name}(a, args, annots):"):
+            writer.line("p = a.p")
+            if arity:
+                writer.line(f"({', '.join(f'e{place}' for place in range(arity))},) = args")
+            for plan in plans:
+                try:
+                    with writer.attempt():
+                        self._plan(writer, plan)
+                except UnsupportedError:
+                    # Its trigger or context has no compiled form: whether it is applicable is not known here.
+                    writer.line("bail()")
+                    break
+            else:
+                writer.line("return None")
+        self.functions.extend(writer.lines)
+
+    def _plan(self, writer: Writer, plan: Plan) -> None:
+        literal = plan.trigger.literal
+        if not isinstance(literal, Structure):
+            raise UnsupportedError(f"{plan.trigger} is for any event")
+        scope, tests = self._trigger(writer, literal)
+        source = source_pattern(literal)
+        if isinstance(source, Variable):
+            name = writer.names.fresh("v")
+            writer.line(f"{name} = first_source(annots)")
+            tests.append(f"{name} is not None")
+            if source in scope:
+                tests.append(f"same({scope[source]}, {name})")
+            scope.setdefault(source, name)
+        elif source is not None:
+            tests.append(f"{writer.names.constant(Structure('source', (source,)))} in annots")
+        if tests:
+            with writer.block(f"if {' and '.join(tests)}:"):
+                self._context(writer, plan, scope)
+        else:
+            self._context(writer, plan, scope)
+
+    def _trigger(self, writer: Writer, literal: Structure) -> tuple[Scope, list[str]]:
+        """The variables that the arguments of an event bind, and the tests they have to pass."""
+        scope: Scope = {}
+        tests: list[str] = []
+        for place, arg in enumerate(literal.args):
+            if isinstance(arg, Variable) and arg not in scope:
+                scope[arg] = f"e{place}"
+            else:
+                tests.append(equality(writer, f"e{place}", arg, scope))
+        return scope, tests
+
+    def _context(self, writer: Writer, plan: Plan, scope: Scope) -> None:
+        def select(extended: Scope) -> None:
+            code = self._code(plan, frozenset(extended))
+            if code is None:
+                writer.line("bail()")
+                return
+            name, variables, loops = code
+            values = [extended.get(variable, "None") for variable in variables] + ["None"] * loops
+            writer.line(f"a.executed.append({plan.label!r})")
+            writer.line(f"return {name}, ({', '.join(values)}{',' if values else ''})")
+
+        context = () if plan.context is None else (plan.context,)
+        Conditions(writer, self._program.table).require(context, scope, select, every=False)
+
+    def _code(self, plan: Plan, bound: frozenset[Variable]) -> tuple[str, tuple[Variable, ...], int] | None:
+        """The name of a plan's code, its variables and the number of its loops; None if it has no compiled form."""
+        if plan.atomic:
+            return None
+        writer = Writer(self._names, [])
+        name = f"plan{len(self.plans)}"
+        try:
+            code = BodyWriter(writer, self._program, plan, self._receivers).write(name, bound)
+        except UnsupportedError:
+            return None
+        self.functions += writer.functions + writer.lines
+        self.plans[name] = code
+        return self._names.constant(code), code.variables, len(code.loops)

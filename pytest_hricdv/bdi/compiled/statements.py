@@ -1,0 +1,255 @@
+"""What each kind of statement becomes in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ..syntax import Achieve, Act, Believe, Check, For, Formula, If, Internal, Statement, Test, While
+from ..terms import SOURCE_PERCEPT, Call, String, Structure
+from .bodies import BodyWriter
+from .conditions import binds, proposition
+from .layout import blocks, variables_in
+from .values import Scope, number, value
+from .writer import UnsupportedError, is_name
+
+_FORCES = frozenset({"tell", "achieve"})
+
+
+def write_statement(body: BodyWriter, pc: int, statement: Statement, scope: Scope) -> Scope:
+    """Write a statement; the variables bound after it.
+
+    Raises:
+        UnsupportedError: there is no compiled form.
+    """
+    return _WRITE[type(statement)](body, pc, statement, scope)
+
+
+def _achieve(body: BodyWriter, pc: int, statement: Achieve, scope: Scope) -> Scope:
+    literal, args, annots = body.posted(statement.literal, scope)
+    trigger = body.trigger("+!", literal)
+    if "bail()" in args or "compute(" in args:
+        body.mark(pc)
+    if statement.apart:
+        body.writer.line(f"a.events.append(({trigger}, {args}, {annots}, None))")
+        body.cut()
+        body.go_on(pc)
+    else:
+        body.call(pc, trigger, args, annots)
+    return scope
+
+
+def _believe(body: BodyWriter, pc: int, statement: Believe, scope: Scope) -> Scope:
+    literal, args, annots = body.posted(statement.literal, scope)
+    if SOURCE_PERCEPT in literal.annots or statement.sign == "++":
+        raise UnsupportedError(f"{statement} is not compiled")
+    writer, sign = body.writer, statement.sign
+    if not literal.args:
+        store, slot = "p", repr(proposition(literal))
+    else:
+        body.mark(pc)
+        writer.line(f"args = {args}")
+        store, slot, args = body.program.table(literal), "args", "args"
+    if sign == "-+":
+        which = "None" if literal.args else slot
+        with writer.block(f"if a.displace({store}, {which}, {annots}, {body.trigger('-', literal)}):"):
+            body.cut()
+    event_sign = "-" if sign == "-" else "+"
+    writer.line(f"new = a.{'remove' if sign == '-' else 'add'}({store}, {slot}, {annots})")
+    with writer.block("if new is None:"):
+        body.go_on(pc)
+    with writer.block("else:"):
+        event = body.trigger(event_sign, literal)
+        if body.has_plans(event_sign, literal):
+            body.call(pc, event, args, "new")
+        else:
+            body.wait_in(pc, f"a.events.append(({event}, {args}, new, i))")
+    return scope
+
+
+def _act(body: BodyWriter, pc: int, statement: Act, scope: Scope) -> Scope:
+    action, writer, names = statement.action, body.writer, body.writer.names
+    if not isinstance(action, Structure):
+        raise UnsupportedError(f"{statement} is not compiled")
+    done = value(writer, action, scope)
+    if not action.ground:
+        body.mark(pc)
+        writer.line(f"action = {done}")
+        done = "action"
+    with writer.block("if a.acts_alone:"):
+        text = names.constant(str(action)) if action.ground else "str(action)"
+        writer.line(f"a.run.actions.append((a.name, {text}))")
+        writer.line("a.run.progress += 1")
+    with writer.block("else:"):
+        body.cut()
+        where = f"{names.constant(body.plan)}, {names.constant(statement)}"
+        with writer.block(f"if not a.run.act(a.name, {done}, {where}):"):
+            body.save(pc)
+            writer.line("a.feedback.append((i, False))")
+            writer.line("return 0")
+    body.wait_in(pc, "a.feedback.append((i, True))", at_the_end="return a.finish_acted(i, n)")
+    return scope
+
+
+def _check(body: BodyWriter, pc: int, statement: Check, scope: Scope) -> Scope:
+    return _first(body, pc, statement.formula, scope)
+
+
+def _test(body: BodyWriter, pc: int, statement: Test, scope: Scope) -> Scope:
+    return _first(body, pc, statement.formula, scope)
+
+
+def _first(body: BodyWriter, pc: int, formula: Formula, scope: Scope) -> Scope:
+    """A condition that has to hold; if it does not, the interpreter makes the statement fail."""
+    body.mark(pc)
+    new = binds(formula, scope)
+    if not new:
+        with body.writer.block(f"if not {body.conditions.test(formula, scope)}:"):
+            body.writer.line("bail()")
+    else:
+        body.writer.line(f"found = {body.solutions(formula, scope, new, every=False)}")
+        with body.writer.block("if found is None:"):
+            body.writer.line("bail()")
+        body.writer.line(f"({', '.join(body.names[each] for each in new)},) = found")
+    body.go_on(pc)
+    return {**scope, **body.named(new)}
+
+
+def _if(body: BodyWriter, pc: int, statement: If, scope: Scope) -> Scope:
+    if binds(statement.condition, scope):
+        raise UnsupportedError(f"{statement.condition} binds variables")
+    (_, then), (_, otherwise) = blocks(statement, pc)
+    after = body.layout.after[pc]
+    targets = (then if statement.then else after, otherwise if statement.otherwise else after)
+    body.mark(pc)
+    test = body.conditions.test(statement.condition, scope)
+    body.writer.line(f"pc = {targets[0]} if {test} else {targets[1]}")
+    body.jump(targets)
+    return scope
+
+
+def _while(body: BodyWriter, pc: int, statement: While, scope: Scope) -> Scope:
+    if binds(statement.condition, scope):
+        raise UnsupportedError(f"{statement.condition} binds variables")
+    body.mark(pc)
+    inside = pc + 1 if statement.body else pc
+    _reset(body, statement, scope)
+    with body.writer.block(f"if {body.conditions.test(statement.condition, scope)}:"):
+        body.writer.line(f"l{pc} = True")
+        body.writer.line(f"pc = {inside}")
+    with body.writer.block("else:"):
+        _leave_loop(body, pc)
+    body.jump((inside, body.layout.after[pc]))
+    return scope
+
+
+def _for(body: BodyWriter, pc: int, statement: For, scope: Scope) -> Scope:
+    new = binds(statement.condition, scope)
+    body.mark(pc)
+    inside = pc + 1 if statement.body else pc
+    with body.writer.block(f"if l{pc} is None:"):
+        body.writer.line(f"l{pc} = {body.solutions(statement.condition, scope, new, every=True)}")
+    _reset(body, statement, scope)
+    with body.writer.block(f"if l{pc}:"):
+        bound = f"({', '.join(body.names[each] for each in new)},) = " if new else ""
+        body.writer.line(f"{bound}l{pc}.pop()")
+        body.writer.line(f"pc = {inside}")
+    with body.writer.block("else:"):
+        _leave_loop(body, pc)
+    body.jump((inside, body.layout.after[pc]))
+    return scope
+
+
+def _reset(body: BodyWriter, statement: For | While, scope: Scope) -> None:
+    """What was bound in a loop is bound neither in its next round nor after it."""
+    for variable in variables_in(statement):
+        if variable not in scope:
+            body.writer.line(f"{body.names[variable]} = None")
+
+
+def _leave_loop(body: BodyWriter, pc: int) -> None:
+    body.writer.line(f"l{pc} = None")
+    body.writer.line(f"pc = {body.layout.after[pc]}")
+
+
+def _internal(body: BodyWriter, pc: int, statement: Internal, scope: Scope) -> Scope:
+    call = statement.call
+    write = _INTERNAL.get((call.name, len(call.args))) or _INTERNAL.get((call.name, -1))
+    if write is None:
+        raise UnsupportedError(f"{call} is not compiled")
+    body.mark(pc)
+    if write(body, call, scope):
+        body.go_on(pc)
+    return scope
+
+
+def _print(body: BodyWriter, call: Call, scope: Scope) -> bool:
+    parts = [_text(body, arg, scope) for arg in call.args]
+    body.writer.line(f"a.run.print(a.name, {' + '.join(parts) or repr('')})")
+    return True
+
+
+def _text(body: BodyWriter, arg: Any, scope: Scope) -> str:
+    if isinstance(arg, String):
+        return body.writer.names.constant(arg.value)
+    if isinstance(arg, Structure) and arg.ground:
+        return body.writer.names.constant(str(arg))
+    return f"shown({value(body.writer, arg, scope)})"
+
+
+def _send(body: BodyWriter, call: Call, scope: Scope) -> bool:
+    receiver, force, content = call.args
+    if not isinstance(receiver, Structure) or not is_name(receiver) or receiver.functor not in body.receivers:
+        raise UnsupportedError(f"{receiver} is not an agent known beforehand")
+    if not isinstance(force, Structure) or not is_name(force) or force.functor not in _FORCES:
+        raise UnsupportedError(f"messages of force {force} are not compiled")
+    sent = value(body.writer, content, scope)  # type: ignore[arg-type]
+    body.writer.line(f"a.send({receiver.functor!r}, {force.functor!r}, {sent})")
+    body.cut()
+    return True
+
+
+def _abolish(body: BodyWriter, call: Call, scope: Scope) -> bool:
+    pattern = call.args[0]
+    if not isinstance(pattern, Structure) or pattern.annots or pattern.annots_tail is not None:
+        raise UnsupportedError(f"{call} is not compiled")
+    writer, trigger = body.writer, body.trigger("-", pattern)
+    store, slots = "p", f"[{proposition(pattern)!r}]"
+    if pattern.args:
+        store, slots = body.program.table(pattern), "slots"
+        names, tests = body.conditions.unpack(pattern.args, dict(scope))
+        writer.line("slots = []")
+        with writer.block(f"for args, _ in newest({store}):"):
+            writer.line(f"({', '.join(names)},) = args")
+            with writer.block(f"if {' and '.join(tests) or 'True'}:"):
+                writer.line("slots.append(args)")
+    with writer.block(f"if a.abolish({store}, {slots}, {trigger}):"):
+        body.cut()
+    return True
+
+
+def _wait(body: BodyWriter, call: Call, scope: Scope) -> bool:
+    wait_ms = number(body.writer, call.args[0], scope)  # type: ignore[arg-type]
+    body.writer.line(f"return a.wait(i, {wait_ms}, n)")
+    return False
+
+
+_INTERNAL: dict[tuple[str, int], Callable[[BodyWriter, Call, Scope], bool]] = {
+    (".print", -1): _print,
+    (".println", -1): _print,
+    (".send", 3): _send,
+    (".abolish", 1): _abolish,
+    (".wait", 1): _wait,
+}
+"""Internal actions by name and number of arguments, -1 for any; False if the action ends the statement itself."""
+_WRITE: dict[type, Callable[[BodyWriter, int, Any, Scope], Scope]] = {
+    Achieve: _achieve,
+    Test: _test,
+    Believe: _believe,
+    Act: _act,
+    Internal: _internal,
+    Check: _check,
+    If: _if,
+    While: _while,
+    For: _for,
+}

@@ -1,0 +1,105 @@
+"""Agents as every run begins with them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+from .agent import Agent
+from .beliefs import BeliefBase
+from .compiled import AgentCode, CompiledAgent, ProgramCode, compile_agent, compile_program
+from .library import PlanLibrary
+from .options import given_beliefs, given_goals
+from .parser import read_program
+from .participant import Participant
+from .project import AgentEntry
+from .scheduler import Run
+from .syntax import Plan, Program, Rule
+from .terms import SOURCE_SELF, Structure, Variable
+from .tracing import TracedAgent, TracedRun
+from .unify import Bindings, free_variables, substitute_only
+
+
+@dataclass(frozen=True, slots=True)
+class Prototype:
+    """An agent as every run begins with it.
+
+    Args:
+        name: its name.
+        beliefs: its initial beliefs.
+        library: its plans.
+        events: what it has to react to at first.
+        code: its compiled form, if it has one and the engine is to use it.
+    """
+
+    name: str
+    beliefs: BeliefBase
+    library: PlanLibrary
+    events: list[tuple[str, Structure]]
+    code: AgentCode | None = None
+
+    def agent(self, run: Run) -> Participant:
+        """The agent for a run."""
+        if self.code is not None and run.plain:
+            return CompiledAgent(self.name, run, self.code)
+        kind = TracedAgent if isinstance(run, TracedRun) else Agent
+        return kind(self.name, run, self.beliefs.copy(), self.library, self.events)  # type: ignore[arg-type]
+
+
+@lru_cache(maxsize=1)
+def _message_plans() -> tuple[Plan, ...]:
+    """The plans every agent has for messages that are not acted on at once."""
+    plans = read_program(Path(__file__).parent / "kqml.asl").plans
+    return tuple(replace(plan, builtin=True) for plan in plans)
+
+
+def library_of(program: Program) -> PlanLibrary:
+    """The plans of an agent with a program: its own, then those that every agent has."""
+    return PlanLibrary((*program.plans, *_message_plans()))
+
+
+def prototype_of(entry: AgentEntry, program: Program, library: PlanLibrary) -> Prototype:
+    """The agent of a project's entry."""
+    beliefs = [*program.beliefs]
+    goals = [*program.goals]
+    # What the project gives comes before what the source gives: the beliefs are older, the goals earlier.
+    beliefs += reversed(given_beliefs(entry))
+    goals = [*given_goals(entry), *goals]
+    base = BeliefBase()
+    events: list[tuple[str, Structure]] = []
+    # Added from the last to the first: the first is then the newest, and queries find it first.
+    for belief in reversed(beliefs):
+        if isinstance(belief, Rule):
+            base.add_rule(belief)
+            continue
+        own = _own(belief)
+        if base.add(own) and library.relevant("+", own.key):
+            events.append(("+", own))
+    events += [("+!", _own(_with_own_variables(goal))) for goal in goals]
+    return Prototype(entry.name, base, library, events)
+
+
+def _with_own_variables(goal: Structure) -> Structure:
+    """The goal with variables of names that no plan uses."""
+    renaming: Bindings = {variable: Variable(f"_initial_{variable}") for variable in free_variables(goal)}
+    renamed = substitute_only(goal, renaming)
+    return renamed if isinstance(renamed, Structure) else goal
+
+
+def _own(literal: Structure) -> Structure:
+    return literal if literal.has_source() else literal.annotated((*literal.annots, SOURCE_SELF))
+
+
+def compiled_prototypes(prototypes: list[Prototype]) -> list[Prototype]:
+    """The agents, with their compiled form if they have one; those with the same plans share it."""
+    names = frozenset(prototype.name for prototype in prototypes)
+    programs: dict[int, ProgramCode | None] = {}
+    compiled = []
+    for prototype in prototypes:
+        plans = prototype.library
+        if id(plans) not in programs:
+            programs[id(plans)] = compile_program(plans, names)
+        code = compile_agent(programs[id(plans)], prototype.beliefs, plans, prototype.events)
+        compiled.append(replace(prototype, code=code))
+    return compiled
