@@ -19,6 +19,7 @@ lint: $(VENV)/.installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m pytest_hricdv.bdi lint models_bdi/table_assembly.mas2j
 
 bench: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.end_to_end

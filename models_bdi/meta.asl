@@ -2,6 +2,7 @@
 //
 // It perceives chosen(B) for each of them, gives them to the human, and only then lets it begin,
 // so that the order in which they were chosen makes no difference.
+// lint: percepts chosen
 
 !steer.
 

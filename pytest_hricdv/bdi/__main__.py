@@ -60,6 +60,16 @@ def _trace(options: argparse.Namespace) -> int:
     return _tell_end(options, result)
 
 
+def _lint(options: argparse.Namespace) -> int:
+    from .lint import lint
+
+    percepts = [name for names in options.percepts for name in names.split(",") if name]
+    findings = lint(options.files, percepts)
+    print("\n\n".join(map(str, findings)), end="\n" if findings else "")
+    print(f"{len(findings)} finding{'s'[: len(findings) != 1]}" if findings else "nothing found", file=sys.stderr)
+    return 1 if findings else 0
+
+
 def _result(options: argparse.Namespace, trace: bool) -> Result:
     system = MultiAgentSystem.load(options.file)
     percepts: dict[str, list[str]] = {}
@@ -100,6 +110,18 @@ def _parser() -> argparse.ArgumentParser:
     trace.add_argument("--why", metavar="TEXT", help="show what led to each action that contains TEXT, and no more")
     trace.add_argument("--json", action="store_true", help="print the steps as a JSON list")
     trace.set_defaults(command=_trace)
+    lint = _command(commands, "lint", "look for what seems wrong in models, without running them")
+    lint.add_argument(
+        "files", metavar="FILE", nargs="+", help="a .mas2j, whose agents are looked at together, or an .asl"
+    )
+    lint.add_argument(
+        "--percepts",
+        action="append",
+        default=[],
+        metavar="NAME,...",
+        help="names of what the environment lets agents perceive; a source says so by '// lint: percepts NAME, ...'",
+    )
+    lint.set_defaults(command=_lint)
     return parser
 
 

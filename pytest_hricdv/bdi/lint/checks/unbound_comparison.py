@@ -1,0 +1,150 @@
+"""A comparison or computation with a variable that has no value."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ...errors import Location
+from ...syntax import (
+    Achieve,
+    Act,
+    And,
+    Believe,
+    Body,
+    Check,
+    Comparison,
+    For,
+    Formula,
+    If,
+    Internal,
+    Not,
+    Or,
+    Plan,
+    Statement,
+    Test,
+    While,
+    children,
+    variables_of,
+)
+from ...terms import Arithmetic, Call, Number, Variable
+from ..collect import FORMULA_ARGUMENTS
+from ..model import System
+from ..sources import find
+
+Problem = tuple[Location, str]
+
+
+class UnboundComparison:
+    """Comparisons whose variables nothing before them can have bound."""
+
+    name = "unbound-comparison"
+    why = "A variable without a value is greater than any number and equal to nothing; computing with it fails."
+
+    def findings(self, system: System) -> Iterator[Problem]:
+        """One finding for each variable at each comparison."""
+        for agent in system.agents:
+            for rule in agent.rules:
+                # Whoever asks may know what the head's variables are.
+                yield from _Walk(rule.location).formula(rule.body, set(variables_of(rule.head)))
+            for plan in agent.plans:
+                yield from _plan(plan)
+
+
+def _plan(plan: Plan) -> Iterator[Problem]:
+    walk = _Walk(plan.location)
+    bound = set(variables_of(plan.trigger))
+    if plan.context is not None:
+        yield from walk.formula(plan.context, bound)
+    yield from walk.body(plan.body, bound)
+
+
+class _Walk:
+    """Goes through a plan in the order of execution; ``bound`` collects what may have a value by then."""
+
+    def __init__(self, place: Location) -> None:
+        self._place = place
+
+    def formula(self, formula: object, bound: set[Variable]) -> Iterator[Problem]:
+        """Problems in a condition."""
+        if isinstance(formula, And):
+            for part in formula.parts:
+                yield from self.formula(part, bound)
+        elif isinstance(formula, Or):
+            branches = [set(bound) for _ in formula.parts]
+            for part, branch in zip(formula.parts, branches, strict=True):
+                yield from self.formula(part, branch)
+            bound.update(*branches)
+        elif isinstance(formula, Not):
+            yield from self.formula(formula.part, set(bound))
+        elif isinstance(formula, Comparison):
+            yield from self._comparison(formula, bound)
+        else:
+            bound.update(variables_of(formula))
+
+    def _comparison(self, comparison: Comparison, bound: set[Variable]) -> Iterator[Problem]:
+        unifies = comparison.operator[0] == "=" and comparison.operator != "=="
+        for side in (comparison.left, comparison.right):
+            used = _used(side) if not unifies or isinstance(side, Arithmetic) else set()
+            for variable in sorted(used - bound):
+                what = "computed with" if unifies else "compared"
+                name = "_" if variable[1:].isdigit() else str(variable)
+                yield find(name, self._place), f"{name} has no value yet when it is {what} in {_shown(comparison)}"
+        if unifies:
+            bound.update(variables_of(comparison))
+
+    def body(self, body: Body, bound: set[Variable]) -> Iterator[Problem]:
+        """Problems in statements."""
+        for statement in body:
+            self._place = statement.location
+            yield from self._statement(statement, bound)
+
+    def _statement(self, statement: Statement, bound: set[Variable]) -> Iterator[Problem]:
+        if isinstance(statement, If):
+            inside = set(bound)
+            yield from self.formula(statement.condition, inside)
+            yield from self.body(statement.then, inside)
+            yield from self.body(statement.otherwise, bound)
+            bound.update(inside)
+        elif isinstance(statement, (For, While)):
+            # What is bound in a loop is not bound after it.
+            inside = set(bound)
+            yield from self.formula(statement.condition, inside)
+            yield from self.body(statement.body, inside)
+        elif isinstance(statement, (Test, Check)):
+            yield from self.formula(statement.formula, bound)
+        elif isinstance(statement, (Achieve, Internal, Act, Believe)):
+            if not isinstance(statement, Internal):
+                yield from self._computed(statement, bound)
+            bound.update(variables_of(statement))
+
+    def _computed(self, statement: Statement, bound: set[Variable]) -> Iterator[Problem]:
+        pending: list[object] = list(children(statement))
+        while pending:
+            part = pending.pop()
+            if isinstance(part, Arithmetic):
+                for variable in sorted(_used(part) - bound):
+                    yield (
+                        find(str(variable), self._place),
+                        f"{variable} has no value yet when it is computed with: {part}",
+                    )
+            elif not isinstance(part, (Variable, Number)):
+                pending.extend(children(part))
+
+
+def _used(term: object) -> set[Variable]:
+    """The variables whose values a term needs: not those in the condition of a function such as ``.count``."""
+    found: set[Variable] = set()
+    pending = [term]
+    while pending:
+        part = pending.pop()
+        if isinstance(part, Variable):
+            found.add(part)
+        elif isinstance(part, Call) and part.name in FORMULA_ARGUMENTS:
+            continue
+        elif not isinstance(part, Number):
+            pending.extend(children(part))
+    return found
+
+
+def _shown(formula: Formula) -> str:
+    return str(formula)[1:-1]

@@ -1,0 +1,173 @@
+"""From an agent's program to what the checks ask about it."""
+
+from __future__ import annotations
+
+from ..errors import Location
+from ..syntax import (
+    Achieve,
+    And,
+    Believe,
+    Body,
+    Check,
+    Comparison,
+    For,
+    If,
+    Internal,
+    Not,
+    Or,
+    Plan,
+    Program,
+    Rule,
+    Statement,
+    Test,
+    While,
+    children,
+)
+from ..terms import Annotated, Arithmetic, Call, ListTerm, String, Structure, Term, Variable
+from .model import SELF, Addition, AgentModel, Mention, Sent, sources_named
+from .sources import find
+
+FORMULA_ARGUMENTS = {
+    ".findall": 1,
+    ".setof": 1,
+    ".count": 0,
+    ".eval": 1,
+    ".belief": 0,
+    ".wait": 0,
+}
+"""Which argument of an internal action is a condition on beliefs."""
+
+
+def collect(name: str, file: str, program: Program) -> AgentModel:
+    """An agent's model from its program, which may include the beliefs and goals its project gives it."""
+    model = AgentModel(name, file, program.plans, tuple(b for b in program.beliefs if isinstance(b, Rule)))
+    start = Location(file, 1, 1)
+    for belief in program.beliefs:
+        if isinstance(belief, Rule):
+            model.additions.append(Addition(belief.head.key, None, belief.location, False))
+            _formula(model, belief.body, belief.location, belief.head.functor, None)
+        else:
+            place = find(belief.functor, start)
+            model.additions += _added(belief, place, False)
+    for goal in program.goals:
+        model.goals.append(Mention(goal, find(goal.functor, start)))
+    for plan in program.plans:
+        _plan(model, plan)
+    return model
+
+
+def _plan(model: AgentModel, plan: Plan) -> None:
+    trigger = plan.trigger
+    literal = trigger.literal
+    name = literal.functor if isinstance(literal, Structure) else ""
+    if isinstance(literal, Structure) and trigger.sign in ("+", "-"):
+        model.tests.append(Mention(literal, find(name, plan.location), plan))
+    if plan.context is not None:
+        _formula(model, plan.context, plan.location, name, plan)
+    _body(model, plan.body, plan)
+
+
+def _body(model: AgentModel, body: Body, plan: Plan) -> None:
+    for statement in body:
+        _statement(model, statement, plan)
+        for block in ("then", "otherwise", "body"):
+            _body(model, getattr(statement, block, ()), plan)
+
+
+def _statement(model: AgentModel, statement: Statement, plan: Plan) -> None:
+    place = statement.location
+    if isinstance(statement, Achieve):
+        if isinstance(statement.literal, Structure):
+            model.goals.append(Mention(statement.literal, find(statement.literal.functor, place), plan))
+    elif isinstance(statement, Believe):
+        _believe(model, statement, plan)
+    elif isinstance(statement, Internal):
+        _call(model, statement.call, place, plan)
+    elif isinstance(statement, (Test, Check)):
+        _formula(model, statement.formula, place, "", plan)
+    elif isinstance(statement, (If, While, For)):
+        _formula(model, statement.condition, place, "", plan)
+
+
+def _believe(model: AgentModel, statement: Believe, plan: Plan) -> None:
+    literal, place = statement.literal, statement.location
+    if not isinstance(literal, Structure):
+        if statement.sign != "-":
+            model.additions.append(Addition(None, None if _names_sources(literal) else SELF, place))
+        return
+    place = find(literal.functor, place)
+    if statement.sign == "-":
+        model.deletions.append(Mention(literal, place, plan))
+    else:
+        model.additions += _added(literal, place, True)
+
+
+def _names_sources(literal: Term) -> bool:
+    """Whether a variable's annotations say who it comes from."""
+    return isinstance(literal, Annotated) and bool(literal.annots)
+
+
+def _added(literal: Structure, place: Location, later: bool) -> list[Addition]:
+    return [Addition(literal.key, source, place, later) for source in sources_named(literal) or {SELF}]
+
+
+def _formula(model: AgentModel, formula: object, place: Location, skip: str, plan: Plan | None) -> None:
+    """Note what a condition asks about; ``skip`` is a name between ``place`` and the condition."""
+    if isinstance(formula, Structure):
+        if formula.functor not in ("true", "false"):
+            model.tests.append(Mention(formula, find(formula.functor, place, skip), plan))
+        _calls(model, formula.args, place, plan)
+    elif isinstance(formula, (And, Or, Not)):
+        for part in children(formula):
+            for each in part if isinstance(part, tuple) else (part,):
+                _formula(model, each, place, skip, plan)
+    elif isinstance(formula, Comparison):
+        _calls(model, (formula.left, formula.right), place, plan)
+    elif isinstance(formula, Call):
+        _call(model, formula, place, plan)
+
+
+def _calls(model: AgentModel, terms: object, place: Location, plan: Plan | None) -> None:
+    """Note the functions in terms."""
+    pending = [terms]
+    while pending:
+        part = pending.pop()
+        if isinstance(part, Call):
+            _call(model, part, place, plan)
+        elif isinstance(part, (tuple, Structure, ListTerm, Arithmetic)):
+            pending.extend(children(part))
+
+
+def _call(model: AgentModel, call: Call, place: Location, plan: Plan | None) -> None:
+    model.actions.add(call.name)
+    index = FORMULA_ARGUMENTS.get(call.name)
+    for position, argument in enumerate(call.args):
+        if position == index or isinstance(argument, (And, Or, Not, Comparison, Call)):
+            _formula(model, argument, call.location, "", plan)
+    if call.name == ".abolish" and isinstance(call.args[0], Structure):
+        literal = call.args[0]
+        # It takes every source, so any will do.
+        model.deletions.append(Mention(_from_anybody(literal), find(literal.functor, call.location), plan))
+    elif call.name in (".send", ".broadcast"):
+        _message(model, call)
+
+
+def _from_anybody(literal: Structure) -> Structure:
+    return literal.annotated((*literal.annots, Structure("source", (Variable("_Anybody"),))))
+
+
+def _message(model: AgentModel, call: Call) -> None:
+    to, force, content = call.args[:3] if call.name == ".send" else (None, *call.args[:2])
+    receivers: tuple[str, ...] | None = None
+    if isinstance(to, (Structure, String, ListTerm)):
+        names = [_name(item) for item in (to.items if isinstance(to, ListTerm) else (to,))]
+        receivers = tuple(name for name in names if name) if all(names) else None
+    answered = call.name == ".send" and len(call.args) > 3
+    broadcast = call.name == ".broadcast"
+    model.sent.append(Sent(_name(force), receivers, content, call.location, answered, broadcast))  # type: ignore[arg-type]
+
+
+def _name(term: object) -> str:
+    if isinstance(term, String):
+        return term.value
+    return term.functor if isinstance(term, Structure) and not term.args else ""

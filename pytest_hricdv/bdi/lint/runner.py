@@ -1,0 +1,130 @@
+"""Reading models and running the checks on them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+
+from ..actions import check_calls
+from ..errors import BdiError, Location
+from ..options import given_beliefs, given_goals
+from ..parser import read_program
+from ..project import read_project
+from ..syntax import Program
+from . import sources
+from .checks import CHECKS
+from .collect import collect
+from .finding import Finding
+from .model import AgentModel, System
+
+_REMARK = re.compile(r"//\s*lint:\s*(?P<what>\w+)(?P<rest>[^\n]*)")
+_BAD_REMARK = "bad-remark"
+_WHY_BAD_REMARK = "A remark that lint does not understand silences nothing and declares nothing."
+
+
+@dataclass(frozen=True, slots=True)
+class _Ignored:
+    """A finding that the source justifies: of this name, in this line."""
+
+    file: str
+    line: int
+    name: str
+
+
+def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> list[Finding]:
+    """Look for what seems wrong in models.
+
+    Args:
+        paths: project files, whose agents are looked at together, and sources of single agents.
+        percepts: names of what the environment lets agents perceive.
+
+    Returns:
+        The findings in the order of files and lines.
+
+    Raises:
+        BdiError: a file cannot be read.
+    """
+    sources.forget()
+    declared = frozenset((name, None) for name in percepts)
+    found: dict[tuple[str, Location], Finding] = {}
+    for path in paths:
+        agents, closed = _agents(Path(path))
+        files = dict.fromkeys(file for agent in agents for file in _files(agent))
+        ignored: set[_Ignored] = set()
+        perceived: set[tuple[str, str | None]] = set(declared)
+        for file in files:
+            for finding in _read_remarks(file, ignored, perceived):
+                found[finding.check, finding.location] = finding
+        system = System(agents, closed, frozenset(perceived))
+        for check in CHECKS:
+            for place, message in check.findings(system):
+                if _Ignored(place.file, place.line, check.name) not in ignored:
+                    text = sources.text_of(place.file)
+                    found.setdefault((check.name, place), Finding(check.name, place, message, check.why, text))
+    return sorted(found.values(), key=_position)
+
+
+def _position(finding: Finding) -> tuple[str, int, int, str]:
+    place = finding.location
+    return place.file, place.line, place.column, finding.check
+
+
+def _agents(path: Path) -> tuple[tuple[AgentModel, ...], bool]:
+    """The agents of a project, or of a source on its own, and whether there can be no others."""
+    if path.suffix != ".mas2j":
+        return (collect(path.stem, str(path), _checked(read_program(path))),), False
+    try:
+        project = read_project(path)
+    except FileNotFoundError:
+        raise BdiError(f"{path}: no such file") from None
+    agents = []
+    for entry in project.agents:
+        program = _checked(read_program(entry.source, entry.location, project.text))
+        given = replace(
+            program,
+            beliefs=(*program.beliefs, *given_beliefs(entry)),
+            goals=(*program.goals, *given_goals(entry)),
+        )
+        agents.append(collect(entry.name, str(entry.source), given))
+    return tuple(agents), True
+
+
+def _checked(program: Program) -> Program:
+    check_calls(program)
+    return program
+
+
+def _files(agent: AgentModel) -> list[str]:
+    """The agent's source, and those that it includes."""
+    return [agent.file, *(plan.location.file for plan in agent.plans), *(rule.location.file for rule in agent.rules)]
+
+
+def _read_remarks(file: str, ignored: set[_Ignored], percepts: set[tuple[str, str | None]]) -> list[Finding]:
+    """Note what the remarks in a source justify and declare; findings for those that make no sense."""
+    text = sources.text_of(file)
+    bad: list[Finding] = []
+    known = {check.name for check in CHECKS}
+    for number, line in enumerate(text.split("\n"), start=1):
+        remark = _REMARK.search(line)
+        if remark is None:
+            continue
+        words = remark["rest"].replace(",", " ").split()
+        message = ""
+        if remark["what"] == "percepts" and words:
+            percepts.update((word, file) for word in words)
+        elif remark["what"] != "ignore":
+            message = "expected 'lint: ignore NAME why' or 'lint: percepts name, ...'"
+        elif not words or words[0] not in known:
+            message = f"expected the name of a check to ignore, one of {', '.join(sorted(known))}"
+        elif len(words) == 1:
+            message = f"expected a reason to ignore {words[0]}"
+        else:
+            alone = not line[: remark.start()].strip()
+            ignored.add(_Ignored(file, number + alone, words[0]))
+        if message:
+            place = Location(file, number, remark.start() + 1)
+            bad.append(Finding(_BAD_REMARK, place, message, _WHY_BAD_REMARK, text))
+    return bad

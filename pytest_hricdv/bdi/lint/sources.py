@@ -1,0 +1,60 @@
+"""The texts of a model's files, and where in them a name stands."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+from pathlib import Path
+
+from ..errors import Location
+from ..parser import read_text
+
+_HIDDEN = re.compile(r"//[^\n]*|/\*[\s\S]*?\*/|\"(?:\\.|[^\"\\])*\"")
+
+
+@lru_cache(maxsize=64)
+def text_of(file: str) -> str:
+    """The text of a source file; empty for what was not read from a file."""
+    path = Path(file)
+    return read_text(path) if path.is_file() else ""
+
+
+@lru_cache(maxsize=64)
+def _code_of(file: str) -> str:
+    """The text with comments and strings blanked out, every character where it was."""
+    return _HIDDEN.sub(lambda hidden: re.sub(r"[^\n]", " ", hidden[0]), text_of(file))
+
+
+@lru_cache(maxsize=64)
+def _line_starts(file: str) -> tuple[int, ...]:
+    text = text_of(file)
+    return (0, *(found.end() for found in re.finditer("\n", text)))
+
+
+def find(name: str, start: Location, skip: str = "") -> Location:
+    """Where a name stands first from ``start`` on, and after the name ``skip`` if there is one; else ``start``."""
+    code, starts = _code_of(start.file), _line_starts(start.file)
+    if start.line > len(starts):
+        return start
+    offset = starts[start.line - 1] + start.column - 1
+    if skip:
+        skipped = _word(skip).search(code, offset)
+        offset = skipped.end() if skipped else offset
+    found = _word(name).search(code, offset)
+    return start if found is None else _location(start.file, found.start())
+
+
+def _location(file: str, offset: int) -> Location:
+    before = text_of(file)[:offset]
+    return Location(file, before.count("\n") + 1, offset - (before.rfind("\n") + 1) + 1)
+
+
+@lru_cache(maxsize=1024)
+def _word(name: str) -> re.Pattern[str]:
+    return re.compile(rf"(?<![\w.]){re.escape(name)}(?!\w)")
+
+
+def forget() -> None:
+    """Read files anew from now on."""
+    for cached in (text_of, _code_of, _line_starts):
+        cached.cache_clear()
