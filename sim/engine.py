@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 import sys
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from types import TracebackType
@@ -97,15 +98,41 @@ class Engine:
             bullet.disconnect(self.client)
             self.client = -1
 
-    def load(self, urdf: str) -> int:
-        """Load a robot with a fixed base; rigidly joined links become one. Returns its body id."""
-        if not os.path.exists(urdf):
-            raise SimulationError(f"no robot description at {urdf}")
-        with quiet():
-            flags = bullet.URDF_MERGE_FIXED_LINKS | bullet.URDF_USE_INERTIA_FROM_FILE
-            body: int = bullet.loadURDF(urdf, useFixedBase=True, flags=flags, physicsClientId=self.client)
-        self._link_counts[body] = bullet.getNumJoints(body, physicsClientId=self.client)
-        return body
+    def load(self, description: str, *, sleeps: bool) -> tuple[int, dict[str, int], dict[str, tuple[float, float]]]:
+        """Load a robot with a fixed base from URDF text; rigidly joined links become one.
+
+        Args:
+            description: the text.
+            sleeps: it can be put to sleep, and falls asleep by itself unless it is kept awake.
+
+        Returns:
+            Its body id; and of each joint, by name without "_joint", the index and the limits (rad).
+        """
+        flags = bullet.URDF_MERGE_FIXED_LINKS | bullet.URDF_USE_INERTIA_FROM_FILE
+        flags |= bullet.URDF_ENABLE_SLEEPING if sleeps else 0
+        with (
+            tempfile.NamedTemporaryFile("w", suffix=".urdf", encoding="utf-8") as file,
+            quiet(),
+        ):  # PyBullet wants a file
+            file.write(description)
+            file.flush()
+            try:
+                body: int = bullet.loadURDF(file.name, useFixedBase=True, flags=flags, physicsClientId=self.client)
+            except bullet.error as error:
+                raise SimulationError(f"PyBullet refused the robot description {description[:80]!r}...") from error
+        count = bullet.getNumJoints(body, physicsClientId=self.client)
+        self._link_counts[body] = count
+        infos = [bullet.getJointInfo(body, index, physicsClientId=self.client) for index in range(count)]
+        names = [info[1].decode().removesuffix("_joint") for info in infos]
+        limits = {name: (info[8], info[9]) for name, info in zip(names, infos, strict=True)}
+        return body, {name: index for index, name in enumerate(names)}, limits
+
+    def let_be_touched(self, body: int, group: int, by: int) -> None:
+        """Put all links of a body into a collision group that collides with the groups `by`; without damping."""
+        self.check(body)
+        for link in range(-1, self._link_counts[body]):
+            bullet.setCollisionFilterGroupMask(body, link, group, by, physicsClientId=self.client)
+            bullet.changeDynamics(body, link, linearDamping=0.0, angularDamping=0.0, physicsClientId=self.client)
 
     def add(self, mass_kg: float, position: Vector, rgba: Sequence[float], **shape: Any) -> int:
         """Add a body of one primitive shape (keyword arguments of PyBullet's createCollisionShape).
@@ -121,6 +148,12 @@ class Engine:
             raise SimulationError(f"PyBullet refused a body of shape {shape!r}")
         self._link_counts[body] = 0
         return body
+
+    def remove(self, body: int) -> None:
+        """Take a body away."""
+        self.check(body)
+        bullet.removeBody(body, physicsClientId=self.client)
+        del self._link_counts[body]
 
     def check(self, body: int, link: int = -1) -> None:
         """Raise SimulationError unless `body` is one of this engine and has that link (-1 is its base)."""

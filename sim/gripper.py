@@ -7,11 +7,12 @@ from collections.abc import Callable
 from enum import Enum, auto
 
 from sim.engine import Engine, bullet
+from sim.fingers import CLOSED, OPEN, Fingers
 from sim.leg import Leg
 from sim.leg_supply import LegSupply
 from sim.person import Person
 from sim.places import HANDOVER_M, LEG_LENGTH_M
-from sim.torso import CLOSED, OPEN, Torso
+from sim.torso import Torso
 
 CLOSE_S = 1.2
 OPEN_S = 0.6
@@ -60,9 +61,12 @@ class Doing(Enum):
 class Gripper:
     """Commands to the fingers, and what follows from where the fingers physically are."""
 
-    def __init__(self, engine: Engine, torso: Torso, legs: LegSupply, person: Person, signal: Signal) -> None:
+    def __init__(
+        self, engine: Engine, torso: Torso, fingers: Fingers, legs: LegSupply, person: Person, signal: Signal
+    ) -> None:
         self._engine = engine
         self._torso = torso
+        self._fingers = fingers
         self._legs = legs
         self._person = person
         self._signal = signal
@@ -71,7 +75,8 @@ class Gripper:
 
     def close(self) -> None:
         """Start to close the fingers."""
-        self._torso.move_fingers(CLOSED, CLOSE_S)
+        self._fingers.follow(self._torso.palm_pose())
+        self._fingers.move(CLOSED, CLOSE_S)
         self.doing = Doing.CLOSING
         if self._to_go(CLOSED) > COVERED_RAD:
             self._signal("hand_distance", self.human_distance())
@@ -80,7 +85,7 @@ class Gripper:
     def open(self) -> None:
         """Start to open the fingers."""
         self._signal("hand_closing", False)
-        self._torso.move_fingers(OPEN, OPEN_S)
+        self._fingers.move(OPEN, OPEN_S)
         self.doing = Doing.OPENING
 
     def at_rest(self) -> bool:
@@ -93,8 +98,9 @@ class Gripper:
 
     def human_distance(self) -> float:
         """Smallest distance (m, to a micrometre) between the person's hand and the robot's palm and fingers."""
-        hand, robot = self._person.hand.body, self._torso.body
-        return round(min(self._engine.distance(hand, robot, link) for link in self._torso.hand_links), 6)
+        hand, distance = self._person.hand.body, self._engine.distance
+        fingers = min(distance(hand, self._fingers.body, link) for link in self._fingers.links)
+        return round(min(fingers, distance(hand, self._torso.body, self._torso.palm)), 6)
 
     def before_step(self) -> None:
         """Forces of the person on fingers and leg for the next physics step."""
@@ -108,6 +114,8 @@ class Gripper:
 
     def after_step(self) -> None:
         """What this step's finger positions mean."""
+        if self.doing is not Doing.NOTHING:
+            self._fingers.follow(self._torso.palm_pose())
         if self.doing is Doing.CLOSING:
             self._signal("hand_distance", self.human_distance())
         elif self.doing is Doing.OPENING and self._legs.in_hand is not None and self._beyond_release():
@@ -115,15 +123,20 @@ class Gripper:
 
     def tick(self) -> None:
         """Once every control tick: has the hand done what it was about?"""
+        self._fingers.follow(self._torso.palm_pose())
         if self.doing is Doing.CLOSING and self._stand_at(CLOSED):
             self._signal("hand_closing", False)
-            self.doing = Doing.NOTHING
+            self._stop()
             leg = self._legs.current
             if leg.graspable and self._in_grasp(leg):
                 leg.grasp(self._torso)
                 self._signal("leg_held", True)
         elif self.doing is Doing.OPENING and self._stand_at(OPEN):
-            self.doing = Doing.NOTHING
+            self._stop()
+
+    def _stop(self) -> None:
+        self.doing = Doing.NOTHING
+        self._fingers.rest()
 
     def _release(self, leg: Leg) -> None:
         at_leg = self._engine.distance(self._person.hand.body, leg.body, -1) < REACH_M
@@ -140,24 +153,24 @@ class Gripper:
         return abs(along) < LEG_LENGTH_M / 2 and math.dist(nearest, GRASP_POINT_M) < GRASP_REGION_M
 
     def _beyond_release(self) -> bool:
-        return min(self._torso.finger_angles()[2::2]) > RELEASE_RAD
+        return min(self._fingers.angles()[2::2]) > RELEASE_RAD
 
     def _clasped(self) -> bool:
         palm = self._engine.distance(self._person.hand.body, self._torso.body, self._torso.palm)
         return palm < CLASP_M and self._person.feels_push()
 
     def _clasp(self) -> None:
-        angles = self._torso.finger_angles()
+        angles = self._fingers.angles()
         for number in range(2, len(angles)):  # the thumb lies on the leg's end: the four fingers hold it
             opened_rad = angles[number] - CLOSED[number]
             if opened_rad > 0.0:
-                self._torso.push(number, min(CLASP_MAX_N, CLASP_N_RAD[number % 2] * opened_rad))
+                self._fingers.push(number, min(CLASP_MAX_N, CLASP_N_RAD[number % 2] * opened_rad))
 
     def _stand_at(self, goal: tuple[float, ...]) -> bool:
-        return self._to_go(goal) < COVERED_RAD and self._torso.finger_speed() < STAND_RAD_S
+        return self._to_go(goal) < COVERED_RAD and self._fingers.speed() < STAND_RAD_S
 
     def _to_go(self, goal: tuple[float, ...]) -> float:
-        return max(abs(a - g) for a, g in zip(self._torso.finger_angles(), goal, strict=True))
+        return max(abs(a - g) for a, g in zip(self._fingers.angles(), goal, strict=True))
 
 
 def offset_of(leg: Leg) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from enum import Enum, auto
 
 from sim.engine import UPRIGHT, Engine, Pose, SimulationError, Vector, bullet, finite
@@ -19,6 +20,15 @@ CARRY_FORCE_N = 200.0
 STILL_M_S = 5e-3
 """A leg slower than this is at rest."""
 
+SURFACE = {
+    "linearDamping": 0.0,
+    "angularDamping": 0.1,
+    "lateralFriction": 0.6,
+    "rollingFriction": 0.002,
+    "spinningFriction": 0.002,
+}
+"""Wood on wood, and a little air."""
+
 BEECH = (0.85, 0.65, 0.38, 1.0)
 
 
@@ -32,28 +42,14 @@ class Held(Enum):
     DONE = auto()  # fell or was set down, and moves no more
 
 
-class Leg:
-    """One leg, standing pinned at `place` (m) to begin with."""
+class Leg(ABC):
+    """One leg, standing at `place` (m) to begin with."""
 
     def __init__(self, engine: Engine, place: Vector) -> None:
         self._engine = engine
         self._client = engine.client
-        self.body = engine.add(
-            LEG_MASS_KG, place, BEECH, shapeType=bullet.GEOM_CYLINDER, radius=LEG_RADIUS_M, height=LEG_LENGTH_M
-        )
-        bullet.setCollisionFilterGroupMask(self.body, -1, LEG, LEG | FURNITURE, physicsClientId=self._client)
-        bullet.changeDynamics(
-            self.body,
-            -1,
-            linearDamping=0.0,
-            angularDamping=0.1,
-            lateralFriction=0.6,
-            rollingFriction=0.002,
-            spinningFriction=0.002,
-            physicsClientId=self._client,
-        )
         self.held = Held.PINNED
-        self._constraint = self._join(-1, -1, (place, UPRIGHT), ((0.0, 0.0, 0.0), UPRIGHT))
+        self.body = self._make((place, UPRIGHT), 0.0)
 
     @property
     def graspable(self) -> bool:
@@ -64,6 +60,61 @@ class Leg:
         """Position (m) of the middle and orientation of the leg (its axis is z)."""
         return self._engine.pose(self.body)
 
+    @abstractmethod
+    def speed(self) -> float:
+        """Speed of the middle (m/s)."""
+
+    @abstractmethod
+    def grasp(self, torso: Torso) -> None:
+        """Be held by the robot's palm as it stands."""
+
+    @abstractmethod
+    def take(self, hand: int) -> None:
+        """Be held by a person's hand as it is, and by nothing else."""
+
+    @abstractmethod
+    def drop(self) -> None:
+        """Be left to gravity."""
+
+    @abstractmethod
+    def finish(self) -> None:
+        """Stay where it is for good."""
+
+    @abstractmethod
+    def pull(self, force_n: Vector) -> None:
+        """Be pulled at the middle for one step."""
+
+    @abstractmethod
+    def reaction(self) -> Vector:
+        """What the robot's palm feels of the leg (N, world axes).
+
+        Raises:
+            SimulationError: the robot does not hold this leg.
+        """
+
+    def _check_felt(self) -> None:
+        if self.held is not Held.ROBOT:
+            raise SimulationError(f"the robot feels no leg that is {self.held.name.lower()}")
+
+    def _make(self, pose: Pose, mass_kg: float) -> int:
+        """A body that physics moves, or (mass 0) one that stands and costs nothing in a step."""
+        place, turn = pose
+        body = self._engine.add(
+            mass_kg, place, BEECH, shapeType=bullet.GEOM_CYLINDER, radius=LEG_RADIUS_M, height=LEG_LENGTH_M
+        )
+        self._engine.place(body, (place, turn))
+        bullet.setCollisionFilterGroupMask(body, -1, LEG, LEG | FURNITURE, physicsClientId=self._client)
+        bullet.changeDynamics(body, -1, **SURFACE, physicsClientId=self._client)
+        return body
+
+
+class RigidLeg(Leg):
+    """A leg with mass: joined to its holder, falling and resting by itself."""
+
+    def __init__(self, engine: Engine, place: Vector) -> None:
+        super().__init__(engine, place)
+        self._constraint = -1
+
     def speed(self) -> float:
         """Speed of the middle (m/s)."""
         velocity = bullet.getBaseVelocity(self.body, physicsClientId=self._client)[0]
@@ -71,8 +122,10 @@ class Leg:
 
     def grasp(self, torso: Torso) -> None:
         """Join the leg to the robot's palm as it stands, and take the pin away."""
+        if self.held is Held.PINNED:
+            self._remake(LEG_MASS_KG)
         frame = _relative(torso.palm_mass_pose(), self.pose())
-        joint = self._join(torso.body, torso.palm, frame, ((0.0, 0.0, 0.0), UPRIGHT))
+        joint = self._join(torso.body, torso.palm, frame)
         bullet.changeConstraint(joint, maxForce=GRASP_FORCE_N, physicsClientId=self._client)
         self._let_go()
         self._constraint, self.held = joint, Held.ROBOT
@@ -81,7 +134,7 @@ class Leg:
         """Join the leg to a person's hand as it is, and to nothing else."""
         frame = _relative(self._engine.pose(hand), self.pose())
         self._let_go()
-        self._constraint = self._join(hand, -1, frame, ((0.0, 0.0, 0.0), UPRIGHT))
+        self._constraint = self._join(hand, -1, frame)
         bullet.changeConstraint(self._constraint, maxForce=CARRY_FORCE_N, physicsClientId=self._client)
         self.held = Held.PERSON
 
@@ -93,8 +146,7 @@ class Leg:
     def finish(self) -> None:
         """Let the leg stay where it is for good."""
         self._let_go()
-        bullet.changeDynamics(self.body, -1, mass=0.0, physicsClientId=self._client)
-        bullet.resetBaseVelocity(self.body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=self._client)
+        self._remake(0.0)
         self.held = Held.DONE
 
     def pull(self, force_n: Vector) -> None:
@@ -105,39 +157,36 @@ class Leg:
         )
 
     def reaction(self) -> Vector:
-        """What the robot's palm feels of the leg (N, world axes): force of the joint that holds it.
-
-        Raises:
-            SimulationError: the robot does not hold this leg.
-        """
-        if self.held is not Held.ROBOT:
-            raise SimulationError(f"the robot feels no leg that is {self.held.name.lower()}")
+        """The force (N, world axes) of the joint that holds it: exact, whatever pulls at it."""
+        self._check_felt()
         force = bullet.getConstraintState(self._constraint, physicsClientId=self._client)
         finite("reaction of the held leg", force)
         return (force[0], force[1], force[2])
 
-    def _join(self, body: int, link: int, frame: Pose, own: Pose) -> int:
-        if body < 0:  # to the world: PyBullet wants the leg first
-            parent, parent_link, parent_frame, child, child_frame = self.body, -1, own, -1, frame
-        else:
-            self._engine.check(body, link)
-            parent, parent_link, parent_frame, child, child_frame = body, link, frame, self.body, own
+    def _join(self, body: int, link: int, frame: Pose) -> int:
+        self._engine.check(body, link)
         joint: int = bullet.createConstraint(
-            parent,
-            parent_link,
-            child,
+            body,
+            link,
+            self.body,
             -1,
             bullet.JOINT_FIXED,
             (0.0, 0.0, 0.0),
-            parent_frame[0],
-            child_frame[0],
-            parent_frame[1],
-            child_frame[1],
+            frame[0],
+            (0.0, 0.0, 0.0),
+            frame[1],
+            UPRIGHT,
             physicsClientId=self._client,
         )
         if joint < 0:
             raise SimulationError(f"PyBullet refused to join the leg to body {body}, link {link}")
         return joint
+
+    def _remake(self, mass_kg: float) -> None:
+        """A leg that begins to move, or will move no more, becomes another body at the same place."""
+        pose = self.pose()
+        self._engine.remove(self.body)
+        self.body = self._make(pose, mass_kg)
 
     def _let_go(self) -> None:
         if self._constraint >= 0:

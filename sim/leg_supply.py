@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
-from sim.engine import UPRIGHT, Engine
-from sim.leg import STILL_M_S, Held, Leg
+from sim.engine import UPRIGHT, Engine, Vector
+from sim.leg import STILL_M_S, Held, Leg, RigidLeg
 from sim.physics_time import PhysicsTime
 from sim.places import BIN_M, LEG_LENGTH_M, PICKUP_M, assembly_place
 
@@ -19,10 +20,11 @@ CLEAR_M = 0.20
 class LegSupply:
     """All legs of a run. `current` is the one at the pickup place, in the robot's hand, or on its way out of it."""
 
-    def __init__(self, engine: Engine, time: PhysicsTime) -> None:
+    def __init__(self, engine: Engine, time: PhysicsTime, make_leg: Callable[[Engine, Vector], Leg] = RigidLeg) -> None:
         self._engine = engine
         self._time = time
-        self.current = Leg(engine, PICKUP_M)
+        self._make_leg = make_leg
+        self.current = make_leg(engine, PICKUP_M)
         self.legs = [self.current]
         self.received = 0  # legs that the person set down
         self.due_step: int | None = None
@@ -63,7 +65,7 @@ class LegSupply:
                 leg.finish()
             if leg.held is Held.DONE and math.dist(leg.pose()[0], PICKUP_M) < CLEAR_M:
                 self._engine.place(leg.body, ((BIN_M[0], BIN_M[1], BIN_M[2] + LEG_LENGTH_M / 2), UPRIGHT))
-        self.current = Leg(self._engine, PICKUP_M)
+        self.current = self._make_leg(self._engine, PICKUP_M)
         self.legs.append(self.current)
 
     def still(self) -> bool:

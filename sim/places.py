@@ -52,3 +52,11 @@ def in_bin(place: Vector) -> bool:
     """True for a place between the walls of the re-supply bin."""
     inside = abs(place[0] - BIN_M[0]) < BIN_HALF_M and abs(place[1] - BIN_M[1]) < BIN_HALF_M
     return inside and BIN_M[2] < place[2] < BIN_M[2] + BIN_HEIGHT_M
+
+
+def height_below(place: Vector) -> float:
+    """Height (m) of what lies below a place: the bin's bottom, the table, or the floor."""
+    if in_bin((place[0], place[1], BIN_M[2] + BIN_HEIGHT_M / 2)):
+        return BIN_M[2]
+    over_table = all(abs(place[axis] - TABLE_M[axis]) < TABLE_HALF_M[axis] for axis in (0, 1))
+    return TABLE_TOP_M if over_table else 0.0

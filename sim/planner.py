@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from controller.ports import ARM_JOINTS, JointPose, PlanningError
 from sim.engine import Engine, SimulationError, bullet
+from sim.fingers import Fingers
 from sim.furniture import furnish
 from sim.physics_time import STEP_S
 from sim.torso import Torso
@@ -29,7 +30,8 @@ SETTLE_S = 0.15
 """What a joint motor takes, beyond the planned time, to stand (its gain makes the last bit exponential)."""
 
 ARM_LINKS = ("left_elbow_flex", "left_wrist_pronation", "left_wrist_abduction", "left_wrist_flex")
-TORSO_LINKS = ("hip_flexor", "neck_flexor", "neck_rotor", "right_shoulder_flex")
+TORSO_LINKS = ("hip_flexor",)
+"""Links that the left arm must not meet: the braced neck, head and right arm are part of the hip flexor's link."""
 
 
 @dataclass(frozen=True)
@@ -122,27 +124,29 @@ class _Scene:
         self._engine = engine
         self._furniture = furnish(engine)[1:]  # nothing of the arm reaches the floor
         self.torso = Torso(engine)
-        self._names = {index: name for name, index in self.torso.joints.items()}
-        fingers = tuple(self._names[index] for index in self.torso.fingers)
-        self._links = tuple(self.torso.joints[name] for name in (*ARM_LINKS, *fingers))
-        self._torso = (-1, *(self.torso.joints[name] for name in TORSO_LINKS))
+        self._fingers = Fingers(engine, self.torso.palm_pose())
+        self._moving = {
+            self.torso.body: {self.torso.joints[name]: name for name in ARM_LINKS},
+            self._fingers.body: {index: name for name, index in self._fingers.joints.items()},
+        }
+        self._standing = (-1, *(self.torso.joints[name] for name in TORSO_LINKS))
 
     def touched(self, pose: JointPose) -> str:
         """What the arm comes too near to in `pose`, or an empty text."""
         self.torso.set_arm(pose)
-        for body in self._furniture:
-            for link, distance_m in self._near(body):
-                if link in self._links:
-                    return f"{self._names[link]} comes within {distance_m:.3f} m of table or bin"
-        for link in self._links:
-            for other in self._torso:
-                for _, distance_m in self._near(self.torso.body, link, other):
-                    return f"{self._names[link]} comes within {distance_m:.3f} m of the torso"
+        self._fingers.follow(self.torso.palm_pose())
+        for body, names in self._moving.items():
+            for other in self._furniture:
+                for link, distance_m in self._near(body, other):
+                    if link in names:
+                        return f"{names[link]} comes within {distance_m:.3f} m of table or bin"
+            for link, name in names.items():
+                for other in self._standing:
+                    for _, distance_m in self._near(body, self.torso.body, link, other):
+                        return f"{name} comes within {distance_m:.3f} m of the torso"
         return ""
 
-    def _near(self, body: int, *links: int) -> list[tuple[int, float]]:
+    def _near(self, body: int, other: int, *links: int) -> list[tuple[int, float]]:
         """Link of the robot and distance (m) of every pair nearer than CLEARANCE_M."""
-        points = bullet.getClosestPoints(
-            self.torso.body, body, CLEARANCE_M, *links, physicsClientId=self._engine.client
-        )
+        points = bullet.getClosestPoints(body, other, CLEARANCE_M, *links, physicsClientId=self._engine.client)
         return [(point[3], point[8]) for point in points]

@@ -32,6 +32,7 @@ class Workshop:
         sensor_error: probability of an error per reading and sensor.
         outage_turn: the turn whose readings never come; 0 for none.
         freeze: let time pass without stepping while nothing can move.
+        fidelity: "dynamic" or "kinematic" (see `sim.mechanics`).
     """
 
     def __init__(
@@ -45,10 +46,11 @@ class Workshop:
         sensor_error: float = 0.05,
         outage_turn: int = 0,
         freeze: bool = True,
+        fidelity: str = "dynamic",
     ) -> None:
         self._kernel = kernel
         self._bus = bus
-        self.world = World(recorder, freeze=freeze)
+        self.world = World(recorder, freeze=freeze, fidelity=fidelity)
         try:
             kernel.world = self.world
             self.robot = Robot(kernel, self.world)

@@ -7,17 +7,23 @@ from types import TracebackType
 from typing import ClassVar, Self
 
 from pytest_hricdv.runtime import Recorder
-from sim.engine import Engine, SimulationError, bullet, finite
+from sim.engine import Engine, SimulationError, finite
+from sim.fingers import Fingers
 from sim.furniture import furnish
 from sim.gripper import Doing, Gripper, offset_of
 from sim.leg_supply import LegSupply
+from sim.mechanics import mechanics_of
 from sim.person import Person
 from sim.physics_time import STEP_HZ, STEP_S, TICK_STEPS, PhysicsTime, steps_until, time_of
 from sim.pressure import PressureSensor
 from sim.torso import Torso
 
+SPEED_DIGITS = 6
+"""Arm speeds are recorded to a microradian a second: below that lies the noise of a motor at constant speed, and each
+change that is recorded wakes the monitors."""
+
 CALM_RAD_S = 1e-6
-"""Joints slower than this stand; slower ones are recorded as 0."""
+"""Joints slower than this stand."""
 
 CALM_TICKS = 3
 SETTLE_STEPS = 60
@@ -42,17 +48,20 @@ class World:
             `leg_offset` (m, leg's middle to the handover place), `hand_closing` and `hand_distance` (m, the person's
             hand to the robot's palm and fingers, each physics step while closing).
         freeze: let time pass without stepping while nothing can move. Messages and verdicts are the same without.
+        fidelity: "dynamic" or "kinematic" (see `sim.mechanics`).
 
     Raises:
-        SimulationError: another world is still open.
+        SimulationError: another world is still open, or there is no such fidelity.
     """
 
     _open: ClassVar[World | None] = None
 
-    def __init__(self, recorder: Recorder, *, freeze: bool = True) -> None:
+    def __init__(self, recorder: Recorder, *, freeze: bool = True, fidelity: str = "dynamic") -> None:
         if World._open is not None:
             raise SimulationError("another world is open in this process: close it first")
+        self._mechanics = mechanics_of(fidelity)
         World._open = self
+        self.fidelity = fidelity
         self._recorder = recorder
         self._freeze = freeze
         self._calm_ticks = 0
@@ -129,13 +138,14 @@ class World:
     def _build(self) -> None:
         engine = self.engine
         furnish(engine)
-        self.torso = Torso(engine)
+        self.torso = Torso(engine, self._mechanics.drive)
+        self.fingers = Fingers(engine, self.torso.palm_pose(), self._mechanics.drive)
         self.person = Person(engine, self.time)
-        self.legs = LegSupply(engine, self.time)
+        self.legs = LegSupply(engine, self.time, self._mechanics.leg)
         self.pressure = PressureSensor(self.legs)
-        self.gripper = Gripper(engine, self.torso, self.legs, self.person, self.signal)
+        self.gripper = Gripper(engine, self.torso, self.fingers, self.legs, self.person, self.signal)
         for _ in range(SETTLE_STEPS):
-            bullet.stepSimulation(physicsClientId=engine.client)
+            self._mechanics.step(engine)
         self.signal("arm_speed", 0.0)
         self.signal("leg_held", False)
         self.signal("leg_offset", offset_of(self.legs.current))
@@ -144,11 +154,10 @@ class World:
 
     def _step(self) -> None:
         self.gripper.before_step()
-        bullet.stepSimulation(physicsClientId=self.engine.client)
+        self._mechanics.step(self.engine)
         self._count(1)
         self.person.follow()
-        speed = self.torso.arm_speed()
-        self.signal("arm_speed", 0.0 if speed < CALM_RAD_S else speed)
+        self.signal("arm_speed", round(self.torso.arm_speed(), SPEED_DIGITS))
         self.gripper.after_step()
         if self.time.step % TICK_STEPS == 0:
             self._tick()
@@ -169,7 +178,7 @@ class World:
         return (
             not self._forced()
             and self.gripper.doing is Doing.NOTHING
-            and self.torso.joint_speed() < CALM_RAD_S
+            and self.torso.arm_speed() < CALM_RAD_S
             and self.legs.still()
         )
 

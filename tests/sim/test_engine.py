@@ -28,7 +28,7 @@ def world() -> Iterator[World]:
 
 def test_a_wrong_body_or_link_is_an_error(world: World) -> None:
     engine, hand = world.engine, world.person.hand.body
-    for body, link in ((99, -1), (-1, -1), (world.torso.body, 22), (world.torso.body, -2)):
+    for body, link in ((99, -1), (-1, -1), (world.torso.body, 9), (world.torso.body, -2)):
         with pytest.raises(SimulationError, match="no link"):
             engine.distance(hand, body, link)
     with pytest.raises(SimulationError, match="no link"):
@@ -43,7 +43,7 @@ def test_numbers_that_are_not_finite_never_reach_physics(world: World, bad: floa
     with pytest.raises(SimulationError, match="finite"):
         world.torso.move_arm(HOME, bad)
     with pytest.raises(SimulationError, match="finite"):
-        world.torso.push(2, bad)
+        world.fingers.push(2, bad)
     with pytest.raises(SimulationError, match="finite"):
         world.person.hand.move((bad, 0.0, 0.0))
     with pytest.raises(SimulationError, match="finite"):
@@ -65,7 +65,7 @@ def test_an_arm_pose_outside_the_limits_or_of_wrong_length_is_refused(world: Wor
 
 def test_a_state_that_became_nan_stops_the_run_and_says_when(monkeypatch: pytest.MonkeyPatch) -> None:
     with Stage(freeze=False) as stage:
-        monkeypatch.setattr(stage.world.torso, "_speed", lambda _: NAN)
+        monkeypatch.setattr(stage.world.torso, "arm_speed", lambda: NAN)
         with pytest.raises(ValueError, match=r"arm_speed is nan at 0\.00"):
             stage.run(lambda: stage.kernel.sleep(1.0))
 
@@ -75,7 +75,7 @@ def test_physics_that_explodes_is_named_with_its_time(world: World, monkeypatch:
         def __getattr__(self, name: str) -> object:
             return lambda *_, **__: [(0.0, NAN)] * 9
 
-    monkeypatch.setattr("sim.torso.bullet", Bad())
+    monkeypatch.setattr("sim.drive.bullet", Bad())
     with pytest.raises(SimulationError, match=r"at 0\.0083 s: joint speeds of the robot are \[nan"):
         world.advance(1_000_000)
 
@@ -124,6 +124,6 @@ def test_a_duration_ends_at_the_first_step_that_is_long_enough() -> None:
     assert time.step_in(1.001) == 131
 
 
-def test_an_engine_without_its_robot_says_so() -> None:
-    with Engine(STEP_S) as engine, pytest.raises(SimulationError, match="no robot description at nowhere"):
-        engine.load("nowhere")
+def test_a_description_that_is_none_is_refused() -> None:
+    with Engine(STEP_S) as engine, pytest.raises(SimulationError, match="refused the robot description '<robot/>'"):
+        engine.load("<robot/>", sleeps=False)

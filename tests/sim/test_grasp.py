@@ -9,10 +9,10 @@ import pytest
 
 from controller import waypoints
 from sim.engine import SimulationError, bullet
+from sim.fingers import CLOSED
 from sim.gripper import RELEASE_RAD
 from sim.leg import Held
 from sim.places import TABLE_TOP_M
-from sim.torso import CLOSED
 from sim.world import World
 
 from .stage import Stage
@@ -154,7 +154,7 @@ def test_the_leg_is_let_go_when_the_fingers_have_opened() -> None:
         release = stage.world.legs.release
 
         def look_and_release(hand: int | None) -> None:
-            angles.extend(stage.world.torso.finger_angles()[2::2])
+            angles.extend(stage.world.fingers.angles()[2::2])
             release(hand)
 
         stage.world.legs.release = look_and_release  # type: ignore[method-assign]
@@ -182,7 +182,7 @@ def test_a_grip_keeps_the_fingers_from_opening_while_it_lasts(grip_s: float) -> 
             assert stage.kernel.now_s - began_s < grip_s + 2.0
             if stage.kernel.now_s - began_s < grip_s:
                 assert stage.robot.hand.holds()
-                for angle, closed in list(zip(stage.world.torso.finger_angles(), CLOSED, strict=True))[2:]:
+                for angle, closed in list(zip(stage.world.fingers.angles(), CLOSED, strict=True))[2:]:
                     assert abs(angle - closed) < 0.3
         assert grip_s < stage.kernel.now_s - began_s < grip_s + 2.0
         assert stage.world.legs.carried is not None

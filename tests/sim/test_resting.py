@@ -8,10 +8,10 @@ import pytest
 
 from controller import waypoints
 from pytest_hricdv.runtime import Recorder
-from sim.engine import UPRIGHT, bullet
+from sim.engine import UPRIGHT
+from sim.fingers import CLOSED, OPEN
 from sim.person import HAND_HALF_M
 from sim.places import REST_HIGH_M, REST_LOW_M, TABLE_TOP_M
-from sim.torso import CLOSED, OPEN
 from sim.world import World
 
 from .stage import Stage, handover, one_leg
@@ -25,13 +25,13 @@ def test_about_three_in_a_hundred_rest_within_5_cm_of_the_closing_hand_and_none_
     with World(Recorder()) as world:
         torso, hand = world.torso, world.person.hand.body
         torso.set_arm(waypoints.TO_PICKUP[-1])
+        world.fingers.follow(torso.palm_pose())
         places = [
             tuple(draw.uniform(low, high) for low, high in zip(REST_LOW_M, REST_HIGH_M, strict=True))
             for _ in range(4000)
         ]
         for share in (0.0, 0.5, 1.0):
-            for index, stretched, closed in zip(torso.fingers, OPEN, CLOSED, strict=True):
-                bullet.resetJointState(torso.body, index, stretched + share * (closed - stretched))
+            world.fingers.drive.put([a + share * (b - a) for a, b in zip(OPEN, CLOSED, strict=True)])
             distances = []
             for x, y, z in places:
                 world.engine.place(hand, ((x, y, z), UPRIGHT))

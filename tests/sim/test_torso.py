@@ -10,29 +10,75 @@ from typing import Any
 
 import pytest
 
-from sim.engine import Engine, bullet
+from controller.ports import ARM_JOINTS
+from sim.description import URDF, arm_description
+from sim.engine import Engine, SimulationError, bullet
+from sim.fingers import CLOSED, FINGER_JOINTS, OPEN, Fingers
 from sim.physics_time import STEP_S
-from sim.torso import CLOSED, FINGER_JOINTS, OPEN, URDF, Torso
+from sim.torso import PALM, Torso
 
 TABLE: list[dict[str, Any]] = json.loads(Path(__file__).with_name("bert2_joint_table.json").read_text())
+REVOLUTE = {row["joint"].removesuffix("_joint"): row for row in TABLE if row["type"] == "revolute"}
+BRACED = {"neck_flexor", "neck_rotor", "right_shoulder_flex"}
 
 
 @pytest.fixture
-def torso() -> Iterator[Torso]:
+def bodies() -> Iterator[tuple[Torso, Fingers]]:
     with Engine(STEP_S) as engine:
-        yield Torso(engine)
+        torso = Torso(engine)
+        yield torso, Fingers(engine, torso.palm_pose())
 
 
-def test_has_22_revolute_joints(torso: Torso) -> None:
-    revolute = {row["joint"].removesuffix("_joint") for row in TABLE if row["type"] == "revolute"}
-    assert len(revolute) == 22
-    assert set(torso.joints) == revolute
+def test_of_22_revolute_joints_arm_and_fingers_move_and_three_are_braced(bodies: tuple[Torso, Fingers]) -> None:
+    torso, fingers = bodies
+    assert len(REVOLUTE) == 22
+    assert set(torso.joints) == set(ARM_JOINTS)
+    assert set(fingers.joints) == set(FINGER_JOINTS)
+    assert {*torso.joints, *fingers.joints, *BRACED} == set(REVOLUTE)
 
 
-def test_loads_with_the_limits_of_the_table(torso: Torso) -> None:
-    for row in TABLE:
-        if row["type"] == "revolute":
-            assert torso.limits_rad[row["joint"].removesuffix("_joint")] == (row["lower"], row["upper"])
+def test_loads_with_the_limits_of_the_table(bodies: tuple[Torso, Fingers]) -> None:
+    for body in bodies:
+        for name, limits in body.limits_rad.items():
+            assert limits == (REVOLUTE[name]["lower"], REVOLUTE[name]["upper"])
+
+
+def test_the_arm_carries_the_mass_of_everything_but_the_stand(bodies: tuple[Torso, Fingers]) -> None:
+    masses = {
+        str(link.get("name")): float(mass.get("value", "0"))
+        for link in ElementTree.parse(URDF).getroot().findall("link")
+        for mass in link.findall("inertial/mass")
+    }
+    whole_kg = sum(mass for name, mass in masses.items() if name not in ("base_link", "hip_base_link"))
+    arm_kg = sum(bullet.getDynamicsInfo(bodies[0].body, index)[0] for index in bodies[0].joints.values())
+    assert arm_kg == pytest.approx(whole_kg)
+
+
+def test_the_fingers_are_where_the_whole_robot_has_them(bodies: tuple[Torso, Fingers]) -> None:
+    torso, fingers = bodies
+    with Engine(STEP_S) as engine:
+        body, joints, _ = engine.load(URDF.read_text(encoding="utf-8"), sleeps=False)
+        pose = dict(zip(ARM_JOINTS, (0.3, -0.2, -0.5, 0.2, 1.0, 0.1, -0.1, -0.3, 0.2), strict=True))
+        torso.set_arm(tuple(pose.values()))
+        fingers.follow(torso.palm_pose())
+        for name, angle in (pose | dict(zip(FINGER_JOINTS, OPEN, strict=True))).items():
+            bullet.resetJointState(body, joints[name], angle, physicsClientId=engine.client)
+        for name, index in fingers.joints.items():
+            place = bullet.getLinkState(body, joints[name], physicsClientId=engine.client)[4]
+            here = bullet.getLinkState(fingers.body, index, physicsClientId=torso.client)[4]
+            assert here == pytest.approx(place, abs=1e-6)
+
+
+def test_a_description_without_a_joint_is_refused_by_name(tmp_path: Path) -> None:
+    lame = tmp_path / "lame.urdf"
+    lame.write_text(URDF.read_text(encoding="utf-8").replace('"left_elbow_flex_joint"', '"stiff_joint"'))
+    with pytest.raises(SimulationError, match=r"lame\.urdf: no joints \['left_elbow_flex'\]; it has \['base'"):
+        arm_description(ARM_JOINTS, PALM, lame)
+    with pytest.raises(SimulationError, match=r"nowhere\.urdf.*No such file"):
+        arm_description(ARM_JOINTS, PALM, tmp_path / "nowhere.urdf")
+    lame.write_text("<robot>")
+    with pytest.raises(SimulationError, match=r"lame\.urdf: no element found"):
+        arm_description(ARM_JOINTS, PALM, lame)
 
 
 @pytest.mark.parametrize("row", TABLE, ids=[row["joint"] for row in TABLE])
@@ -50,16 +96,17 @@ def test_every_joint_is_as_in_the_table(row: dict[str, Any]) -> None:
     assert (None if axis is None else axis.get("xyz")) == row["axis"]
 
 
-def test_every_moving_link_has_a_mass_a_shape_and_a_believable_inertia(torso: Torso) -> None:
-    for name, index in torso.joints.items():
-        mass_kg, _, inertia = bullet.getDynamicsInfo(torso.body, index)[:3]
-        assert 0.02 <= mass_kg <= 12.0, name
-        assert all(1e-5 <= part <= 1.0 for part in inertia), name
-        assert bullet.getCollisionShapeData(torso.body, index), name
+def test_every_moving_link_has_a_mass_a_shape_and_a_believable_inertia(bodies: tuple[Torso, Fingers]) -> None:
+    for body in bodies:
+        for name, index in body.joints.items():
+            mass_kg, _, inertia = bullet.getDynamicsInfo(body.body, index)[:3]
+            assert 0.02 <= mass_kg <= 25.0, name
+            assert all(1e-5 <= part <= 3.0 for part in inertia), name
+            assert bullet.getCollisionShapeData(body.body, index), name
 
 
-def test_finger_poses_are_within_their_limits(torso: Torso) -> None:
+def test_finger_poses_are_within_their_limits(bodies: tuple[Torso, Fingers]) -> None:
     for name, stretched, closed in zip(FINGER_JOINTS, OPEN, CLOSED, strict=True):
-        lower, upper = torso.limits_rad[name]
+        lower, upper = bodies[1].limits_rad[name]
         assert lower < stretched < upper
         assert lower < closed < upper

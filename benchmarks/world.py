@@ -1,0 +1,158 @@
+"""How fast the simulated world is, through the whole path of a test: coverage, monitors and record. Prints medians.
+
+    python -m benchmarks.world [--repeat N] [--tests N]
+
+Beside each figure stands the physics engine alone, timed in the same run, so that our own share is what is left. All
+figures are of one core; run it on an otherwise idle machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from benchmarks.end_to_end import machine
+from pytest_hricdv.cover.measure import Measurement, choose
+from pytest_hricdv.cover.source import map_code
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.runtime import Recorder
+from sim import workshop
+from sim.engine import bullet
+from sim.world import World
+from tests.hri import bench
+
+WAIT_S = 78.0
+"""The person of the handover test asks only after this time, so that the whole test takes about 120 s."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Simulated seconds, seconds of the processor, and of those the seconds inside the physics engine."""
+
+    sim_s: float
+    stepped_s: float
+    cpu_s: float
+    engine_s: float
+
+    def __str__(self) -> str:
+        rate, bare = self.sim_s / self.cpu_s, self.sim_s / self.engine_s
+        ours = 1.0 - self.engine_s / self.cpu_s
+        moving = self.stepped_s / self.sim_s
+        return f"{rate:6.0f} x real time (engine alone {bare:6.0f} x, ours {ours:4.0%}; stepped {moving:4.0%})"
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--repeat", type=int, default=5, metavar="N", help="runs of each measurement (default 5)")
+    parser.add_argument("--tests", type=int, default=100, metavar="N", help="tests to watch the memory over (100)")
+    options = parser.parse_args()
+    print(f"machine: {machine()}\nmedians of {options.repeat}\n")
+    measurement = choose(map_code(bench.testbench().code, bench.ROOT), contexts_by_test=False)
+    print(f"world built and closed in {1000.0 * build_s(options.repeat):.1f} ms")
+    handover, four = one_handover(), bench.concrete(bench.leg() * 4, seed=4)
+    bench.run(handover, measurement)
+    for name, test in (("120 s, one handover", handover), ("four handovers", four)):
+        for how, frozen in (("freezing when calm", True), ("every step computed", False)):
+            with freezing(frozen):
+                print(f"{name:20} {how:20} {pace(test, measurement, options.repeat)}", flush=True)
+    show_memory(options.tests, measurement)
+
+
+def one_handover() -> ConcreteTest:
+    """Wait, pick, lift, hold out, pull, release: about 120 s."""
+    test = bench.concrete(bench.leg(), seed=1)
+    ask, *rest = test.actions
+    late = replace(ask, parameters={**ask.parameters, "voice_s": WAIT_S})
+    return replace(test, actions=(late, *rest))
+
+
+def build_s(repeat: int) -> float:
+    """Median time (s) of building a world and closing it."""
+
+    def once() -> None:
+        World(Recorder()).close()
+
+    return statistics.median(timed(once) for _ in range(repeat + 2))
+
+
+def pace(test: ConcreteTest, measurement: Measurement, repeat: int) -> Pace:
+    """The median run of a test."""
+    return sorted((run(test, measurement) for _ in range(repeat)), key=lambda each: each.cpu_s)[repeat // 2]
+
+
+def run(test: ConcreteTest, measurement: Measurement) -> Pace:
+    """One run, with the time in the physics engine taken apart."""
+    with clocked("stepSimulation") as spent:
+        began_s = time.process_time()
+        result = bench.run(test, measurement)
+        cpu_s = time.process_time() - began_s
+    return Pace(result.sim_s, result.sim_s - result.outcome.frozen_s, cpu_s, sum(spent))
+
+
+@contextmanager
+def clocked(function: str) -> Iterator[list[float]]:
+    """Note the duration (s) of every call of an engine's function."""
+    original: Callable[..., Any] = getattr(bullet, function)
+    spent: list[float] = []
+    clock = time.perf_counter
+
+    def clocking(*arguments: Any, **more: Any) -> Any:
+        began_s = clock()
+        answer = original(*arguments, **more)
+        spent.append(clock() - began_s)
+        return answer
+
+    setattr(bullet, function, clocking)
+    try:
+        yield spent
+    finally:
+        setattr(bullet, function, original)
+
+
+@contextmanager
+def freezing(on: bool) -> Iterator[None]:
+    """Let workshops freeze when calm, or not."""
+    original = workshop.Workshop
+    workshop.Workshop = partial(original, freeze=on)  # type: ignore[misc, assignment]
+    try:
+        yield
+    finally:
+        workshop.Workshop = original  # type: ignore[misc]
+
+
+def show_memory(count: int, measurement: Measurement) -> None:
+    """Print what the process occupies while tests run one after the other."""
+    tests = list(islice(bench.suite("by-hand"), 10))
+    seen = []
+    for number in range(count):
+        bench.run(tests[number % len(tests)], measurement)
+        if number % max(1, count // 5) == max(1, count // 5) - 1:
+            seen.append(f"{number + 1}: {resident_mb():.0f} MB")
+    print("memory after so many tests: " + ", ".join(seen))
+
+
+def resident_mb() -> float:
+    """Resident memory of this process (MB; Linux)."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def timed(action: Callable[[], None]) -> float:
+    """Wall time (s) of an action."""
+    began_s = time.perf_counter()
+    action()
+    return time.perf_counter() - began_s
+
+
+if __name__ == "__main__":
+    main()
