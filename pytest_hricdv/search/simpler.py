@@ -1,0 +1,59 @@
+"""What is simpler: the values that a parameter may be given, the simplest first, by the range it was drawn from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import floor, log10
+
+from pytest_hricdv.generate.sampler import Chance, Range, Sampler
+
+_DIGITS = (1, 2, 3)
+
+
+def simpler(value: float, sampler: Sampler) -> tuple[float, ...]:
+    """The values to try instead of this one, the simplest first; none if there is nothing simpler.
+
+    Of a chance: that it does not happen; of a range: its middle, its ends, then the value itself with one, two or
+    three significant digits. Each is in the range, and the simpler ones of a value that was taken from here come before
+    it in the list, so that simplifying ends.
+    """
+    found: list[float] = []
+    for candidate in (*_landmarks(sampler), *_rounded(value, sampler)):
+        if candidate == value:
+            break
+        if candidate not in found:
+            found.append(candidate)
+    return tuple(found)
+
+
+def _landmarks(sampler: Sampler) -> Iterator[float]:
+    if isinstance(sampler, Chance):
+        yield 0.0
+        yield from _landmarks(sampler.then)
+    elif isinstance(sampler, Range):
+        yield _middle(sampler)
+        yield float(sampler.low)
+        if not sampler.open_high:
+            yield float(sampler.high)
+
+
+def _middle(sampler: Range) -> float:
+    """The middle, without the dust of binary fractions where a short number is as good."""
+    exact = sampler.low + (sampler.high - sampler.low) / 2
+    short = float(f"{exact:.6g}")
+    return short if _holds(sampler, short) else exact
+
+
+def _rounded(value: float, sampler: Sampler) -> Iterator[float]:
+    inside = sampler.then if isinstance(sampler, Chance) else sampler
+    if not isinstance(inside, Range) or value == 0.0:
+        return
+    place = floor(log10(abs(value)))
+    for digits in _DIGITS:
+        short = round(value, digits - 1 - place)
+        if _holds(inside, short):
+            yield short
+
+
+def _holds(sampler: Range, value: float) -> bool:
+    return sampler.low <= value <= sampler.high and not (sampler.open_high and value == sampler.high)

@@ -1,0 +1,53 @@
+"""The reason of a failure: which part of a condition was violated."""
+
+from __future__ import annotations
+
+import pytest
+
+from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict, Vocabulary, parse_formula
+from pytest_hricdv.search.reason import Reason, is_same, reason
+
+VOCABULARY = Vocabulary(signals={"moving": bool, "speed": float, "near": bool}, messages={"done": {}})
+
+
+def judged(text: str, **signals: float | bool) -> tuple[Requirement, Verdict]:
+    """A requirement, and the verdict on a run in which these are the values from one second on."""
+    requirement = Requirement("R", "a title", "", text, parse_formula(text, VOCABULARY))
+    monitors = MonitorSet([requirement])
+    for name, kind in VOCABULARY.signals.items():
+        monitors.signal(0.0, name, kind(0))
+    for name, value in signals.items():
+        monitors.signal(1.0, name, value)
+    (verdict,) = monitors.finish(20.0)
+    return requirement, verdict
+
+
+BOTH = "always(moving -> speed < 2 & !near)"
+
+
+@pytest.mark.parametrize(
+    ("text", "signals", "expected"),
+    [
+        (BOTH, {"speed": 3.0}, ("speed < 2",)),
+        (BOTH, {"near": True}, ("!near",)),
+        (BOTH, {"speed": 3.0, "near": True}, ("speed < 2", "!near")),
+        ("always(moving -> speed < 2 & previously(near))", {"speed": 1.0}, ("previously(near)",)),
+        ("always(moving -> eventually[0:2](on(done) & near))", {"near": True}, ("on(done)", "near")),
+        ("always(moving -> speed + 1 < -(2 * speed) / 4 | near)", {"speed": 1.0}, None),
+    ],
+)
+def test_reasons(text: str, signals: dict[str, float | bool], expected: Reason | None) -> None:
+    requirement, verdict = judged(text, moving=True, **signals)
+    assert verdict.verdict == "Failed"
+    found = reason(requirement, verdict.violations[0])
+    assert found == (expected or (str(requirement.formula.response.condition),))
+
+
+def test_a_failure_for_another_reason_is_another_failure() -> None:
+    requirement, fast = judged(BOTH, moving=True, speed=3.0)
+    _, near = judged(BOTH, moving=True, near=True)
+    _, passed = judged(BOTH, moving=True)
+    wanted = reason(requirement, fast.violations[0])
+    assert is_same(requirement, wanted, fast)
+    assert not is_same(requirement, wanted, near)
+    assert not is_same(requirement, wanted, passed)
