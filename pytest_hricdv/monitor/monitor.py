@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from pytest_hricdv.monitor.attempts import AttemptMonitor, monitor_of
 from pytest_hricdv.monitor.errors import MonitorError, UnknownValueError, never_a_value, no_value_yet
 from pytest_hricdv.monitor.requirement import Requirement
-from pytest_hricdv.monitor.verdict import Verdict
+from pytest_hricdv.monitor.verdict import Outcome, Verdict
 from pytest_hricdv.monitor.view import NS_PER_S, Nanoseconds, Values, seconds
 
 
@@ -133,6 +133,10 @@ class MonitorSet:
         deadlines = [deadline for monitor in self._monitors if (deadline := monitor.deadline_ns()) is not None]
         return seconds(max(deadlines)) if deadlines else None
 
+    def so_far(self) -> dict[str, Outcome]:
+        """Requirement -> what its verdict would be now, with every open attempt left undecided. Judges nothing."""
+        return {requirement: monitor.so_far() for monitor, requirement in self._monitors.items()}
+
     def finish(self, time_s: float) -> tuple[Verdict, ...]:
         """The run ended at `time_s` (s): the verdicts, in the order of the requirements.
 
@@ -160,6 +164,9 @@ class MonitorSet:
         if now_ns > self._now_ns:
             if not self._started and self._now_ns > -math.inf:
                 self._start(last=False)
+            if self._wake_ns <= self._now_ns:
+                # What falls due at this very instant sees its messages, too, even those that only a response reads.
+                self._dirty.update((monitor, None) for monitor in self._monitors if monitor.wake_ns <= self._now_ns)
             if self._dirty:
                 for monitor in self._dirty:
                     self._evaluate(monitor, self._now_ns, last=False)

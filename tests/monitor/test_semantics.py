@@ -295,6 +295,15 @@ def test_a_message_that_nobody_waits_for_is_gone_at_the_next_instant() -> None:
     assert judge(UNTIL, updates, 5.0).verdict == "Failed"
 
 
+def test_a_message_counts_at_the_instant_at_which_a_window_starts_an_attempt() -> None:
+    # Nobody is told of `a` before the attempt, and nothing but the passing of time starts it.
+    text = "always(fall(once[0:2](p)) -> on(a))"
+    dip = during("p", (1.0, 2.0))
+    assert judge(text, in_time(dip, at("a", 4.0), at("b", 5.0)), 9.0).verdict == "Passed"
+    assert judge(text, in_time(dip, at("a", 3.9), at("b", 5.0)), 9.0).verdict == "Failed"
+    assert judge(text, in_time(dip, at("a", 4.0)), 4.0).verdict == "Passed"
+
+
 def test_nothing_triggered_is_not_checked_and_vacuous() -> None:
     verdict = judge("always(p -> q)", [NO_P, (0.0, "q", False)], 5.0)
     assert (verdict.verdict, verdict.attempts, verdict.vacuous) == ("NC", 0, 1)
