@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 POSES = tuple("".join(bits) for bits in product("01", repeat=3))
 LIMIT_S = 300.0
+FIDELITY = "dynamic"
+"""Or "kinematic": no masses and forces, for the planner and the controller's logic only, and many times faster."""
 
 
 def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
@@ -87,8 +89,8 @@ def run(run: Run) -> Outcome:
 
     test = run.test
     script = [(action.command, action.parameters) for action in test.actions]
-    outage_turn = int(test.run["outage_turn"])
-    with Workshop(run.kernel, run.bus, run.recorder, script, seed=test.seed, outage_turn=outage_turn) as shop:
+    ports, outage_turn = (run.kernel, run.bus, run.recorder), int(test.run["outage_turn"])
+    with Workshop(*ports, script, seed=test.seed, outage_turn=outage_turn, fidelity=FIDELITY) as shop:
 
         def control() -> None:
             # All of the code under test is called in here: only what runs in this node is measured.
@@ -98,4 +100,4 @@ def run(run: Run) -> Outcome:
         shop.start(run.measured(control))
         ended = run.go(LIMIT_S)
         done = turns(run.recorder.messages)
-        return Outcome(ended, tuple(outcome for _, outcome in done), shop.world.frozen_s, done)
+        return Outcome(ended, tuple(outcome for _, outcome in done), shop.world.frozen_s, done, FIDELITY)

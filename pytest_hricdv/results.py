@@ -38,7 +38,7 @@ def measured(result: CaseResult | None, code: CodeMap | None, requirements: Sequ
     """What a run adds; a run that never came to an end has checked and covered nothing."""
     if result is None:
         unchecked = {requirement.id: _verdict(None) for requirement in requirements}
-        figures = {"sim_s": 0.0, "frozen_s": 0.0, "ended": "", "code": None}
+        figures = {"sim_s": 0.0, "frozen_s": 0.0, "ended": "", "fidelity": "", "code": None}
         return {"requirements": unchecked, "legs": [], "plans": {}} | figures
     bits = result.code
     share = None
@@ -54,6 +54,7 @@ def measured(result: CaseResult | None, code: CodeMap | None, requirements: Sequ
         "legs": list(result.outcome.legs),
         "sim_s": result.sim_s,
         "frozen_s": result.outcome.frozen_s,
+        "fidelity": result.outcome.fidelity,
         "ended": result.outcome.ended,
         "record_sha256": result.record.sha256,
         "cross": [list(hit) for hit in result.outcome.cross],
@@ -187,6 +188,7 @@ def _suite(session: Session, selected: Selected, entries: Iterable[Entry]) -> En
         "name": suite.name,
         "seed": suite.seed,
         "tests": len(mine),
+        "fidelity": " and ".join(sorted({entry["fidelity"] for entry in mine} - {""})),
         "generation": {
             "wall_s": round(selected.wall_s, 3),
             "cached": selected.cached,

@@ -50,12 +50,14 @@ class Outcome:
         legs: how each turn ended, in order.
         frozen_s: simulated seconds that passed without physics steps.
         cross: the bins of the declared cross product that the run hit.
+        fidelity: how the world was simulated, where there are several ways; every report shows it.
     """
 
     ended: str
     legs: tuple[str, ...] = ()
     frozen_s: float = 0.0
     cross: tuple[Bin, ...] = ()
+    fidelity: str = ""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from sim.drive import Drive, Joints
 from sim.engine import UPRIGHT, Engine, Pose, SimulationError, Vector, bullet, finite
 from sim.leg import Held, Leg
-from sim.physics_time import STEP_S
+from sim.physics_time import STEP_S, TICK_STEPS
 from sim.places import LEG_LENGTH_M, LEG_MASS_KG, height_below
 from sim.torso import Torso
 
@@ -15,7 +15,9 @@ GRAVITY_M_S2 = 9.81
 
 
 class Kinematic:
-    """Everything follows its plan or its holder exactly."""
+    """Everything follows its plan or its holder exactly, looked at once every control tick."""
+
+    stride = TICK_STEPS
 
     def __init__(self) -> None:
         self._moved: list[PlanDrive | HeldLeg] = []
@@ -32,10 +34,10 @@ class Kinematic:
         self._moved.append(leg)
         return leg
 
-    def step(self, engine: Engine) -> None:
+    def step(self, engine: Engine, steps: int) -> None:
         """See `sim.mechanics.Mechanics`."""
         for each in self._moved:
-            each.advance()
+            each.advance(steps)
 
 
 class PlanDrive(Joints):
@@ -68,10 +70,10 @@ class PlanDrive(Joints):
         ways = [abs(goal - start) for start, goal in zip(self._start, self._goal, strict=True)]
         return max(ways) / (self._steps * STEP_S)
 
-    def advance(self) -> None:
-        """One step of the way."""
+    def advance(self, steps: int) -> None:
+        """So many steps of the way."""
         if self._done < self._steps:
-            self._done += 1
+            self._done = min(self._steps, self._done + steps)
             share = self._done / self._steps
             way = zip(self._start, self._goal, strict=True)
             self._set([start + share * (goal - start) for start, goal in way])
@@ -120,8 +122,8 @@ class HeldLeg(Leg):
         """0: nothing moves by itself."""
         return 0.0
 
-    def advance(self) -> None:
-        """Follow the holder."""
+    def advance(self, steps: int) -> None:
+        """Follow the holder; `steps` do not matter."""
         self._felt, self._pull = self._pull, (0.0, 0.0, 0.0)
         if self._carrier is not None:
             self._engine.place(self.body, bullet.multiplyTransforms(*self._carrier(), *self._frame))

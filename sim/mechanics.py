@@ -19,7 +19,9 @@ from sim.leg import Leg, RigidLeg
 
 
 class Mechanics(Protocol):
-    """Makes the parts of a world that move, and moves them."""
+    """Makes the parts of a world that move, and moves them; `stride`: the most steps that it takes at once."""
+
+    stride: int
 
     def drive(self, engine: Engine, body: int, indices: Sequence[int], torques_nm: Sequence[float]) -> Drive:
         """What moves some joints of a body."""
@@ -27,12 +29,14 @@ class Mechanics(Protocol):
     def leg(self, engine: Engine, place: Vector) -> Leg:
         """A leg that waits at a place (m)."""
 
-    def step(self, engine: Engine) -> None:
-        """Let STEP_S pass."""
+    def step(self, engine: Engine, steps: int) -> None:
+        """Let STEP_S pass, `steps` times."""
 
 
 class Dynamic:
-    """PyBullet's rigid bodies, motors and joints."""
+    """PyBullet's rigid bodies, motors and joints, step by step."""
+
+    stride = 1
 
     def drive(self, engine: Engine, body: int, indices: Sequence[int], torques_nm: Sequence[float]) -> Drive:
         """See `Mechanics`."""
@@ -42,7 +46,7 @@ class Dynamic:
         """See `Mechanics`."""
         return RigidLeg(engine, place)
 
-    def step(self, engine: Engine) -> None:
+    def step(self, engine: Engine, steps: int) -> None:
         """See `Mechanics`."""
         bullet.stepSimulation(physicsClientId=engine.client)
 

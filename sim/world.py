@@ -101,7 +101,7 @@ class World:
                 if self._calm():
                     self._pass_over(last)
                 else:
-                    self._step()
+                    self._step(last - self.time.step)
                 if self._happened and self.time.now_us <= target_us:
                     return self.time.now_us
         except SimulationError as error:
@@ -145,17 +145,19 @@ class World:
         self.pressure = PressureSensor(self.legs)
         self.gripper = Gripper(engine, self.torso, self.fingers, self.legs, self.person, self.signal)
         for _ in range(SETTLE_STEPS):
-            self._mechanics.step(engine)
+            self._mechanics.step(engine, 1)
         self.signal("arm_speed", 0.0)
         self.signal("leg_held", False)
         self.signal("leg_offset", offset_of(self.legs.current))
         self.signal("hand_closing", False)
         self.signal("hand_distance", self.gripper.human_distance())
 
-    def _step(self) -> None:
+    def _step(self, at_most: int) -> None:
+        stride = self._mechanics.stride
+        steps = min(stride - self.time.step % stride, at_most)
         self.gripper.before_step()
-        self._mechanics.step(self.engine)
-        self._count(1)
+        self._mechanics.step(self.engine, steps)
+        self._count(steps)
         self.person.follow()
         self.signal("arm_speed", round(self.torso.arm_speed(), SPEED_DIGITS))
         self.gripper.after_step()

@@ -7,7 +7,7 @@ from pytest_hricdv.report.figure import natural
 
 
 def properties(test: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
-    """Name and value pairs for `item.user_properties`: suite, id, seed, verdicts, coverage, legs.
+    """Name and value pairs for `item.user_properties`: suite, id, seed, verdicts, coverage, fidelity, legs.
 
     What a test does not have, such as the coverage of unmeasured code or an outcome while it still runs, has no
     property: an empty one would read as zero somewhere.
@@ -24,6 +24,7 @@ def properties(test: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
     code = test["code"] or {}
     pairs.append(("hri.statements_percent", _tenths(code.get("percent"))))
     pairs.append(("hri.simulated_s", _tenths(test["sim_s"])))
+    pairs.append(("hri.fidelity", test.get("fidelity") or None))
     pairs.append(("hri.legs", " ".join(test["legs"])))
     pairs.append(("hri.record_sha256", test.get("record_sha256") or None))
     return tuple((name, str(value)) for name, value in pairs if value is not None)

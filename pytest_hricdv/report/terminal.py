@@ -51,7 +51,8 @@ def summary(report: Mapping[str, Any], directory: Path, width: int = 80) -> tupl
 
 def _suite(report: Mapping[str, Any], suite: Mapping[str, Any], columns: int) -> Iterator[Line]:
     tests = f": {plural(suite['tests'], 'test')}" if "tests" in suite else ""
-    yield Line(f"suite {suite['name']}, seed {suite['seed']}{tests}", "title")
+    fidelity = f", {suite['fidelity']} simulation" if suite.get("fidelity") else ""
+    yield Line(f"suite {suite['name']}, seed {suite['seed']}{tests}{fidelity}", "title")
     yield from _requirements(totals.tallies(report, suite), columns)
     for kind in ("statements", "branches"):
         yield from _code(kind, suite["code"][kind], report, columns)

@@ -181,3 +181,9 @@ def test_small_sessions_read_sensibly(tests: int) -> None:
     report = sample.report(tests=tests)
     assert f"expected {tests}, reported {tests}" in _text(report)
     assert ("tests: nothing run" in _text(report)) == (tests == 0)
+
+
+def test_how_the_world_was_simulated_is_said_with_the_suite() -> None:
+    report = sample.report(tests=134)
+    report["suites"][0]["fidelity"] = "kinematic"
+    assert "suite rl, seed 0: 134 tests, kinematic simulation" in _text(report)
