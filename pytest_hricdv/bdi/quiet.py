@@ -26,28 +26,23 @@ class Quiet:
 
     def __init__(self, run: Run) -> None:
         self._run = run
-        self._due = QUIET_ROUNDS
+        self.due = QUIET_ROUNDS
+        """The round after which :meth:`spinning` has to be asked next."""
         self._progress = 0
         self._outlines: set[int] = set()
         self._states: set[str] = set()
         self._progress_at_jump = -1
         self._states_at_jumps: set[str] = set()
 
-    def patience(self) -> int:
-        """Rounds that may be done before :meth:`spinning` has to be asked."""
-        return self._due - self._run.rounds
-
     def spinning(self) -> bool:
         """After a round: whether the agents repeat themselves, waits for time aside."""
         run = self._run
-        if run.rounds < self._due:
-            return False
         if run.progress != self._progress:
             self._progress = run.progress
-            self._due = run.rounds + QUIET_ROUNDS
+            self.due = run.rounds + QUIET_ROUNDS
             self._forget()
             return False
-        self._due = run.rounds + 1
+        self.due = run.rounds + 1
         # States are long for deep intentions: they are written out only when their outline has come before.
         outline = mental_outline(run)
         if outline not in self._outlines:

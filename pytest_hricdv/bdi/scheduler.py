@@ -54,8 +54,11 @@ class Run:
         self._goal = goal
         self._ended = ""
         self._fresh = FIRST_FRESH
-        self._messages = 0
+        self.sent = 0
+        """Messages sent so far."""
         self._seen_changes = environment.changes
+        self._order: tuple[Participant, ...] | None = None
+        """The agents in the order in which they act; None when it has to be found anew."""
 
     @property
     def plain(self) -> bool:
@@ -133,8 +136,8 @@ class Run:
 
     def next_message_number(self) -> str:
         """A number for a message."""
-        self._messages += 1
-        return f"mid{self._messages}"
+        self.sent += 1
+        return f"mid{self.sent}"
 
     def note_achieved(self, agent: str, goal: Structure) -> None:
         """A plan for a goal has come to its end."""
@@ -144,10 +147,6 @@ class Run:
     def stop(self) -> None:
         """End the run after this round."""
         self._ended = "stopped"
-
-    def interpreted(self) -> dict[str, Agent]:
-        """The agents, all in the form that the interpreter runs: from now on they are interpreted."""
-        return {name: agent.interpreted() for name, agent in list(self.agents.items())}
 
     # --- the rounds
 
@@ -162,7 +161,7 @@ class Run:
         """
         quiet = Quiet(self)
         while self.rounds < max_rounds:
-            if not self._rounds(min(max_rounds - self.rounds, quiet.patience())):
+            if not self._rounds(min(max_rounds, quiet.due) - self.rounds):
                 if not self._jump():
                     return "idle"
                 if quiet.polling():
@@ -172,22 +171,34 @@ class Run:
                 return self._ended
             if self.ticks >= self.earliest_deadline:
                 self._end_waits()
-            if quiet.spinning() and (not self._jump() or quiet.polling()):
+            if self.rounds >= quiet.due and quiet.spinning() and (not self._jump() or quiet.polling()):
                 return "spin"
         return "round limit"
 
     def _rounds(self, limit: int) -> int:
         """At least one round, or several if only one agent has anything to do; their number, 0 if none has."""
-        agents = tuple(self.agents.values())
-        busy = [agent for agent in agents if agent.awake]
-        if not busy:
-            return 0
-        done, acting = 1, busy[0]
+        if self._order is None:
+            self._order = tuple(self.agents.values())
+        agents = self._order
+        alone: Participant | None = None
+        for agent in agents:
+            if agent.awake:
+                if alone is not None:
+                    alone = None
+                    break
+                alone = agent
+        else:
+            if alone is None:
+                return 0
+        done = 1
+        acting = alone or agents[0]
         try:
-            if len(busy) == 1:
-                done = acting.work(int(min(limit, max(1, self.earliest_deadline - self.ticks))))
-                # In the last of these rounds it may have given others something to do.
-                agents = agents[agents.index(acting) + 1 :]
+            if alone is not None:
+                if self.ticks + limit > self.earliest_deadline:
+                    limit = max(1, int(self.earliest_deadline) - self.ticks)
+                done = alone.work(limit)
+                # In the last of these rounds it may have given others something to do, of whom some are yet to act.
+                agents = agents[agents.index(alone) + 1 :]
             for acting in agents:
                 if acting.awake:
                     acting.cycle()
@@ -197,9 +208,21 @@ class Run:
         self.ticks += done
         return done
 
+    def replace(self, agent: Agent) -> None:
+        """Let an agent take the place of the one of its name."""
+        self.agents[agent.name] = agent
+        self._order = None
+
+    def interpreted(self) -> dict[str, Agent]:
+        """The agents, all in the form that the interpreter runs: from now on they are interpreted."""
+        return {name: agent.interpreted() for name, agent in list(self.agents.items())}
+
+    # --- waiting
+
     def note_deadline(self, deadline: float) -> None:
         """An intention has begun to wait until then."""
-        self.earliest_deadline = min(self.earliest_deadline, deadline)
+        if deadline < self.earliest_deadline:
+            self.earliest_deadline = deadline
 
     def _jump(self) -> bool:
         """Go to the next moment at which a wait is over; False if there is none."""
@@ -220,8 +243,9 @@ class Run:
     def _find_earliest_deadline(self) -> None:
         self.earliest_deadline = math.inf
         for agent in self.agents.values():
-            deadlines = [wait.deadline for wait in agent.waits]
-            deadlines += [question.deadline for question in agent.questions.values()]
-            for deadline in deadlines:
-                if deadline is not None:
-                    self.note_deadline(deadline)
+            if agent.waits or agent.questions:
+                deadlines = [wait.deadline for wait in agent.waits]
+                deadlines += [question.deadline for question in agent.questions.values()]
+                for deadline in deadlines:
+                    if deadline is not None:
+                        self.note_deadline(deadline)

@@ -7,6 +7,8 @@ compares terms in every step of every run: hashes, groundness and text are compu
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from .errors import Location
 from .numerals import number_text
 
@@ -310,6 +312,7 @@ def atom(name: str) -> Structure:
     return Structure(name)
 
 
+@lru_cache(maxsize=4096)
 def source(agent: str) -> Structure:
     """The annotation ``source(agent)``."""
     return Structure("source", (Structure(agent),))

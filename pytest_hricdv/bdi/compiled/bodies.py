@@ -8,12 +8,14 @@ left, the activity is put where the interpreter would have its intention after t
 from __future__ import annotations
 
 from ..syntax import Body, For, Formula, If, Plan, While, posted
-from ..terms import Structure, Variable
+from ..terms import Key, Structure, Variable, source
 from .conditions import Conditions, binds
 from .layout import Layout, blocks, number, variables_in
 from .program import LoopCode, PlanCode, ProgramCode
 from .values import Scope, values
-from .writer import UnsupportedError, Writer
+from .writer import UnsupportedError, Writer, is_name
+
+_SOURCE: Key = (False, "source", 1)
 
 
 class BodyWriter:
@@ -66,7 +68,7 @@ class BodyWriter:
         self._block(self.layout.body, 0, scope)
         # A finished plan is taken off in a cycle of its own.
         with self.writer.block(f"if pc == {self.layout.end}:"):
-            self.writer.line("return a.finish(i, n - 1)")
+            self.writer.line("return finish(a, i, n - 1)")
 
     def _block(self, body: Body, start: int, scope: Scope) -> None:
         from .statements import write_statement
@@ -120,7 +122,7 @@ class BodyWriter:
         after = self.layout.after[pc]
         self.writer.line("n -= 1")
         if after == self.layout.end:
-            self.writer.line("return a.finish(i, n)")
+            self.writer.line("return finish(a, i, n)")
             return
         self._suspend(after, "a.intentions.append(i)")
         self.writer.line(f"pc = {after}")
@@ -146,9 +148,10 @@ class BodyWriter:
         writer = self.writer
         self.save(pc)
         writer.line("n -= 1")
+        goal = self.goal(trigger, args, annots)
         with writer.block("if n:"):
-            writer.line(f"return a.enter(i, {trigger}, {args}, {annots}, n)")
-        writer.line(f"a.events.append(({trigger}, {args}, {annots}, i))")
+            writer.line(f"return enter(a, i, {goal}, n)")
+        writer.line(f"a.events.append(({goal}, i))")
         writer.line("return 0")
 
     def jump(self, targets: tuple[int, ...]) -> None:
@@ -157,7 +160,7 @@ class BodyWriter:
         writer.line("n -= 1")
         if self.layout.end in targets:
             with writer.block(f"if pc == {self.layout.end}:"):
-                writer.line("return a.finish(i, n)")
+                writer.line("return finish(a, i, n)")
         with writer.block("if not n:"):
             self.save("pc")
             writer.line("a.intentions.append(i)")
@@ -172,7 +175,21 @@ class BodyWriter:
         ready = posted(Structure(literal.functor, (), literal.annots, literal.negated))
         if ready is None:
             raise UnsupportedError(f"the annotations of {literal} are not compiled")
-        return literal, values(self.writer, literal.args, scope), self.writer.names.constant(ready.annots)
+        annots = tuple(
+            source(str(each.args[0]))
+            if isinstance(each, Structure) and each.key == _SOURCE and is_name(each.args[0])
+            else each
+            for each in ready.annots
+        )
+        return literal, values(self.writer, literal.args, scope), self.writer.names.constant(annots)
+
+    def goal(self, trigger: str, args: str, annots: str) -> str:
+        """What an event is about; one object if it is always the same."""
+        known = self.writer.names.objects
+        parts = [() if name == "()" else known.get(name) for name in (trigger, args, annots)]
+        if None in parts:
+            return f"({trigger}, {args}, {annots})"
+        return self.writer.names.constant(tuple(parts))
 
     def trigger(self, sign: str, literal: Structure) -> str:
         """The name of what the agent does on an event."""

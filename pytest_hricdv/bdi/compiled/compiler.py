@@ -7,11 +7,25 @@ from ..communication import KQML_RECEIVED
 from ..library import PlanLibrary
 from ..syntax import Rule
 from ..terms import SOURCE_PERCEPT, Structure
+from . import changes, effects
 from .agent import AgentCode
 from .program import PlanCode, ProgramCode
 from .runtime import NAMES
 from .selection import SelectionWriter
 from .writer import Names
+
+_CHANGES: dict[str, object] = {
+    "abolish": changes.abolish,
+    "add": changes.add,
+    "displace": changes.displace,
+    "enter": effects.enter,
+    "finish": effects.finish,
+    "finish_acted": effects.finish_acted,
+    "remove": changes.remove,
+    "send": effects.send,
+    "wait": effects.wait,
+}
+"""What generated code does to its agent."""
 
 
 def compile_agent(
@@ -47,10 +61,13 @@ def compile_program(library: PlanLibrary, receivers: frozenset[str]) -> ProgramC
             functions[f"select{place}"] = key
             selection.write(f"select{place}", key[1][2], library.relevant(*key))
     program.source = "\n".join(selection.functions)
-    namespace: dict[str, object] = {**NAMES, **names.objects}
+    namespace: dict[str, object] = {**NAMES, **_CHANGES, **names.objects}
     exec(compile(program.source, "<compiled AgentSpeak>", "exec"), namespace)
     for name, key in functions.items():
-        program.trigger(*key).select = namespace[name]  # type: ignore[assignment]
+        trigger = program.trigger(*key)
+        trigger.select = namespace[name]  # type: ignore[assignment]
+        if trigger.sign == "+":
+            program.noticed[trigger.key] = trigger
     for name, code in selection.plans.items():
         assert isinstance(code, PlanCode)
         code.run = namespace[name]  # type: ignore[assignment]

@@ -6,7 +6,9 @@ from collections.abc import Callable
 
 from ..syntax import And, Comparison, Formula, Not, Or, variables_of
 from ..terms import Arithmetic, Number, Structure, Term, Variable
+from ..terms import source as source_of
 from .layout import variables_in
+from .program import proposition
 from .values import Scope, equality, number, value, values
 from .writer import UnsupportedError, Writer, is_name
 
@@ -92,8 +94,9 @@ class Conditions:
             store, slot = "p", repr(proposition(literal))
         if not literal.annots:
             return f"{slot} in {store}"
-        held = f"{store}.get({slot}, ())"
-        return "(" + " and ".join(f"{self._writer.names.constant(annot)} in {held}" for annot in literal.annots) + ")"
+        source = source_pattern(literal)
+        assert source is not None
+        return f"({self._writer.names.constant(named_source(source))} in {store}.get({slot}, ()))"
 
     def _exists(self, formula: Formula, scope: Scope) -> str:
         """A call of a function of its own, so that what is bound inside is not bound outside."""
@@ -122,7 +125,7 @@ class Conditions:
         held = writer.names.fresh("s")
         if literal.args:
             names, tests = self.unpack(literal.args, extended)
-            head = f"for ({', '.join(names)},), {held} in newest({self._table(literal)}):"
+            head = f"for ({', '.join(names)},), {held} in reversed({self._table(literal)}.items()):"
         else:
             tests = []
             head = f"for {held} in believed(p, {proposition(literal)!r}):"
@@ -162,7 +165,7 @@ class Conditions:
                 else:
                     then({**scope, source: name})
         else:
-            with writer.block(f"if {writer.names.constant(Structure('source', (source,)))} in {held}:"):
+            with writer.block(f"if {writer.names.constant(named_source(source))} in {held}:"):
                 then(scope)
 
     def _comparison(self, comparison: Comparison, scope: Scope) -> str:
@@ -195,9 +198,10 @@ def source_pattern(literal: Structure) -> Term | None:
     raise UnsupportedError(f"the annotations of {literal} are not compiled")
 
 
-def proposition(literal: Structure) -> str:
-    """The name under which a literal without arguments is kept."""
-    return f"~{literal.functor}" if literal.negated else literal.functor
+def named_source(name: Term) -> Structure:
+    """The annotation for a source, the very object that received messages get: it is compared in no time."""
+    assert isinstance(name, Structure)
+    return source_of(name.functor)
 
 
 def _plain_value(writer: Writer, term: Term, scope: Scope) -> str:

@@ -11,16 +11,17 @@ from ..intentions import Event, Frame, Intention, Loop, Wait
 from ..syntax import Body, For, If, While
 from ..terms import Structure, Term, Variable
 from ..unify import Bindings
+from .activity import Activity, Goal
 from .layout import blocks, number, size
-from .program import PlanCode, TriggerCode, Values
+from .program import PlanCode, Values
 
 if TYPE_CHECKING:
-    from .agent import Activity, AgentCode, CompiledAgent
+    from .agent import CompiledAgent
 
 
-def to_interpreter(compiled: CompiledAgent, code: AgentCode, seen_percepts: int) -> Agent:
+def to_interpreter(compiled: CompiledAgent) -> Agent:
     """The agent for the interpreter; the compiled one must not be used any more."""
-    agent = Agent(compiled.name, compiled.run, _beliefs(compiled, code), code.library, [])
+    agent = Agent(compiled.name, compiled.run, _beliefs(compiled), compiled.code.library, [])
     intentions: dict[int, Intention] = {}
 
     def intention_of(activity: Activity) -> Intention:
@@ -31,22 +32,22 @@ def to_interpreter(compiled: CompiledAgent, code: AgentCode, seen_percepts: int)
     agent.mailbox = compiled.mailbox
     agent.executed = compiled.executed
     agent.listed = compiled.listed
-    for trigger, args, annots, activity in compiled.events:
+    for goal, activity in compiled.events:
         waiting = None if activity is None else intention_of(activity)
-        agent.events.append(Event(trigger.sign, trigger.literal(args, annots), waiting))
+        agent.events.append(Event(goal[0].sign, _literal(goal), waiting))
     agent.feedback = deque((intention_of(activity), success) for activity, success in compiled.feedback)
     agent.intentions = deque(intention_of(activity) for activity in compiled.intentions)
     for wait in compiled.waits:
         agent.waits.append(Wait(intention_of(wait.intention), wait.since, wait.deadline))  # type: ignore[arg-type]
-    agent.take_over(compiled.count, seen_percepts)
+    agent.take_over(compiled.activities, compiled.seen_percepts)
     return agent
 
 
-def _beliefs(compiled: CompiledAgent, code: AgentCode) -> BeliefBase:
+def _beliefs(compiled: CompiledAgent) -> BeliefBase:
     base = BeliefBase()
     for name, annots in compiled.p.items():
         base.add(Structure(name.removeprefix("~"), (), annots, name.startswith("~")))
-    tables = {key: compiled.tables[place] for key, place in code.program.tables.items()}
+    tables = {key: compiled.tables[place] for key, place in compiled.code.program.tables.items()}
     for (negated, functor, _), table in (tables | compiled.others).items():
         for args, annots in table.items():
             base.add(Structure(functor, args, annots, negated))
@@ -55,23 +56,24 @@ def _beliefs(compiled: CompiledAgent, code: AgentCode) -> BeliefBase:
 
 def _intention(activity: Activity) -> Intention:
     intention = Intention(activity.number)
-    for plan, pc, values, trigger, args, annots in activity.below:
-        intention.frames.append(_frame(plan, pc, values, trigger, args, annots))
-    own = (activity.plan, activity.pc, activity.values, activity.trigger, activity.args, activity.annots)
-    intention.frames.append(_frame(*own))
+    own = (activity.plan, activity.pc, activity.values, activity.goal)
+    intention.frames = [_frame(*plan) for plan in (*activity.below, own)]
     return intention
 
 
-def _frame(
-    code: PlanCode, pc: int, values: Values, trigger: TriggerCode, args: tuple[Term, ...], annots: tuple[Term, ...]
-) -> Frame:
+def _literal(goal: Goal) -> Structure:
+    trigger, args, annots = goal
+    return Structure(trigger.key[1], args, annots, trigger.key[0])
+
+
+def _frame(code: PlanCode, pc: int, values: Values, goal: Goal) -> Frame:
     bound: Bindings = {}
     for variable, value in zip(code.variables, values, strict=False):
         if value is not None:
             bound[variable] = value  # type: ignore[assignment]
     left = dict(zip(code.loops, values[len(code.variables) :], strict=True))
-    frame = Frame(code.plan, trigger.sign, trigger.literal(args, annots), bound)
-    if pc < len(code.after):
+    frame = Frame(code.plan, goal[0].sign, _literal(goal), bound)
+    if pc != code.end:
         _go_to(frame, code, code.plan.body, 0, pc, left)
     else:
         frame.pc = len(frame.body)

@@ -10,7 +10,8 @@ from ..syntax import EventKey, Plan
 from ..terms import Key, Structure, Term, Variable
 
 if TYPE_CHECKING:
-    from .agent import Activity, CompiledAgent
+    from .activity import Activity
+    from .agent import CompiledAgent
 
 Annots = tuple[Term, ...]
 Values = tuple[object, ...]
@@ -55,7 +56,12 @@ class PlanCode:
     loops: dict[int, LoopCode]
     after: tuple[int, ...]
     last: int
+    end: int = field(init=False)
+    """The number after the last statement: where the plan is finished."""
     run: Run = field(default=_not_yet)
+
+    def __post_init__(self) -> None:
+        self.end = len(self.after)
 
 
 @dataclass(slots=True, eq=False)
@@ -71,10 +77,10 @@ class TriggerCode:
     sign: str
     key: Key
     select: Select | None = None
+    is_goal: bool = field(init=False)
 
-    def literal(self, args: tuple[Term, ...], annots: Annots) -> Structure:
-        """The literal of an event."""
-        return Structure(self.key[1], args, annots, self.key[0])
+    def __post_init__(self) -> None:
+        self.is_goal = self.sign == "+!"
 
 
 @dataclass(slots=True, eq=False)
@@ -84,12 +90,14 @@ class ProgramCode:
     Args:
         relevant: the events that plans are for.
         triggers: what to do on events, those without a plan included.
+        noticed: what to do when a belief has come that a plan is for.
         tables: the place of the table of each predicate with arguments that the program tests.
         source: the Python text, to be read by people.
     """
 
     relevant: frozenset[EventKey]
     triggers: dict[EventKey, TriggerCode] = field(default_factory=dict)
+    noticed: dict[Key, TriggerCode] = field(default_factory=dict)
     tables: dict[Key, int] = field(default_factory=dict)
     source: str = ""
 
@@ -103,3 +111,8 @@ class ProgramCode:
     def table(self, literal: Structure) -> str:
         """The Python expression for the table of a predicate with arguments."""
         return f"a.tables[{self.tables.setdefault(literal.key, len(self.tables))}]"
+
+
+def proposition(literal: Structure) -> str:
+    """The name under which a literal without arguments is kept."""
+    return f"~{literal.functor}" if literal.negated else literal.functor

@@ -48,11 +48,6 @@ def shown(value: Term) -> str:
     return value.value if isinstance(value, String) else str(value)
 
 
-def newest(table: dict[tuple[Term, ...], Annots]) -> list[tuple[tuple[Term, ...], Annots]]:
-    """The beliefs of a predicate, the newest first, safe against changes on the way."""
-    return list(table.items())[::-1]
-
-
 def believed(propositions: dict[str, Annots], name: str) -> tuple[Annots, ...]:
     """The annotations of a proposition, if it is believed."""
     held = propositions.get(name)
@@ -78,7 +73,6 @@ NAMES: dict[str, object] = {
     "believed": believed,
     "compute": compute,
     "first_source": first_source,
-    "newest": newest,
     "same": same,
     "shown": shown,
     "sources": sources,

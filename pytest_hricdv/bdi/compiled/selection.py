@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..syntax import Plan
 from ..terms import Structure, Variable
 from .bodies import BodyWriter
-from .conditions import Conditions, source_pattern
+from .conditions import Conditions, named_source, source_pattern
 from .program import PlanCode, ProgramCode
 from .values import Scope, equality
 from .writer import Names, UnsupportedError, Writer
@@ -61,7 +61,7 @@ class SelectionWriter:
                 tests.append(f"same({scope[source]}, {name})")
             scope.setdefault(source, name)
         elif source is not None:
-            tests.append(f"{writer.names.constant(Structure('source', (source,)))} in annots")
+            tests.append(f"{writer.names.constant(named_source(source))} in annots")
         if tests:
             with writer.block(f"if {' and '.join(tests)}:"):
                 self._context(writer, plan, scope)

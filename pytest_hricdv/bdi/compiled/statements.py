@@ -8,8 +8,9 @@ from typing import Any
 from ..syntax import Achieve, Act, Believe, Check, For, Formula, If, Internal, Statement, Test, While
 from ..terms import SOURCE_PERCEPT, Call, String, Structure
 from .bodies import BodyWriter
-from .conditions import binds, proposition
+from .conditions import binds
 from .layout import blocks, variables_in
+from .program import proposition
 from .values import Scope, number, value
 from .writer import UnsupportedError, is_name
 
@@ -31,7 +32,7 @@ def _achieve(body: BodyWriter, pc: int, statement: Achieve, scope: Scope) -> Sco
     if "bail()" in args or "compute(" in args:
         body.mark(pc)
     if statement.apart:
-        body.writer.line(f"a.events.append(({trigger}, {args}, {annots}, None))")
+        body.writer.line(f"a.events.append(({body.goal(trigger, args, annots)}, None))")
         body.cut()
         body.go_on(pc)
     else:
@@ -52,10 +53,10 @@ def _believe(body: BodyWriter, pc: int, statement: Believe, scope: Scope) -> Sco
         store, slot, args = body.program.table(literal), "args", "args"
     if sign == "-+":
         which = "None" if literal.args else slot
-        with writer.block(f"if a.displace({store}, {which}, {annots}, {body.trigger('-', literal)}):"):
+        with writer.block(f"if displace(a, {store}, {which}, {annots}, {body.trigger('-', literal)}):"):
             body.cut()
     event_sign = "-" if sign == "-" else "+"
-    writer.line(f"new = a.{'remove' if sign == '-' else 'add'}({store}, {slot}, {annots})")
+    writer.line(f"new = {'remove' if sign == '-' else 'add'}(a, {store}, {slot}, {annots})")
     with writer.block("if new is None:"):
         body.go_on(pc)
     with writer.block("else:"):
@@ -63,7 +64,7 @@ def _believe(body: BodyWriter, pc: int, statement: Believe, scope: Scope) -> Sco
         if body.has_plans(event_sign, literal):
             body.call(pc, event, args, "new")
         else:
-            body.wait_in(pc, f"a.events.append(({event}, {args}, new, i))")
+            body.wait_in(pc, f"a.events.append((({event}, {args}, new), i))")
     return scope
 
 
@@ -87,7 +88,7 @@ def _act(body: BodyWriter, pc: int, statement: Act, scope: Scope) -> Scope:
             body.save(pc)
             writer.line("a.feedback.append((i, False))")
             writer.line("return 0")
-    body.wait_in(pc, "a.feedback.append((i, True))", at_the_end="return a.finish_acted(i, n)")
+    body.wait_in(pc, "a.feedback.append((i, True))", at_the_end="return finish_acted(a, i, n)")
     return scope
 
 
@@ -204,7 +205,7 @@ def _send(body: BodyWriter, call: Call, scope: Scope) -> bool:
     if not isinstance(force, Structure) or not is_name(force) or force.functor not in _FORCES:
         raise UnsupportedError(f"messages of force {force} are not compiled")
     sent = value(body.writer, content, scope)  # type: ignore[arg-type]
-    body.writer.line(f"a.send({receiver.functor!r}, {force.functor!r}, {sent})")
+    body.writer.line(f"send(a, {receiver.functor!r}, {force.functor!r}, {sent})")
     body.cut()
     return True
 
@@ -219,18 +220,18 @@ def _abolish(body: BodyWriter, call: Call, scope: Scope) -> bool:
         store, slots = body.program.table(pattern), "slots"
         names, tests = body.conditions.unpack(pattern.args, dict(scope))
         writer.line("slots = []")
-        with writer.block(f"for args, _ in newest({store}):"):
+        with writer.block(f"for args, _ in {store}.items():"):
             writer.line(f"({', '.join(names)},) = args")
             with writer.block(f"if {' and '.join(tests) or 'True'}:"):
                 writer.line("slots.append(args)")
-    with writer.block(f"if a.abolish({store}, {slots}, {trigger}):"):
+    with writer.block(f"if abolish(a, {store}, {slots}, {trigger}):"):
         body.cut()
     return True
 
 
 def _wait(body: BodyWriter, call: Call, scope: Scope) -> bool:
     wait_ms = number(body.writer, call.args[0], scope)  # type: ignore[arg-type]
-    body.writer.line(f"return a.wait(i, {wait_ms}, n)")
+    body.writer.line(f"return wait(a, i, {wait_ms}, n)")
     return False
 
 
