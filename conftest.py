@@ -10,7 +10,8 @@ import pytest
 
 if TYPE_CHECKING:
     from pytest_hricdv.case import Run
-    from pytest_hricdv.testbench import Outcome, Testbench
+    from pytest_hricdv.testbench import Camera, Outcome, Testbench
+    from sim.world import World
 
 HERE = Path(__file__).parent
 POSES = tuple("".join(bits) for bits in product("01", repeat=3))
@@ -23,7 +24,16 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     """Hands the testbench over. Imports stay inside: a run without a suite pays for none of this."""
     from controller.journal import OUTCOMES
     from controller.ports import MESSAGES
-    from pytest_hricdv.testbench import BeliefSpace, Chance, Concretization, CrossProduct, Model, Range, Testbench
+    from pytest_hricdv.testbench import (
+        BeliefSpace,
+        Chance,
+        Concretization,
+        CrossProduct,
+        Film,
+        Model,
+        Range,
+        Testbench,
+    )
 
     at_leg, off, side = Range(-0.03, 0.03, "m"), Range(0.5, 0.75, "m"), Range(-1.0, 1.0, "left or right")
     looks = {"offset_m": Range(0.1, 0.2, "m"), "distance_m": Range(0.5, 0.6, "m"), "side": side}
@@ -72,11 +82,23 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         run=run,
         by_hand=HERE / "tests" / "hri" / "by_hand.toml",
         requires=("sim.engine",),
+        film=Film(
+            camera=camera,
+            moments={"request": "request", "grasp": "leg_held", "offer": "leg_ready", "decision": "reading"},
+            state="state.name",
+        ),
         cross=CrossProduct(
             {"reading": (*POSES, "none"), "outcome": OUTCOMES},
             impossible={(pose, out): "a turn that timed out has no reading" for pose in POSES for out in OUTCOMES[2:]},
         ),
     )
+
+
+def camera(world: World) -> Camera:
+    """Puts up a camera, for `--hri-film`."""
+    from sim.film import Camera
+
+    return Camera(world)
 
 
 def run(run: Run) -> Outcome:

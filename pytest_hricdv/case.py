@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -49,6 +50,8 @@ class Run:
     measured: Callable[[Callable[[], None]], Callable[[], None]]
     """Wrap the body of the node that is the code under test: it is measured in its own greenlet."""
     monitors: MonitorSet = field(repr=False)
+    filming: Callable[[Run], AbstractContextManager[None]] | None = None
+    """What goes on around a run that is filmed."""
 
     def go(self, limit_s: float) -> str:
         """Run the nodes up to `limit_s`, then on until no monitor has an open deadline; then end all nodes.
@@ -56,13 +59,14 @@ class Run:
         Returns:
             Why it ended: what was given to `kernel.stop`, "idle", or "limit".
         """
-        try:
-            ended = self.kernel.run(limit_s)
-            while (deadline_s := self._open_deadline_s()) is not None:
-                if self.kernel.run(deadline_s) == "idle":
-                    self.kernel.skip(deadline_s)
-        finally:
-            self.kernel.close()
+        with nullcontext() if self.filming is None else self.filming(self):
+            try:
+                ended = self.kernel.run(limit_s)
+                while (deadline_s := self._open_deadline_s()) is not None:
+                    if self.kernel.run(deadline_s) == "idle":
+                        self.kernel.skip(deadline_s)
+            finally:
+                self.kernel.close()
         return ended
 
     def _open_deadline_s(self) -> float | None:
@@ -92,6 +96,7 @@ def execute(
     test: ConcreteTest,
     measurement: Measurement,
     context: str,
+    filming: Callable[[Run], AbstractContextManager[None]] | None = None,
 ) -> CaseResult:
     """Run one concrete test: a pure function of the test and the code.
 
@@ -99,6 +104,7 @@ def execute(
         requirements: of the testbench, loaded.
         measurement: measures the code under test.
         context: name of this test's share of the measurement.
+        filming: see `Run`.
 
     Raises:
         KernelError: a node failed; the text names it and the simulated time.
@@ -116,6 +122,7 @@ def execute(
         recorder=recorder,
         measured=lambda body: measurement.measured(context, body),
         monitors=monitors,
+        filming=filming,
     )
     outcome = testbench.run(run)
     if not isinstance(outcome, Outcome):

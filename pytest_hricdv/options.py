@@ -36,6 +36,7 @@ class Options:
     strict: bool
     export: Path | None
     coverage: bool
+    film: bool = False
     again: tuple[str, ...] = ()
     """What the command line said, beside suite and seed, on which tests there are and what fails."""
 
@@ -67,6 +68,7 @@ def add_options(parser: pytest.Parser) -> None:
     )
     group.addoption("--hri-strict", action="store_true", default=None, help="let known violations fail, too")
     group.addoption("--hri-export", metavar="DIR", help="write the suites as text files that --hri-suite=DIR reads")
+    group.addoption("--hri-film", action="store_true", default=None, help="film the runs of failing tests")
     group.addoption("--hri-no-cov", action="store_true", default=None, help="do not measure the code under test")
     for name, what in (
         ("suite", "default of --hri-suite"),
@@ -80,6 +82,7 @@ def add_options(parser: pytest.Parser) -> None:
     parser.addini("hri_fail_under", "one KIND=PCT a line; applies when the whole suite is selected", "linelist")
     parser.addini("hri_known_violations", "one a line, 'R3: reason': reported, but does not fail the run", "linelist")
     parser.addini("hri_strict", "default of --hri-strict", "bool", default=False)
+    parser.addini("hri_film", "default of --hri-film", "bool", default=False)
     parser.addini("hri_no_cov", "default of --hri-no-cov", "bool", default=False)
 
 
@@ -97,6 +100,7 @@ def read_options(config: pytest.Config) -> Options:
         strict=_flag(config, "strict"),
         export=config.invocation_params.dir / _text(config, "export") if _text(config, "export") else None,
         coverage=not _flag(config, "no_cov"),
+        film=_flag(config, "film"),
         again=_again(config),
     )
 

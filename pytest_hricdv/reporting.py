@@ -12,6 +12,7 @@ from importlib.metadata import version
 
 import pytest
 
+from pytest_hricdv import filming
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.collecting import Collecting, case_of
 from pytest_hricdv.cover.source import CoverError
@@ -21,6 +22,7 @@ from pytest_hricdv.report.files import ReportError
 from pytest_hricdv.results import Entry, Rerun, Session, build_report, reached
 from pytest_hricdv.running import ATTRIBUTE, Running
 from pytest_hricdv.suites import export
+from pytest_hricdv.testbench import TestbenchError
 
 MARKUP: dict[str, dict[str, bool]] = {
     "title": {"bold": True},
@@ -64,6 +66,8 @@ class Reporting:
                 names = ", ".join(sorted(known))
                 raise pytest.UsageError(f"known violation of {requirement!r}: no such requirement; there are {names}")
         _ = self.running.code
+        if self.options.film:
+            self._check_film()
         running = not self.collecting.config.getoption("collectonly")
         if running:
             self._import_required()
@@ -75,6 +79,12 @@ class Reporting:
                 files.prepare(self.options.report)
             except ReportError as error:
                 raise pytest.UsageError(str(error)) from None
+
+    def _check_film(self) -> None:
+        try:
+            filming.check(self.collecting.testbench)
+        except TestbenchError as error:
+            raise pytest.UsageError(str(error)) from None
 
     def _import_required(self) -> None:
         for name in self.collecting.testbench.requires:

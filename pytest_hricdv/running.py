@@ -15,6 +15,7 @@ from pytest_hricdv.case import CaseResult, HriCase, execute
 from pytest_hricdv.collecting import Collecting, case_of
 from pytest_hricdv.cover.measure import Measurement, NoMeasurement, choose
 from pytest_hricdv.cover.source import CodeMap, CoverError, map_code
+from pytest_hricdv.filming import Filming, told
 from pytest_hricdv.monitor import Requirement, RequirementError, load_requirements
 from pytest_hricdv.report import junit, terminal
 from pytest_hricdv.results import Entry, describe, measured
@@ -65,6 +66,13 @@ class Running:
         by_test = getattr(self.collecting.config.option, "cov_context", None) == "test"
         return choose(self.code, contexts_by_test=by_test)
 
+    @cached_property
+    def filming(self) -> Filming | None:
+        """What films in this process, when asked to."""
+        if not self.options.film:
+            return None
+        return Filming(self.collecting.testbench, self.requirements, self.options.report)
+
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
         """Lends the case its runner for the duration of the test, and tells JUnit how it went."""
@@ -90,8 +98,17 @@ class Running:
         if case is not None and call.when == "call" and not skipped:
             entry = self._entry(case, item.nodeid)
             entry |= {"outcome": _outcome(report, case), "wall_s": call.duration, "failure": _text(report)}
+            self._film(case, entry, report)
             setattr(report, ATTRIBUTE, json.dumps(entry))
         return report  # type: ignore[return-value]
+
+    def _film(self, case: HriCase, entry: Entry, report: pytest.TestReport) -> None:
+        """Film what failed: here the test's time is taken already, and what it patched is still as it was."""
+        if self.filming is None or case.result is None or entry["outcome"] not in ("failed", "known-violation"):
+            return
+        entry["film"] = self.filming.film(case.result)
+        folder = os.path.relpath(self.options.report, self.collecting.config.invocation_params.dir)
+        report.sections.append(("film", told(entry["film"], Path(folder))))
 
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
         testbench, measurement = self.collecting.testbench, self.measurement

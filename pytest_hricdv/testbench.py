@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_type_hints
 
 from pytest_hricdv.cover.cross import Bin, CrossProduct
+from pytest_hricdv.film.film import Camera, Film
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
 from pytest_hricdv.generate.model import Model
@@ -22,10 +23,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BeliefSpace",
+    "Camera",
     "Chance",
     "Concretization",
     "Constant",
     "CrossProduct",
+    "Film",
     "Model",
     "Outcome",
     "Range",
@@ -78,6 +81,7 @@ class Testbench:
         cross: the cross product to cover; None where there is none.
         requires: modules that `run` imports, such as the simulator's; imported once before the first test, so that
             what is not installed is said once, and not by every test.
+        film: how runs are filmed; None where they are not.
     """
 
     __test__ = False
@@ -94,11 +98,17 @@ class Testbench:
     by_hand: Path | None = None
     cross: CrossProduct | None = None
     requires: tuple[str, ...] = ()
+    film: Film | None = None
 
     def vocabulary(self) -> Vocabulary:
         """The names that requirements may use: signals, topics, and the bool and numeric fields of messages."""
         topics = {topic_of(kind): _field_kinds(kind) for kind in self.messages}
         return Vocabulary(signals=dict(self.signals), messages=topics)
+
+
+def _film_faults(testbench: Testbench) -> list[str]:
+    topics = {topic_of(kind): frozenset(each.name for each in dataclasses.fields(kind)) for kind in testbench.messages}
+    return testbench.film.faults(testbench.vocabulary(), topics) if testbench.film is not None else []
 
 
 def _field_kinds(kind: type[Any]) -> dict[str, type[bool] | type[float]]:
@@ -135,6 +145,8 @@ def checked(candidate: object, where: str) -> Testbench:
             f"{where}: returned {candidate!r:.80}; expected a Testbench (from pytest_hricdv.testbench import Testbench)"
         )
     _check_kinds(candidate, where)
+    for fault in _film_faults(candidate):
+        raise TestbenchError(f"{where}: {fault}")
     return candidate
 
 

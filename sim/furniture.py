@@ -10,14 +10,14 @@ ROBOT, LEG, FURNITURE, PERSON = 1, 2, 4, 8
 between palm and leg (its reaction is exact, a friction grasp slips), and the planner keeps the arm off the table. The
 person gives way to nobody: distances to the person's hand are measured, not pushed apart."""
 
-WOOD = (0.72, 0.52, 0.32, 1.0)
+LAMINATE = (0.80, 0.82, 0.80, 1.0)
 GREY = (0.45, 0.47, 0.50, 1.0)
 
 
 def furnish(engine: Engine) -> tuple[int, ...]:
     """Set up floor, table and bin; returns their body ids, the floor's first."""
     floor = engine.add(0.0, (0.8, 0.0, -0.05), GREY, shapeType=bullet.GEOM_BOX, halfExtents=(2.5, 2.5, 0.05))
-    table = engine.add(0.0, TABLE_M, WOOD, shapeType=bullet.GEOM_BOX, halfExtents=TABLE_HALF_M)
+    table = engine.add(0.0, TABLE_M, LAMINATE, shapeType=bullet.GEOM_BOX, halfExtents=TABLE_HALF_M)
     bodies = (floor, table, *_bin(engine))
     for body in bodies:
         bullet.setCollisionFilterGroupMask(body, -1, FURNITURE, LEG, physicsClientId=engine.client)

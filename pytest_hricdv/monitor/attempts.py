@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pytest_hricdv.monitor.errors import UnknownValueError
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds
 from pytest_hricdv.monitor.program import Program, compile_formula
-from pytest_hricdv.monitor.verdict import Tally, Verdict
+from pytest_hricdv.monitor.verdict import Outcome, Tally, Verdict
 from pytest_hricdv.monitor.view import NO_MESSAGE, NS_PER_S, Nanoseconds, Outputs, Values, View, nanoseconds
 
 
@@ -70,6 +70,10 @@ class AttemptMonitor(ABC):
     def deadline_ns(self) -> Nanoseconds | None:
         """The latest deadline of an open liveness attempt."""
         return None
+
+    def so_far(self) -> Outcome:
+        """What the verdict would be if every open attempt stayed undecided."""
+        return self._tally.verdict("", pending=0).verdict
 
     @abstractmethod
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:

@@ -1,0 +1,127 @@
+"""What is drawn on a picture: simulated time, the robot's state, verdicts so far, the last message or violation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+    from PIL.ImageDraw import ImageDraw
+    from PIL.ImageFont import FreeTypeFont
+    from PIL.ImageFont import ImageFont as BitmapFont
+
+BAR_PX = 72
+"""Height of the bar below the picture; more where that makes the frame's height a multiple of BLOCK_PX."""
+
+BLOCK_PX = 16
+"""Encoders want frames of whole blocks."""
+
+EDGE_PX = 12
+FRAME_PX = 6
+INK, PAPER, SOFT, ALARM = (245, 245, 245), (24, 27, 33), (165, 172, 184), (214, 48, 49)
+BADGES: Mapping[str, tuple[int, int, int]] = {"Passed": (30, 132, 73), "Failed": ALARM, "NC": (84, 92, 105)}
+
+
+@dataclass(frozen=True)
+class Caption:
+    """What a frame says beside its picture.
+
+    Args:
+        time_s: simulated time (s).
+        state: the robot's, empty where unknown.
+        verdicts: requirement -> verdict so far.
+        event: the last message, or the violation that a viewer should know of.
+        alarm: a violation goes on: the picture gets a red frame.
+        slow: the film runs in slow motion here.
+    """
+
+    time_s: float
+    state: str
+    verdicts: Mapping[str, str]
+    event: str
+    alarm: bool = False
+    slow: bool = False
+
+    def differs(self, other: Caption | None) -> bool:
+        """True when a viewer reads more than a later time."""
+        if other is None:
+            return True
+        mine, theirs = ((each.state, dict(each.verdicts), each.event, each.alarm, each.slow) for each in (self, other))
+        return mine != theirs
+
+
+def captioned(picture: Image, caption: Caption) -> Image:
+    """A copy of the picture with a bar below it; a frame is as wide and high as whole blocks need."""
+    from PIL import Image, ImageDraw
+
+    width = -(-picture.width // BLOCK_PX) * BLOCK_PX
+    height = -(-(picture.height + BAR_PX) // BLOCK_PX) * BLOCK_PX
+    frame = Image.new("RGB", (width, height), PAPER)
+    frame.paste(picture, (0, 0))
+    draw = ImageDraw.Draw(frame)
+    if caption.alarm:
+        draw.rectangle((0, 0, picture.width - 1, picture.height - 1), outline=ALARM, width=FRAME_PX)
+    top = picture.height + (height - picture.height - BAR_PX) // 2 + 8
+    left = _written(draw, (EDGE_PX, top), f"{caption.time_s:.2f} s", 24, INK)
+    state = f"robot: {caption.state}" if caption.state else ""
+    pace = "  (slow motion)" if caption.slow else ""
+    _written(draw, (max(left + 24, 150), top), state + pace, 24, INK)
+    _badges(draw, (width - EDGE_PX, top + 2), caption.verdicts)
+    event = _fitting(draw, caption.event, width - 2 * EDGE_PX, 17)
+    _written(draw, (EDGE_PX, top + 34), event, 17, INK if caption.alarm else SOFT)
+    return frame
+
+
+def titled(frame: Image, title: str, width: int, *, alarm: bool) -> Image:
+    """A frame scaled down to a width, under a title: a panel of the strip."""
+    from PIL import Image, ImageDraw
+
+    small = frame.resize((width, round(frame.height * width / frame.width)), Image.Resampling.LANCZOS)
+    panel = Image.new("RGB", (width, small.height + 30), ALARM if alarm else PAPER)
+    panel.paste(small, (0, 30))
+    _written(ImageDraw.Draw(panel), (EDGE_PX, 5), title, 18, INK)
+    return panel
+
+
+def blank(size: tuple[int, int], text: str) -> Image:
+    """A frame of a moment that never came."""
+    from PIL import Image, ImageDraw
+
+    frame = Image.new("RGB", size, PAPER)
+    draw = ImageDraw.Draw(frame)
+    draw.text((size[0] / 2, size[1] / 2), text, fill=SOFT, font=_font(32), anchor="mm")
+    return frame
+
+
+def _badges(draw: ImageDraw, corner: tuple[int, int], verdicts: Mapping[str, str]) -> None:
+    right, top = corner
+    for name, verdict in reversed(list(verdicts.items())):
+        text = f"{name} {verdict}"
+        left = right - round(draw.textlength(text, font=_font(16))) - 16
+        draw.rounded_rectangle((left, top, right, top + 24), radius=5, fill=BADGES.get(verdict, SOFT))
+        _written(draw, (left + 8, top + 3), text, 16, INK)
+        right = left - 8
+
+
+def _written(draw: ImageDraw, place: tuple[int, int], text: str, size: int, ink: tuple[int, int, int]) -> int:
+    """Write a text; returns where it ends."""
+    draw.text(place, text, fill=ink, font=_font(size))
+    return place[0] + round(draw.textlength(text, font=_font(size)))
+
+
+def _fitting(draw: ImageDraw, text: str, room: int, size: int) -> str:
+    if draw.textlength(text, font=_font(size)) <= room:
+        return text
+    while text and draw.textlength(text + "...", font=_font(size)) > room:
+        text = text[:-1]
+    return text + "..."
+
+
+@cache
+def _font(size: int) -> FreeTypeFont | BitmapFont:
+    from PIL import ImageFont
+
+    return ImageFont.load_default(size)

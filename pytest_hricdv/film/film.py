@@ -1,0 +1,77 @@
+"""What a testbench says about being filmed: its camera, and what a viewer wants to see."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+    from pytest_hricdv.monitor import Vocabulary
+
+
+class Camera(Protocol):
+    """Takes pictures of a world that stands still meanwhile, and does not change it."""
+
+    def picture(self, *, fine: bool = False) -> Image:
+        """The scene now, as an RGB picture that always has the same size.
+
+        The very object of the last call says that nothing has moved since. `fine` pictures may take their time.
+        """
+
+    def close(self) -> None:
+        """Give back what the camera took."""
+
+
+@dataclass(frozen=True)
+class Film:
+    """How the runs of a testbench are filmed.
+
+    Args:
+        camera: puts up a camera in the world of a run (`run.kernel.world`).
+        moments: the key frames beside violation and end, in the order in which they come in a turn: what they show ->
+            the message, or the bool signal becoming true, that they are taken right after.
+        state: the message and field that tell the robot's state, as in "state.name"; nothing is drawn without.
+        period_s: pictures are taken at whole multiples of this. The world's own control period keeps filming from
+            disturbing it: the run stops for pictures only where it stops anyway.
+
+    Raises:
+        ValueError: a period that is not a positive number of microseconds.
+    """
+
+    camera: Callable[[Any], Camera]
+    moments: Mapping[str, str] = field(default_factory=dict, hash=False)
+    state: str = ""
+    period_s: float = 0.05
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.period_s) and self.period_us > 0):
+            raise ValueError(f"period_s of a film is {self.period_s!r}: expected a microsecond or more")
+
+    @property
+    def period_us(self) -> int:
+        """The period in whole microseconds."""
+        return round(self.period_s * 1_000_000)
+
+    def faults(self, vocabulary: Vocabulary, topics: Mapping[str, frozenset[str]]) -> list[str]:
+        """What it names that the testbench does not have.
+
+        Args:
+            vocabulary: the testbench's signals.
+            topics: its messages, topic -> names of all fields.
+        """
+        flags = [name for name, kind in vocabulary.signals.items() if kind is bool]
+        known = sorted([*topics, *flags])
+        faults = [
+            f"film moment {shown!r} comes with {what!r}, which is no message and no bool signal; there are {known}"
+            for shown, what in self.moments.items()
+            if what not in known
+        ]
+        topic, _, name = self.state.partition(".")
+        if self.state and name not in topics.get(topic, ()):
+            fields = sorted(f"{each}.{field}" for each in topics for field in topics[each])
+            faults.append(f"film state is {self.state!r}, which is no field of a message; there are {fields}")
+        return faults

@@ -1,0 +1,137 @@
+"""Frames into a file: MP4, or GIF where there is no encoder. Written aside and renamed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Generator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+FRAMES_PER_S = 12
+
+GIF_WIDTH_PX = 480
+GIF_COLOURS = 64
+GIF_EVERY = 2
+"""A GIF gets every other frame, and each for twice as long: it is some ten times as large as an MP4 otherwise."""
+
+
+class Video(Protocol):
+    """A film file that is being written."""
+
+    path: Path
+    """Where it is when it is finished."""
+
+    frames: int
+    """How many it got so far."""
+
+    def add(self, frame: Image) -> None:
+        """Append a frame; all have the same size. Raises OSError where it cannot be written."""
+
+    def finish(self) -> None:
+        """Complete the file and give it its name. Raises OSError where it cannot be written."""
+
+    def discard(self) -> None:
+        """Leave nothing behind; without effect after `finish`."""
+
+
+def aside(path: Path) -> Path:
+    """Where a file is written before it is renamed: the same folder, or the rename would not be atomic."""
+    return path.with_name(f".{path.name}.{os.getpid()}.part")
+
+
+def has_encoder() -> bool:
+    """True when MP4 can be written here."""
+    try:
+        import imageio_ffmpeg
+
+        imageio_ffmpeg.get_ffmpeg_exe()
+    except (ImportError, RuntimeError):
+        return False
+    return True
+
+
+def video(path: Path) -> Video:
+    """A film at `path`, whose suffix is added."""
+    return Mp4(path.with_name(path.name + ".mp4")) if has_encoder() else Gif(path.with_name(path.name + ".gif"))
+
+
+class Mp4:
+    """H.264, in a form that browsers play; frames go to the encoder as they come."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.frames = 0
+        self._encoder: Generator[None, Any, None] | None = None
+
+    def add(self, frame: Image) -> None:
+        """See `Video`."""
+        if self._encoder is None:
+            self._encoder = self._started(frame.size)
+        self._encoder.send(frame.tobytes())
+        self.frames += 1
+
+    def finish(self) -> None:
+        """See `Video`."""
+        if self._encoder is None:
+            raise OSError("a film without a single frame")
+        self._encoder.close()
+        aside(self.path).replace(self.path)
+
+    def discard(self) -> None:
+        """See `Video`."""
+        if self._encoder is not None:
+            self._encoder.close()
+        aside(self.path).unlink(missing_ok=True)
+
+    def _started(self, size: tuple[int, int]) -> Generator[None, Any, None]:
+        import imageio_ffmpeg
+
+        encoder: Generator[None, Any, None] = imageio_ffmpeg.write_frames(
+            str(aside(self.path)),
+            size,
+            fps=FRAMES_PER_S,
+            codec="libx264",
+            pix_fmt_in="rgb24",
+            pix_fmt_out="yuv420p",
+            ffmpeg_log_level="error",
+            # The file's name does not say its format while it is written aside. One thread: other workers run tests.
+            output_params=["-f", "mp4", "-crf", "26", "-preset", "veryfast", "-threads", "1"],
+        )
+        encoder.send(None)
+        return encoder
+
+
+class Gif:
+    """A GIF of fewer, smaller frames, which Pillow writes when all are there."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.frames = 0
+        self._kept: list[Image] = []
+
+    def add(self, frame: Image) -> None:
+        """See `Video`."""
+        if self.frames % GIF_EVERY == 0:
+            width = min(GIF_WIDTH_PX, frame.width)
+            small = frame.resize((width, round(frame.height * width / frame.width)))
+            self._kept.append(small.quantize(GIF_COLOURS))
+        self.frames += 1
+
+    def finish(self) -> None:
+        """See `Video`."""
+        if not self._kept:
+            raise OSError("a film without a single frame")
+        first, *others = self._kept
+        duration_ms = 1000 * GIF_EVERY // FRAMES_PER_S
+        part = aside(self.path)
+        first.save(part, format="GIF", save_all=True, append_images=others, duration=duration_ms, loop=0)
+        part.replace(self.path)
+        self._kept.clear()
+
+    def discard(self) -> None:
+        """See `Video`."""
+        self._kept.clear()
+        aside(self.path).unlink(missing_ok=True)

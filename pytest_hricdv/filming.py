@@ -1,0 +1,182 @@
+"""Filming: a test that failed is run once more, with a camera in its world. Nothing is rendered in a measured run."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from importlib.util import find_spec
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+from pytest_hricdv.case import CaseResult, Run, execute
+from pytest_hricdv.cover.measure import NoMeasurement
+from pytest_hricdv.film.film import Film
+from pytest_hricdv.film.reel import Alarm, Filmed, Reel
+from pytest_hricdv.film.shooting import Shooting, key_moments, shooting
+from pytest_hricdv.film.video import FRAMES_PER_S, Video, aside, video
+from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
+from pytest_hricdv.report.explanation import violation
+from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
+from pytest_hricdv.testbench import Testbench, TestbenchError
+
+FOLDER = "films"
+
+FILMS_EACH = 5
+"""So many failures of each requirement are filmed in a process: a film takes far longer than its test."""
+
+UNMEASURED = NoMeasurement("a replay for its film")
+
+
+def check(testbench: Testbench) -> None:
+    """Raise TestbenchError, which says what to do, where nothing can be filmed."""
+    if testbench.film is None:
+        raise TestbenchError(
+            f"--hri-film: testbench {testbench.name!r} cannot be filmed: "
+            "give it film=Film(camera=...) (from pytest_hricdv.testbench import Film)"
+        )
+    if find_spec("PIL") is None:
+        raise TestbenchError('--hri-film: Pillow is not installed: pip install "pytest-hricdv[sim]"')
+
+
+class Filming:
+    """Films the failures of one process.
+
+    Args:
+        testbench: one that `check` passed.
+        requirements: of the testbench.
+        folder: of the report; films go into a folder inside.
+    """
+
+    def __init__(self, testbench: Testbench, requirements: tuple[Requirement, ...], folder: Path) -> None:
+        self._testbench = testbench
+        self._requirements = requirements
+        self._folder = folder
+        self._filmed: Counter[str] = Counter()
+
+    def film(self, result: CaseResult) -> dict[str, Any]:
+        """Film the run that gave this result; returns the test's `film` in the report.
+
+        Whatever goes wrong is said in its `note`: a failed test must be reported even when the disk is full.
+        """
+        failed = [verdict.requirement for verdict in result.verdicts if verdict.verdict == "Failed"] or [""]
+        if all(self._filmed[requirement] >= FILMS_EACH for requirement in failed):
+            what = " and ".join(failed) or "an assertion"
+            return _without(
+                f"not filmed: this process had filmed {FILMS_EACH} failures of {what}; run this test alone to see it"
+            )
+        self._filmed.update(failed)
+        name = re.sub(r"[^A-Za-z0-9._-]", "_", result.test.id)
+        try:
+            with contextlib.redirect_stdout(io.StringIO()):
+                return self._replay(result, self._folder / FOLDER / name)
+        except Exception as error:
+            return _without(f"not filmed: {type(error).__name__}: {error}")
+
+    def _replay(self, result: CaseResult, path: Path) -> dict[str, Any]:
+        assert self._testbench.film is not None
+        path.parent.mkdir(parents=True, exist_ok=True)
+        film = video(path)
+        try:
+            take = Take(self._testbench.film, result, film)
+            again = execute(self._testbench, self._requirements, result.test, UNMEASURED, "film", take.rolling)
+            if take.reel is None:
+                raise TestbenchError("the testbench's run did not call run.go")
+            film.finish()
+            strip = path.with_name(path.name + ".png")
+            take.reel.strip().save(aside(strip), format="PNG")
+            aside(strip).replace(strip)
+        finally:
+            film.discard()
+        same = again.record.sha256 == result.record.sha256
+        return {
+            "video": f"{FOLDER}/{film.path.name}",
+            "strip": f"{FOLDER}/{strip.name}",
+            "seconds": round(film.frames / FRAMES_PER_S, 2),
+            "frames": film.frames,
+            "note": "" if same else f"the replay went another way (record {again.record.sha256}): compare with care",
+        }
+
+
+class Take:
+    """One run being filmed."""
+
+    def __init__(self, film: Film, result: CaseResult, video: Video) -> None:
+        self._film = film
+        self._result = result
+        self._video = video
+        self.reel: Reel | None = None
+
+    @contextlib.contextmanager
+    def rolling(self, run: Run) -> Iterator[None]:
+        """The camera stands in the world of `run` and takes its pictures."""
+        world = run.kernel.world
+        if world is None:
+            raise TestbenchError("a film needs a world: run.kernel.world is None")
+        camera = self._film.camera(world)
+        with contextlib.closing(camera):
+            watched = Replayed(run.recorder, run.monitors)
+            plan, alarms = self._plan(), _alarms(self._result.verdicts)
+            self.reel = Reel(camera, plan, watched, self._film.state, alarms, self._video)
+            run.kernel.world = Filmed(world, self.reel)
+            self.reel.shoot(run.kernel.now_us)
+            yield
+            self.reel.end(run.kernel.now_us)
+
+    def _plan(self) -> Shooting:
+        result = self._result
+        violations_s = sorted(alarm.time_s for alarm in _alarms(result.verdicts))
+        first_s = violations_s[0] if violations_s else None
+        moments = key_moments(self._film.moments, _events(result.record), first_s, result.sim_s)
+        return shooting(moments, violations_s, result.sim_s, self._film.period_us)
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """The replay as captions see it; a `film.reel.Watched`."""
+
+    recorder: Recorder
+    monitors: MonitorSet
+
+    def messages(self) -> Sequence[RecordedMessage]:
+        """All so far."""
+        return self.recorder.messages
+
+    def verdicts(self) -> Mapping[str, str]:
+        """Requirement -> what its verdict would be now."""
+        return self.monitors.so_far()
+
+
+def told(film: Mapping[str, Any], folder: Path) -> str:
+    """Where the film is, for the text of a failing test."""
+    lines = [f"film:  {folder / film['video']}", f"strip: {folder / film['strip']}"] if film["video"] else []
+    return "\n".join([*lines, *([film["note"]] if film["note"] else [])])
+
+
+def _events(record: Record) -> list[tuple[float, str]]:
+    """Messages, and signals at the times at which they become true, in the order of time."""
+    messages = ((message.time_s, message.topic) for message in record.messages)
+    signals = (
+        (time_s, name)
+        for name, (times, values) in record.signals.items()
+        for time_s, value in zip(times, values, strict=True)
+        if value == 1.0
+    )
+    return sorted(chain(messages, signals))
+
+
+def _alarms(verdicts: Sequence[Verdict]) -> list[Alarm]:
+    found = [
+        Alarm(each.time_s, verdict.requirement, f"{verdict.requirement} {violation(asdict(each))}")
+        for verdict in verdicts
+        for each in verdict.violations
+    ]
+    return sorted(found, key=lambda alarm: alarm.time_s)
+
+
+def _without(note: str) -> dict[str, Any]:
+    return {"video": None, "strip": None, "seconds": None, "frames": 0, "note": note}
