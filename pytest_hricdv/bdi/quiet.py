@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .intentions import Frame, Intention
     from .scheduler import Run
 
-QUIET_ROUNDS = 16
+QUIET_ROUNDS = 40
 """Rounds without any change of the world before the run is watched for agents that only spin."""
 
 

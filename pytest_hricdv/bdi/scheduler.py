@@ -201,7 +201,7 @@ class Run:
                 agents = agents[agents.index(alone) + 1 :]
             for acting in agents:
                 if acting.awake:
-                    acting.cycle()
+                    acting.work(1)
         except RecursionError:
             raise BdiError(f"{acting.name}: terms nested too deeply, {acting.doing()}") from None
         self.rounds += done

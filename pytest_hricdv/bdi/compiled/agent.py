@@ -11,7 +11,7 @@ from ..intentions import Message, Question, Wait
 from ..library import PlanLibrary
 from ..syntax import Rule
 from ..terms import Key, Structure, in_order, source
-from .activity import Activity, Pending, Store, resumed
+from .activity import Activity, Goal, Pending, Slot, Store, resumed
 from .changes import add
 from .effects import begin
 from .handover import to_interpreter
@@ -21,6 +21,9 @@ from .runtime import BailError
 if TYPE_CHECKING:
     from ..agent import Agent
     from ..scheduler import Run
+
+_SENT: dict[str, Annots] = {}
+"""The annotations of what an agent has sent, by its name: the same object every time."""
 
 
 class AgentCode:
@@ -124,18 +127,18 @@ class CompiledAgent:
             self.interpreted().reason()
             return 1
         while events:
-            pending = events.popleft()
+            goal, awaiting = events.popleft()
             try:
-                if self._react(pending):
+                if self._react(goal, awaiting):
                     break
             except BailError:
-                events.appendleft(pending)
+                events.appendleft((goal, awaiting))
                 self.interpreted().reason()
                 return 1
         if feedback:
-            activity = feedback.popleft()[0]
-            if resumed(activity):
-                intentions.append(activity)
+            acted, _ = feedback.popleft()
+            if resumed(acted):
+                intentions.append(acted)
         done = 1
         if intentions:
             activity = intentions.popleft()
@@ -173,43 +176,53 @@ class CompiledAgent:
         content = message.content
         if type(content) is not Structure or not content.ground or message.reply_to:
             return False
-        annots: Annots = (source(message.sender),)
+        sender = message.sender
+        annots: Annots = _SENT[sender] if sender in _SENT else _SENT.setdefault(sender, (source(sender),))
         if content.annots:
             annots = in_order(content.annots + annots)
         if message.force == "tell":
+            self.mailbox.popleft()
             self._believe(content, annots)
-        else:
-            trigger = self.code.program.triggers.get(("+!", content.key))
-            if trigger is None or message.force != "achieve":
-                return False
-            self.events.append(((trigger, content.args, annots), None))
+            return True
+        trigger = self.code.program.triggers.get(("+!", content.key))
+        if trigger is None or message.force != "achieve":
+            return False
         self.mailbox.popleft()
+        self.events.append(((trigger, content.args, annots), None))
         return True
 
     def _believe(self, literal: Structure, annots: Annots) -> None:
         """Add a belief that comes from outside."""
         key = literal.key
         program = self.code.program
+        store: Store
+        slot: Slot
         if not literal.args:
-            new = add(self, self.p, f"~{literal.functor}" if literal.negated else literal.functor, annots)
-        elif key in program.tables:
-            new = add(self, self.tables[program.tables[key]], literal.args, annots)
+            store, slot = self.p, proposition(literal) if literal.negated else literal.functor
         else:
-            new = add(self, self.others.setdefault(key, {}), literal.args, annots)
+            place = program.tables.get(key)
+            store = self.others.setdefault(key, {}) if place is None else self.tables[place]
+            slot = literal.args
+        new: Annots | None = annots
+        if slot in store:
+            new = add(self, store, slot, annots)
+        else:
+            store[slot] = annots
+            self.run.progress += 1
         if new is not None and key in program.noticed:
             self.events.append(((program.noticed[key], literal.args, new), None))
 
-    def _react(self, pending: Pending) -> bool:
+    def _react(self, goal: Goal, activity: Activity | None) -> bool:
         """Find a plan for an event; False for a belief event without one: another event is selected at once."""
-        goal, activity = pending
-        trigger, args, annots = goal
-        selected = None if trigger.select is None else trigger.select(self, args, annots)
+        select = goal[0].select
+        selected = None if select is None else select(self, goal[1], goal[2])
         if selected is None:
-            if trigger.is_goal:
+            if goal[0].is_goal:
                 raise BailError
             if activity is None:
                 return False
-            self.resume(activity)
+            activity.pc = activity.plan.after[activity.pc]
+            self.intentions.append(activity)
             return True
         if activity is None:
             self.activities += 1

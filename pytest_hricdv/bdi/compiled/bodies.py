@@ -7,7 +7,7 @@ left, the activity is put where the interpreter would have its intention after t
 
 from __future__ import annotations
 
-from ..syntax import Body, For, Formula, If, Plan, While, posted
+from ..syntax import Body, Check, For, Formula, If, Plan, Test, While, posted
 from ..terms import Key, Structure, Variable, source
 from .conditions import Conditions, binds
 from .layout import Layout, blocks, number, variables_in
@@ -36,7 +36,10 @@ class BodyWriter:
         self.conditions = Conditions(writer, program.table)
         self.layout = Layout(plan)
         self.names = {variable: f"x{place}" for place, variable in enumerate(self.layout.variables)}
-        self._saved = [*self.names.values(), *(f"l{pc}" for pc in self.layout.loops)]
+        self._values = [*self.names.values(), *(f"l{pc}" for pc in self.layout.loops)]
+        binding = (Check, For, Test, While)
+        self._binds = any(isinstance(statement, binding) for _, statement in self.layout.statements)
+        """Whether what variables stand for changes while the body is executed."""
         self._loops: dict[int, LoopCode] = {}
 
     def write(self, name: str, bound: frozenset[Variable]) -> PlanCode:
@@ -52,10 +55,9 @@ class BodyWriter:
         writer, layout = self.writer, self.layout
         scope = {variable: python for variable, python in self.names.items() if variable in bound}
         with writer.block(f"def {name}(a, i, n):"):
-            writer.line("p = a.p")
-            writer.line("pc = i.pc")
-            if self._saved:
-                writer.line(f"({', '.join(self._saved)},) = i.values")
+            writer.line("p, pc = a.p, i.pc")
+            if self._values:
+                writer.line(f"({', '.join(self._values)},) = i.values")
             if layout.loops:
                 with writer.block("while True:"):
                     self._whole(scope)
@@ -104,8 +106,8 @@ class BodyWriter:
     def save(self, pc: int | str) -> None:
         """Note where the activity is, and what its variables stand for."""
         self.writer.line(f"i.pc = {pc}")
-        if self._saved:
-            self.writer.line(f"i.values = ({', '.join(self._saved)},)")
+        if self._binds and self._values:
+            self.writer.line(f"i.values = ({', '.join(self._values)},)")
 
     def mark(self, pc: int) -> None:
         """As :meth:`save`, where the statement may have to be left to the interpreter."""

@@ -62,6 +62,24 @@ def displace(agent: CompiledAgent, store: Store, slot: Slot | None, annots: Anno
     return False
 
 
+def replace(agent: CompiledAgent, table: Store, args: Args, annots: Annots) -> Annots | None:
+    """As :func:`displace` and then :func:`add`, where no plan is for what is displaced."""
+    if len(table) == 1:
+        # Most often the one belief of a predicate that has a single value, with the same source.
+        (held,) = table.values()
+        if held == annots:
+            table.clear()
+            table[args] = annots
+            agent.run.progress += 1
+            return annots
+    for candidate in reversed(table):
+        held = table[candidate]
+        if all(annot in held for annot in annots):
+            remove(agent, table, candidate, annots)
+            break
+    return add(agent, table, args, annots)
+
+
 def abolish(agent: CompiledAgent, store: Store, slots: Iterable[Slot], trigger: TriggerCode) -> bool:
     """Remove beliefs with all their sources; whether there may be a plan for that."""
     event = False

@@ -22,6 +22,7 @@ _CHANGES: dict[str, object] = {
     "finish": effects.finish,
     "finish_acted": effects.finish_acted,
     "remove": changes.remove,
+    "replace": changes.replace,
     "send": effects.send,
     "wait": effects.wait,
 }

@@ -51,12 +51,15 @@ def _believe(body: BodyWriter, pc: int, statement: Believe, scope: Scope) -> Sco
         body.mark(pc)
         writer.line(f"args = {args}")
         store, slot, args = body.program.table(literal), "args", "args"
-    if sign == "-+":
-        which = "None" if literal.args else slot
-        with writer.block(f"if displace(a, {store}, {which}, {annots}, {body.trigger('-', literal)}):"):
-            body.cut()
     event_sign = "-" if sign == "-" else "+"
-    writer.line(f"new = {'remove' if sign == '-' else 'add'}(a, {store}, {slot}, {annots})")
+    if sign == "-+" and literal.args and not body.has_plans("-", literal):
+        writer.line(f"new = replace(a, {store}, args, {annots})")
+    else:
+        if sign == "-+":
+            which = "None" if literal.args else slot
+            with writer.block(f"if displace(a, {store}, {which}, {annots}, {body.trigger('-', literal)}):"):
+                body.cut()
+        writer.line(f"new = {'remove' if sign == '-' else 'add'}(a, {store}, {slot}, {annots})")
     with writer.block("if new is None:"):
         body.go_on(pc)
     with writer.block("else:"):
