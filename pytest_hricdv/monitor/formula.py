@@ -145,7 +145,10 @@ class Previously(Node):
 
 @dataclass(frozen=True)
 class Since(Node):
-    """`right` was true at some time, and `left` has been true ever since (after that time, up to now)."""
+    """`right` was true at some time, and `left` has been true ever since (after that time, up to now).
+
+    It is enough that `left` becomes true at the very time at which `right` ceases to be.
+    """
 
     left: Past
     right: Past

@@ -62,6 +62,7 @@ def counts(verdict: Verdict) -> tuple[str, int, int, int, int]:
         ("!on(b) since on(a)", [1.0]),
         ("rise(q since on(b))", [3.0, 9.0]),
         ("(q since on(b)) & !(on(a) | on(b))", [3.0, 4.0]),
+        ("!q since q", [3.0]),  # from the first q on, one takes over from the other
     ],
 )
 def test_an_operator_is_true_exactly_when_it_should_be(formula: str, triggers: list[float]) -> None:

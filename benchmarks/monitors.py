@@ -1,0 +1,193 @@
+"""What watching a run costs: the monitors that run along, numpy over the log, and rtamt's offline evaluation of it.
+
+    python -m benchmarks.monitors [--repeat N]
+
+The run has 150 s at 240 Hz: 36,000 instants, at each of which three signals change, and a reading every second. All
+four requirements of the table assembly are judged. Run it on an otherwise idle machine; needs the extra `offline`, and
+for its last line the dependency group `test`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import statistics
+import sys
+import time
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from benchmarks.end_to_end import machine
+from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Vocabulary, load_requirements
+from pytest_hricdv.monitor.logged import evaluate
+from pytest_hricdv.monitor.miss import nearest_miss
+
+RATE_HZ = 240
+DURATION_S = 150
+REQUIREMENTS = Path(__file__).parents[1] / "tests" / "hri" / "requirements.toml"
+VOCABULARY = Vocabulary(
+    signals={"leg_held": bool, "leg_offset": float, "hand_closing": bool, "hand_distance": float, "arm_speed": float},
+    messages={"reading": {"gaze": bool, "pressure": bool, "location": bool}, "request": {}},
+)
+# The four requirements in rtamt's words, a tick being a step: a hysteresis only merges violations of one attempt.
+READY = "(reading > 0) and (gaze > 0) and (pressure > 0) and (location > 0)"
+NOT_READY = "(reading > 0) and not((gaze > 0) and (pressure > 0) and (location > 0))"
+RELEASED = "(fall(leg_held > 0) and (leg_offset < 0.15))"
+RTAMT = {
+    "R1": f"({READY}) implies eventually[0:{10 * RATE_HZ}]({RELEASED})",
+    "R2": f"({NOT_READY}) implies (always(not {RELEASED}) or ((not {RELEASED} or (request > 0)) until (request > 0)))",
+    "R3": "(hand_closing > 0) implies (hand_distance >= 0.05)",
+    "R4": "(arm_speed > 0.001) implies (arm_speed < 0.25)",
+}
+
+
+@dataclass(frozen=True)
+class Message:
+    """A message of the log."""
+
+    time_s: float
+    topic: str
+    fields: dict[str, bool]
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--repeat", type=int, default=5, metavar="N", help="runs of each measurement (default 5)")
+    repeat = parser.parse_args().repeat
+    requirements = load_requirements(REQUIREMENTS, VOCABULARY)
+    log = made_up()
+    print(f"machine: {machine()}\nmedians of {repeat}; {RATE_HZ * DURATION_S} instants, four requirements\n")
+    fed = events(log)
+    online = show("monitors that run along", repeat, lambda: watch(requirements, fed, log.end_s))
+    offline = show("numpy over the log", repeat, lambda: [each.verdict for each in evaluate(requirements, log)])
+    for requirement in requirements:
+        show(f"nearest miss of {requirement.id}", repeat, partial(explain, requirement, log))
+    try:
+        oracle = show("rtamt over the log", min(repeat, 3), rtamt_over(log))
+    except ImportError:
+        oracle = online
+        print("rtamt is not installed")
+    print("\nverdicts:", ", ".join(online))
+    if not online == offline == oracle:
+        sys.exit(f"the verdicts differ: {online}, {offline}, {oracle}")
+
+
+def made_up() -> Log:
+    """A run in which R1 and R2 are checked, R3 holds, and R4 fails in the end."""
+    steps = [step / RATE_HZ for step in range(RATE_HZ * DURATION_S)]
+    dense: dict[str, Callable[[float], float]] = {
+        "leg_offset": lambda t: 0.1 + 0.05 * math.sin(t) ** 2 * (t % 20 > 10),
+        "hand_distance": lambda t: 0.3 + 0.2 * math.sin(3 * t),
+        "arm_speed": lambda t: 0.24 * abs(math.sin(0.7 * t)) + 0.02 * (t > 149),
+    }
+    signals = {name: (array("d", steps), array("d", map(value, steps))) for name, value in dense.items()}
+    signals["hand_closing"] = (array("d", range(0, DURATION_S, 5)), array("d", [0.0, 1.0] * (DURATION_S // 10)))
+    signals["leg_held"] = (array("d", range(0, DURATION_S, 10)), array("d", [1.0, 0.0, 1.0] * (DURATION_S // 30)))
+    messages: list[Message] = []
+    for second in range(DURATION_S):
+        at_s = second + 0.5
+        if second % 10 == 2:
+            messages.append(Message(at_s, "request", {}))
+        ready = second % 30 in (3, 4, 5)
+        messages.append(Message(at_s, "reading", {"gaze": True, "pressure": ready, "location": True}))
+    return Log(signals, messages, float(DURATION_S))
+
+
+def events(log: Log) -> list[tuple[float, str, float | bool | dict[str, bool]]]:
+    """The run as it would be fed, in the order of time."""
+    fed: list[tuple[float, str, float | bool | dict[str, bool]]] = [
+        (time_s, name, VOCABULARY.signals[name](value))
+        for name, (times, values) in log.signals.items()
+        for time_s, value in zip(times, values, strict=True)
+    ]
+    fed += [(each.time_s, each.topic, dict(each.fields)) for each in log.messages]  # type: ignore[arg-type]
+    return sorted(fed, key=lambda event: event[0])
+
+
+def watch(
+    requirements: tuple[Requirement, ...], fed: list[tuple[float, str, float | bool | dict[str, bool]]], end_s: float
+) -> list[str]:
+    """Feed the monitors."""
+    monitors = MonitorSet(requirements)
+    for time_s, name, value in fed:
+        if isinstance(value, dict):
+            monitors.message(time_s, name, value)
+        else:
+            monitors.signal(time_s, name, value)
+    return [each.verdict for each in monitors.finish(end_s)]
+
+
+def explain(requirement: Requirement, log: Log) -> list[str]:
+    """Look for the nearest miss, whether or not there was one: the cost is the same."""
+    return list(nearest_miss(requirement.formula.antecedent, log).missing)
+
+
+def rtamt_over(log: Log) -> Callable[[], list[str]]:
+    """The same with rtamt, parsed and sampled beforehand. Raises ImportError where there is no rtamt."""
+    import rtamt  # type: ignore[import-untyped]
+
+    samples = sampled(log)
+    specifications = []
+    for text in RTAMT.values():
+        specification = rtamt.StlDiscreteTimeSpecification()
+        for name in samples:
+            specification.declare_var(name, "float")
+        specification.spec = text
+        specification.parse()
+        specifications.append(specification)
+
+    def judged() -> list[str]:
+        values = (min(value for _, value in each.evaluate(samples)) for each in specifications)
+        return ["Failed" if value < 0 else "Passed" for value in values]
+
+    return judged
+
+
+def sampled(log: Log) -> dict[str, list[float]]:
+    """One value a step; what is true or arrives is 1, else -1."""
+    count = RATE_HZ * DURATION_S
+    samples: dict[str, list[float]] = {"time": [float(step) for step in range(count)]}
+    for name, (times, values) in log.signals.items():
+        scaled = [2 * value - 1 for value in values] if VOCABULARY.signals[name] is bool else list(values)
+        samples[name] = held([(time_s, value) for time_s, value in zip(times, scaled, strict=True)])
+    for topic, fields in VOCABULARY.messages.items():
+        heard = [each for each in log.messages if each.topic == topic]
+        arrived = {step_of(each.time_s) for each in heard}
+        samples[topic] = [1.0 if step in arrived else -1.0 for step in range(count)]
+        for field in fields:
+            samples[field] = held(
+                [(0.0, -1.0), *((each.time_s, 1.0 if each.fields[field] else -1.0) for each in heard)]
+            )
+    return samples
+
+
+def held(changes: list[tuple[float, float]]) -> list[float]:
+    """The last value at each step."""
+    samples: list[float] = []
+    for (time_s, value), (until_s, _) in zip(changes, [*changes[1:], (DURATION_S, 0.0)], strict=True):
+        samples += [value] * (step_of(until_s) - step_of(time_s))
+    return samples
+
+
+def step_of(time_s: float) -> int:
+    """The step at a time."""
+    return round(time_s * RATE_HZ)
+
+
+def show(what: str, repeat: int, action: Callable[[], list[str]]) -> list[str]:
+    """Print the median wall time of an action; returns its result."""
+    times = []
+    for _ in range(repeat):
+        began = time.perf_counter()
+        result = action()
+        times.append(time.perf_counter() - began)
+    print(f"{what:40} {statistics.median(times) * 1e3:10.1f} ms", flush=True)
+    return result
+
+
+if __name__ == "__main__":
+    main()

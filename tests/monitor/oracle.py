@@ -1,0 +1,230 @@
+"""A third opinion: rtamt's offline evaluation in discrete time, on the part of the language that both have.
+
+D. Nickovic and T. Yamaguchi, "RTAMT: Online Robustness Monitors from STL", ATVA 2020; https://github.com/nickovic/rtamt
+
+A run is sampled once a tick. As signals change at ticks only, a formula over signals is what it is at the tick all the
+time up to the next; messages and edges are there at the tick alone. What rtamt has no word for is put in its terms:
+hysteresis as `since`, a minimum duration as `historically`, an attempt as a tick at which an antecedent turns true.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import rtamt  # type: ignore[import-untyped]
+
+from pytest_hricdv.monitor.analysis import conditions, is_instantaneous, names_of, topics_of
+from pytest_hricdv.monitor.formula import (
+    AlwaysWithin,
+    And,
+    Arithmetic,
+    BooleanName,
+    Comparison,
+    Eventually,
+    Fall,
+    FloatName,
+    Formula,
+    Historically,
+    Holds,
+    Not,
+    Number,
+    On,
+    Once,
+    Or,
+    Past,
+    Previously,
+    Response,
+    Rise,
+    Since,
+    Term,
+)
+from tests.monitor.offline import TICK_S, Instant, Trace
+
+Samples = dict[str, list[float]]
+
+
+@dataclass(frozen=True)
+class Counts:
+    """The part of a verdict that rtamt can say."""
+
+    verdict: str
+    attempts: int
+    passes: int
+    failures: int
+    pending: int
+
+
+def judge(formula: Formula, trace: Trace) -> Counts:
+    """What rtamt makes of a run."""
+    kinds = names_of((formula.antecedent, *conditions(formula.response)))
+    topics = topics_of((formula.antecedent, *conditions(formula.response)))
+    samples = sampled(trace, list(kinds), sorted(topics))
+    antecedent = evaluated(past(formula.antecedent), samples)
+    response = evaluated(responded(formula.response), samples)
+    if isinstance(formula.response, Holds):
+        return _episodes(antecedent, response, lasting=not is_instantaneous(formula.antecedent))
+    lasting = not is_instantaneous(formula.antecedent)
+    triggers = [t for t, holds in enumerate(antecedent) if holds and not (lasting and t > 0 and antecedent[t - 1])]
+    undecided = [t for t in triggers if _is_undecided(formula.response, t, response[t], trace.last)]
+    failures = sum(not response[t] for t in triggers if t not in undecided)
+    return _counts(len(triggers), failures, len(undecided))
+
+
+def _episodes(antecedent: list[bool], response: list[bool], *, lasting: bool) -> Counts:
+    episode, failed = 0, set()
+    for t, holds in enumerate(antecedent):
+        if holds:
+            episode += not (lasting and t > 0 and antecedent[t - 1])
+            if not response[t]:
+                failed.add(episode)
+    return _counts(episode, len(failed), 0)
+
+
+def _is_undecided(response: Response, trigger: int, holds: bool, last: int) -> bool:
+    match response:
+        case Eventually():
+            return not holds and trigger + _ticks(response.end_s) > last
+        case AlwaysWithin():
+            return trigger + _ticks(response.start_s) > last
+        case _:
+            return False
+
+
+def _counts(attempts: int, failures: int, pending: int) -> Counts:
+    passes = attempts - failures - pending
+    return Counts("Failed" if failures else "Passed" if passes else "NC", attempts, passes, failures, pending)
+
+
+# --- a run as samples
+
+
+def sampled(trace: Trace, names: list[str], topics: list[str]) -> Samples:
+    """One value a tick: signals and fields keep theirs, a topic is 1 at the tick of a message, else -1."""
+    samples: Samples = {variable: [] for variable in (*map(_variable, (*names, *topics)), "tick")}
+    values: dict[str, float] = {}
+    for tick in range(trace.last + 1):
+        instant = trace.instants.get(tick, Instant())
+        values.update({name: _number(value) for name, value in instant.signals.items()})
+        for topic, fields in instant.messages:
+            values.update({f"{topic}.{name}": _number(value) for name, value in fields.items()})
+        arrived = {topic for topic, _ in instant.messages}
+        for name in names:
+            samples[_variable(name)].append(values.get(name, -1.0))
+        for topic in topics:
+            samples[_variable(topic)].append(1.0 if topic in arrived else -1.0)
+        samples["tick"].append(float(tick))
+    return samples
+
+
+def _number(value: float | bool) -> float:
+    return (1.0 if value else -1.0) if isinstance(value, bool) else value
+
+
+def _variable(name: str) -> str:
+    return "v_" + name.replace(".", "__")
+
+
+def evaluated(specification: str, samples: Samples) -> list[bool]:
+    """The truth of a specification at each tick. No value here lies on a bound, where robustness says nothing."""
+    times = list(range(len(samples["tick"])))
+    result = _parsed(specification, tuple(samples)).evaluate({"time": times, **samples})
+    assert all(value != 0 for _, value in result), "a value on a bound"
+    return [value > 0 for _, value in result]
+
+
+@lru_cache(maxsize=64)
+def _parsed(specification: str, variables: tuple[str, ...]) -> rtamt.StlDiscreteTimeSpecification:
+    parsed = rtamt.StlDiscreteTimeSpecification()
+    for name in variables:
+        parsed.declare_var(name, "float")
+    parsed.spec = specification
+    parsed.parse()
+    return parsed
+
+
+# --- formulas in rtamt's words
+
+
+def responded(response: Response) -> str:
+    """A response as seen from its trigger."""
+    condition = past(response.condition, remembers=False)
+    match response:
+        case Holds():
+            return condition
+        case Eventually():
+            return f"eventually{_window(response.start_s, response.end_s)}({condition})"
+        case AlwaysWithin():
+            return f"always{_window(response.start_s, response.end_s)}({condition})"
+        case _:
+            # Weak, and at the release the condition need not hold.
+            release = past(response.release)
+            return f"(always({condition})) or (({condition} or {release}) until ({release}))"
+
+
+def past(formula: Past, *, remembers: bool = True) -> str:
+    """A past formula; unless it `remembers`, a hysteresis does nothing, as where the first violation decides."""
+    match formula:
+        case BooleanName():
+            return f"({_variable(formula.name)} > 0)"
+        case On():
+            return f"({_variable(formula.topic)} > 0)"
+        case Comparison():
+            return _comparison(formula, remembers)
+        case Not():
+            return f"(not {past(formula.operand, remembers=remembers)})"
+        case And():
+            return f"({past(formula.left, remembers=remembers)} and {past(formula.right, remembers=remembers)})"
+        case Or():
+            return f"({past(formula.left, remembers=remembers)} or {past(formula.right, remembers=remembers)})"
+        case Rise() | Fall():
+            # rtamt takes what is true at the first tick for an edge.
+            return f"({type(formula).__name__.lower()}({past(formula.operand)}) and (tick > 0.5))"
+        case Previously():
+            return f"(prev({past(formula.operand)}))"
+        case Once() | Historically():
+            return _windowed(formula)
+        case Since():
+            return f"({past(formula.left)} since {past(formula.right)})"
+
+
+def _windowed(formula: Once | Historically) -> str:
+    operator, operand = type(formula).__name__.lower(), past(formula.operand)
+    if math.isinf(formula.end_s):
+        unbounded = f"{operator}({operand})"
+        return f"({operator}{_window(formula.start_s, formula.start_s)}({unbounded}))"
+    return f"({operator}{_window(formula.start_s, formula.end_s)}({operand}))"
+
+
+def _comparison(formula: Comparison, remembers: bool) -> str:
+    left, right = _term(formula.left), _term(formula.right)
+    bare = f"({left} {formula.relation} {right})"
+    if formula.hysteresis and remembers:
+        sign = "-" if formula.relation in ("<", "<=") else "+"
+        returned = f"({left} {formula.relation} {right} {sign} {formula.hysteresis})"
+        bare = f"(({bare} since {returned}) or historically({bare}))"
+    if formula.for_s:
+        ticks = _ticks(formula.for_s)
+        return f"(historically[0:{ticks}]({bare}) and (tick > {ticks - 0.5}))"
+    return bare
+
+
+def _term(term: Term) -> str:
+    match term:
+        case Number():
+            return repr(term.value)
+        case FloatName():
+            return _variable(term.name)
+        case Arithmetic():
+            return f"({_term(term.left)} {term.operator} {_term(term.right)})"
+        case _:
+            return f"(0 - {_term(term.operand)})"
+
+
+def _window(start_s: float, end_s: float) -> str:
+    return f"[{_ticks(start_s)}:{_ticks(end_s)}]"
+
+
+def _ticks(time_s: float) -> int:
+    return round(time_s / TICK_S)
