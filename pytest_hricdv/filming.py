@@ -21,6 +21,7 @@ from pytest_hricdv.film.shooting import Shooting, key_moments, shooting
 from pytest_hricdv.film.video import FRAMES_PER_S, Video, aside, video
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.report.explanation import violation
+from pytest_hricdv.report.figure import plural
 from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
 from pytest_hricdv.testbench import Testbench, TestbenchError
 
@@ -67,7 +68,8 @@ class Filming:
         if all(self._filmed[requirement] >= FILMS_EACH for requirement in failed):
             what = " and ".join(failed) or "an assertion"
             return _without(
-                f"not filmed: this process had filmed {FILMS_EACH} failures of {what}; run this test alone to see it"
+                f"not filmed: {plural(FILMS_EACH, 'failure')} of {what} had been filmed in this process; "
+                "run this test alone to see it"
             )
         self._filmed.update(failed)
         name = re.sub(r"[^A-Za-z0-9._-]", "_", result.test.id)

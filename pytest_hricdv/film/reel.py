@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 from pytest_hricdv.film.caption import Caption, blank, captioned, titled
 from pytest_hricdv.film.film import Camera
 from pytest_hricdv.film.shooting import END, US_PER_S, VIOLATION, Shooting
-from pytest_hricdv.film.video import Video
+from pytest_hricdv.film.video import FRAMES_PER_S, Video
 from pytest_hricdv.runtime import RecordedMessage, World
 
 if TYPE_CHECKING:
@@ -98,7 +98,8 @@ class Reel:
             if at is not None:
                 self._keys.setdefault(shown, last)
         self._size = last.size
-        self._video.add(last)
+        for _ in range(FRAMES_PER_S):  # a second to read it
+            self._video.add(last)
 
     def strip(self) -> Image:
         """The key frames, from left to right and from top to bottom."""
@@ -115,7 +116,7 @@ class Reel:
         return strip
 
     def _worth(self, picture: Image, caption: Caption) -> bool:
-        if picture is not self._picture or caption.differs(self._caption):
+        if picture is not self._picture or caption.slow or caption.differs(self._caption):
             return True
         return self._caption is None or caption.time_s - self._caption.time_s >= STILL_S
 

@@ -1,5 +1,6 @@
 """What a run prints: the line in pytest's header, a failing test's text, the section at the end."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -151,6 +152,7 @@ def _totals(report: Mapping[str, Any], columns: int) -> Iterator[Line]:
         yield Line(f"  not run: {more(len(names) - _MAX_NOT_RUN).removeprefix(', ')}", "bad")
     yield _time(report)
     yield from _slowest(report)
+    yield from _films(report, columns)
 
 
 def _time(report: Mapping[str, Any]) -> Line:
@@ -167,6 +169,17 @@ def _slowest(report: Mapping[str, Any]) -> Iterator[Line]:
     wall_s, slow = max(timed)
     if wall_s > _SLOW_S and wall_s > _SLOW_FACTOR * sum(each for each, _ in timed) / len(timed):
         yield Line(f"slowest: {seconds(wall_s)} {slow}", "dim")
+
+
+def _films(report: Mapping[str, Any], columns: int) -> Iterator[Line]:
+    films = [test["film"] for test in report["tests"] if test.get("film")]
+    if not films:
+        return
+    made = sum(film["video"] is not None for film in films)
+    yield Line(f"films: {made} of {plural(len(films), 'failing test')}, beside the report", "ok" if made else "warn")
+    for note, count in Counter(film["note"] for film in films if film["note"]).items():
+        for line in wrap(visible(f"{count} {note}").split(" "), columns - 2):
+            yield Line(f"  {line}", "warn")
 
 
 def _row(label: str, text: str, columns: int, style: Style = "plain") -> Iterator[Line]:

@@ -1,0 +1,84 @@
+"""Film files: readable, of the right length, complete or not there at all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("PIL", reason="films need Pillow")
+
+from PIL import Image
+
+from pytest_hricdv.film.caption import Caption, captioned
+from pytest_hricdv.film.video import FRAMES_PER_S, Gif, Mp4, Video, has_encoder, video
+
+SIZE = (320, 160)
+
+
+def frame(number: int) -> Image.Image:
+    """Frames that differ."""
+    return Image.new("RGB", SIZE, (10 * number, 100, 200 - 10 * number))
+
+
+def filmed(made: Video, frames: int) -> Path:
+    """A film of so many frames."""
+    for number in range(frames):
+        made.add(frame(number))
+    made.finish()
+    assert made.frames == frames
+    return made.path
+
+
+@pytest.mark.skipif(not has_encoder(), reason="no encoder here")
+def test_an_mp4_has_every_frame_in_a_form_that_browsers_play(tmp_path: Path) -> None:
+    import imageio_ffmpeg
+
+    path = filmed(video(tmp_path / "a.test-1"), 15)
+    assert path == tmp_path / "a.test-1.mp4"
+    reader = imageio_ffmpeg.read_frames(str(path))
+    about = next(reader)
+    pictures = list(reader)
+    assert (about["size"], about["fps"], len(pictures)) == (SIZE, FRAMES_PER_S, 15)
+    assert about["codec"] == "h264"
+    assert about["pix_fmt"].startswith("yuv420p")
+    assert Image.frombytes("RGB", SIZE, pictures[14]).getpixel((0, 0)) == pytest.approx((140, 100, 60), abs=8)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a.test-1.mp4"]
+
+
+def test_without_an_encoder_there_is_a_gif(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pytest_hricdv.film.video.has_encoder", lambda: False)
+    path = filmed(video(tmp_path / "test-1"), 15)
+    assert path == tmp_path / "test-1.gif"
+    with Image.open(path) as gif:
+        assert (gif.format, gif.size, getattr(gif, "n_frames", 0)) == ("GIF", SIZE, 8)
+        assert gif.info["duration"] == pytest.approx(2000 / FRAMES_PER_S, abs=10)
+        assert gif.info["loop"] == 0
+
+
+@pytest.mark.parametrize("kind", [Mp4, Gif])
+def test_a_film_that_is_given_up_leaves_nothing_behind(tmp_path: Path, kind: Callable[[Path], Video]) -> None:
+    if kind is Mp4 and not has_encoder():
+        pytest.skip("no encoder here")
+    made = kind(tmp_path / "film")
+    made.add(frame(1))
+    made.discard()
+    made.discard()
+    assert list(tmp_path.iterdir()) == []
+    empty = kind(tmp_path / "film")
+    with pytest.raises(OSError, match="without a single frame"):
+        empty.finish()
+
+
+@pytest.mark.parametrize("size", [(960, 432), (481, 203), (16, 16)])
+def test_a_frame_has_whole_blocks_and_leaves_its_picture_untouched(size: tuple[int, int]) -> None:
+    picture = Image.new("RGB", size, (1, 2, 3))
+    before = picture.tobytes()
+    caption = Caption(1.0, "Reset", {"R1": "NC", "R2": "Failed"}, "a very long message " * 40, alarm=True, slow=True)
+    result = captioned(picture, caption)
+    assert picture.tobytes() == before
+    assert (result.width % 16, result.height % 16) == (0, 0)
+    assert result.height >= size[1] + 64
+    assert result.getpixel((size[0] // 2, 1)) == (214, 48, 49)
+    assert captioned(picture, Caption(1.0, "", {}, "")).getpixel((0, 0)) == (1, 2, 3)
