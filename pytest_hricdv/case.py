@@ -146,6 +146,8 @@ class HriCase:
     suite: str
     abstract: AbstractTest
     ranges: Concretization
+    fixed: ConcreteTest | None = None
+    """The concrete test to run, of a test that is repeated: nothing is sampled then."""
     result: CaseResult | None = None
     checked: bool = False
     runner: Callable[[HriCase], CaseResult] | None = None
@@ -154,7 +156,7 @@ class HriCase:
     @cached_property
     def concrete(self) -> ConcreteTest:
         """The test with its parameters, sampled when first asked for: collecting thousands stays quick."""
-        return concretize(self.abstract, self.ranges)
+        return self.fixed or concretize(self.abstract, self.ranges)
 
     def run(self) -> CaseResult:
         """Run the test in the simulated world, watched by the monitors."""

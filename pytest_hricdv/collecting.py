@@ -8,13 +8,16 @@ from pathlib import Path
 
 import pytest
 
+from pytest_hricdv import replaying
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.options import Options
+from pytest_hricdv.replaying import Given
 from pytest_hricdv.suites import Selected, cases, from_text, selected_suites, to_text
 from pytest_hricdv.testbench import Testbench, TestbenchError, checked, lacking
 
 WORKER_INPUT = "hricdv_suites"
 ONLY_CASES = "hricdv_only_cases"
+REPLAYS = "hricdv_replays"
 PACKAGE = Path(__file__).parent
 
 
@@ -62,14 +65,31 @@ class Collecting:
         given = worker_input(self.config)
         if given is not None:
             return from_text(str(given[WORKER_INPUT]))
+        if self.options.replay:
+            return replaying.suites(self.replays.values(), self.testbench)
         cache = getattr(self.config, "cache", None)
         root = self.config.invocation_params.dir
         return selected_suites(self.options, root, self.testbench, cache, self._say)
 
     @cached_property
+    def replays(self) -> dict[str, Given]:
+        """Test id -> the file that it came from, where the session replays files."""
+        handed = worker_input(self.config)
+        if handed is not None:
+            given = replaying.from_text(str(handed[REPLAYS]))
+        else:
+            given = replaying.given(self.options.replay, self.testbench, self.config.invocation_params.dir)
+        return {each.replay.test.id: each for each in given}
+
+    @cached_property
     def cases(self) -> list[HriCase]:
         """All cases of the suites, in order."""
-        return cases(self.selected, self.testbench, self.options.concretizations)
+        if not self.replays:
+            return cases(self.selected, self.testbench, self.options.concretizations)
+        found = cases(self.selected, self.testbench, 1)
+        for case in found:
+            case.fixed = self.replays[case.abstract.id].replay.concrete
+        return found
 
     @cached_property
     def only_cases(self) -> bool:
@@ -106,6 +126,7 @@ class Collecting:
         given: dict[str, object] = node.workerinput  # type: ignore[attr-defined]
         given[WORKER_INPUT] = to_text(self.selected)
         given[ONLY_CASES] = self.only_cases
+        given[REPLAYS] = replaying.to_text(self.replays.values())
 
 
 def _located(error: Exception) -> str:

@@ -23,7 +23,7 @@ class Gate:
 
 @dataclass(frozen=True)
 class Options:
-    """Everything a user can set, after validation. `suites` is empty when no suite is active."""
+    """Everything a user can set, after validation. `suites` and `replay` are empty when no suite is active."""
 
     suites: str
     suite_named: bool
@@ -37,6 +37,7 @@ class Options:
     export: Path | None
     coverage: bool
     film: bool = False
+    replay: tuple[Path, ...] = ()
     again: tuple[str, ...] = ()
     """What the command line said, beside suite and seed, on which tests there are and what fails."""
 
@@ -67,6 +68,12 @@ def add_options(parser: pytest.Parser) -> None:
         help="a requirement whose violation is known: reported, but does not fail the run; repeatable",
     )
     group.addoption("--hri-strict", action="store_true", default=None, help="let known violations fail, too")
+    group.addoption(
+        "--hri-replay",
+        metavar="FILE[,...]",
+        help="instead of a suite, run the tests of these files, which failing tests leave in the folder 'failures' of "
+        "a report, and check that each run is the same to the bit",
+    )
     group.addoption("--hri-export", metavar="DIR", help="write the suites as text files that --hri-suite=DIR reads")
     group.addoption("--hri-film", action="store_true", default=None, help="film the runs of failing tests")
     group.addoption("--hri-no-cov", action="store_true", default=None, help="do not measure the code under test")
@@ -88,9 +95,10 @@ def add_options(parser: pytest.Parser) -> None:
 
 def read_options(config: pytest.Config) -> Options:
     """The options in force. Raises pytest.UsageError for one that makes no sense."""
+    replay = _replay(config)
     return Options(
-        suites=_text(config, "suite"),
-        suite_named=config.getoption("hri_suite") is not None,
+        suites="" if replay else _text(config, "suite"),
+        suite_named=bool(replay) or config.getoption("hri_suite") is not None,
         seed=_integer(config, "seed", 0, least=None) or 0,
         tests=_integer(config, "tests", None, least=1),
         concretizations=_integer(config, "concretizations", 1, least=1) or 1,
@@ -101,8 +109,21 @@ def read_options(config: pytest.Config) -> Options:
         export=config.invocation_params.dir / _text(config, "export") if _text(config, "export") else None,
         coverage=not _flag(config, "no_cov"),
         film=_flag(config, "film"),
+        replay=replay,
         again=_again(config),
     )
+
+
+def _replay(config: pytest.Config) -> tuple[Path, ...]:
+    given = config.getoption("hri_replay")
+    if given is None:
+        return ()
+    if config.getoption("hri_suite") is not None:
+        raise pytest.UsageError("--hri-replay and --hri-suite: give one of them; a replay file brings its test along")
+    names = [name.strip() for name in given.split(",")]
+    if not all(names):
+        raise pytest.UsageError(f"--hri-replay={given}: expected the path of a replay file")
+    return tuple(config.invocation_params.dir / name for name in names)
 
 
 def _again(config: pytest.Config) -> tuple[str, ...]:

@@ -45,7 +45,7 @@ def pytest_configure(config: pytest.Config) -> None:
     from pytest_hricdv.options import read_options
 
     options = read_options(config)
-    if options.suites:
+    if options.suites or options.replay:
         _register(config, options)
 
 

@@ -17,7 +17,8 @@ from pytest_hricdv.case import HriCase
 from pytest_hricdv.collecting import Collecting, case_of
 from pytest_hricdv.cover.source import CoverError
 from pytest_hricdv.options import KINDS
-from pytest_hricdv.report import files, terminal
+from pytest_hricdv.replaying import LEAVE_A_FILE
+from pytest_hricdv.report import files, found, terminal
 from pytest_hricdv.report.files import ReportError
 from pytest_hricdv.results import Entry, Rerun, Session, build_report, reached
 from pytest_hricdv.running import ATTRIBUTE, Running
@@ -50,12 +51,19 @@ class Reporting:
         self.problems: list[str] = []
         self._began = time.perf_counter()
 
-    def pytest_report_header(self) -> str:
-        """One line; generates the suites, so that it can say how many tests there are."""
+    def pytest_report_header(self) -> str | list[str]:
+        """One line; generates the suites, so that it can say how many tests there are. More where a replay is amiss."""
+        if self.collecting.replays:
+            return self._replay_header()
         suites = self.collecting.selected
         names = [each.suite.name for each in suites]
         tests = len(self.collecting.cases)
         return terminal.header(names, self.options.seed, tests, self.collecting.testbench.name)
+
+    def _replay_header(self) -> list[str]:
+        given = self.collecting.replays.values()
+        notes = [self.running.surroundings.note(each) for each in given]
+        return [found.replay_header(self.collecting.testbench.name, len(given)), *(note for note in notes if note)]
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionstart(self) -> None:
@@ -121,11 +129,22 @@ class Reporting:
         """
         text = getattr(report, ATTRIBUTE, None)
         if isinstance(text, str):
-            self.entries[report.nodeid] = json.loads(text)
+            self.entries[report.nodeid] = self._kept(json.loads(text))
         elif not report.passed:
             self.reasons[report.nodeid] = (
                 report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longreprtext
             )
+
+    def _kept(self, entry: Entry) -> Entry:
+        """The entry, with the name of its replay file, where it has one: that of a replayed test is there already."""
+        case = self.chosen.get(entry["nodeid"])
+        if "replay" not in entry and case is not None and entry["outcome"] in LEAVE_A_FILE:
+            seeds = {each.suite.name: each.suite.seed for each in self.collecting.selected}
+            replay = self.running.surroundings.replay(case, entry, seeds[case.suite])
+            name = self.running.failures.keep(replay)
+            if name is not None:
+                entry["replay"] = name
+        return entry
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Iterator[None]:
@@ -141,6 +160,8 @@ class Reporting:
     def _conclude(self, session: pytest.Session, *, stopped: bool) -> None:
         if session.config.getoption("collectonly") or not self.chosen:
             return
+        if self.running.failures.problem:
+            self.problems.append(self.running.failures.problem)
         self.report = self._build()
         if not stopped:
             self.problems += self._loss() + self._gates(self.report)
@@ -172,6 +193,8 @@ class Reporting:
         terminalreporter.write_sep("=", "human-robot interaction")
         if self.report is not None:
             for line in terminal.summary(self.report, self.options.report, terminalreporter._tw.fullwidth):
+                terminalreporter.write_line(line.text, **MARKUP[line.style])
+            for line in found.lines(self.report):
                 terminalreporter.write_line(line.text, **MARKUP[line.style])
         for problem in self.problems:
             terminalreporter.write_line(f"FAILED {problem}", red=True, bold=True)

@@ -17,6 +17,7 @@ from pytest_hricdv.cover.measure import Measurement, NoMeasurement, choose
 from pytest_hricdv.cover.source import CodeMap, CoverError, map_code
 from pytest_hricdv.filming import Filming, told
 from pytest_hricdv.monitor import Requirement, RequirementError, load_requirements
+from pytest_hricdv.replaying import Failures, Surroundings, strayed
 from pytest_hricdv.report import junit, terminal
 from pytest_hricdv.results import Entry, describe, measured
 from pytest_hricdv.runtime import KernelError
@@ -32,6 +33,7 @@ class Again(TypedDict):
     seed: int
     suite: str
     more: tuple[str, ...]
+    file: str
 
 
 class Running:
@@ -65,6 +67,16 @@ class Running:
             return NoMeasurement("switched off with --hri-no-cov")
         by_test = getattr(self.collecting.config.option, "cov_context", None) == "test"
         return choose(self.code, contexts_by_test=by_test)
+
+    @cached_property
+    def surroundings(self) -> Surroundings:
+        """What runs depend on, as it is in this process."""
+        return Surroundings.now(self.code, self.collecting.testbench)
+
+    @cached_property
+    def failures(self) -> Failures:
+        """Where the files of tests that failed are."""
+        return Failures(self.options.report, self.collecting.config.invocation_params.dir)
 
     @cached_property
     def filming(self) -> Filming | None:
@@ -118,7 +130,7 @@ class Running:
             # The author's own exception, from his own line, says more than that a node failed.
             failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error
             what = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
-        failure.add_note("\n" + terminal.aborted(describe(case, self._shown(nodeid)), what, **self._again))
+        failure.add_note("\n" + terminal.aborted(describe(case, self._shown(nodeid)), what, **self._again(case)))
         raise failure
 
     def _see_that_it_was_checked(self, case: HriCase) -> None:
@@ -130,13 +142,14 @@ class Running:
     def _judge(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
         failed = [verdict.requirement for verdict in result.verdicts if verdict.verdict == "Failed"]
         known = {} if self.options.strict else self.options.known
-        if not failed:
+        astray = strayed(self._entry(case, nodeid).get("replayed"))
+        if not failed and not astray:
             return
-        if all(requirement in known for requirement in failed):
+        if not astray and all(requirement in known for requirement in failed):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed))
         texts = {each.id: {"title": each.title, "source": each.source, "text": each.text} for each in self.requirements}
-        entry = self._entry(case, nodeid) | {"nodeid": self._shown(nodeid)}
-        pytest.fail(terminal.failure(entry, texts, known=known, **self._again), pytrace=False)
+        entry = self._entry(case, nodeid) | {"nodeid": self._shown(nodeid), "failure": astray}
+        pytest.fail(terminal.failure(entry, texts, known=known, **self._again(case)), pytrace=False)
 
     def _shown(self, nodeid: str) -> str:
         """The node id as it can be given to pytest in the folder where the run was started."""
@@ -144,15 +157,22 @@ class Running:
         path, colons, rest = nodeid.partition("::")
         return os.path.relpath(config.rootpath / path, config.invocation_params.dir) + colons + rest
 
-    @property
-    def _again(self) -> Again:
-        return {"seed": self.options.seed, "suite": self.options.suites, "more": self.options.again}
+    def _again(self, case: HriCase) -> Again:
+        given = self.collecting.replays.get(case.abstract.id)
+        file = given.name if given else self.failures.name(case.abstract.id)
+        options = self.options
+        return {"seed": options.seed, "suite": options.suites, "more": options.again, "file": file}
 
     def _entry(self, case: HriCase, nodeid: str) -> Entry:
         result = case.result
         entry = describe(case, nodeid) | measured(result, self.code, self.requirements)
         unmeasured = result is not None and (result.code is None or result.code.branches is None)
-        return entry | {"unmeasured": self.measurement.reason if unmeasured else ""}
+        entry["unmeasured"] = self.measurement.reason if unmeasured else ""
+        given = self.collecting.replays.get(case.abstract.id)
+        if given is not None:
+            entry["replay"] = given.name
+            entry["replayed"] = self.surroundings.compared(given, entry)
+        return entry
 
 
 def _outcome(report: pytest.TestReport, case: HriCase) -> str:

@@ -65,7 +65,7 @@ def selected_suites(
         if names.count(name) > 1:
             raise pytest.UsageError(f"--hri-suite: two suites have the name {name!r}; rename a file or folder")
     for each in selected:
-        _check_commands(each.suite, testbench)
+        check_commands(each.suite, testbench)
     return selected
 
 
@@ -88,7 +88,8 @@ def _generate(method: Method, context: Context, cache: Any | None, say: Callable
     return Selected(suite, wall_s, cached=False)
 
 
-def _check_commands(suite: Suite, testbench: Testbench) -> None:
+def check_commands(suite: Suite, testbench: Testbench) -> None:
+    """Raise pytest.UsageError for a test with a command that the testbench does not know."""
     known = testbench.concretization.commands
     for test in suite.tests:
         for line in test.lines:

@@ -30,10 +30,13 @@ def schema() -> dict[str, Any]:
     return parsed
 
 
-def faults(report: object) -> list[str]:
-    """Where a report breaks the contract, as `tests[3].outcome: ...`; empty when it keeps it."""
-    root = schema()
-    return list(_faults(report, root, "report", root))
+def faults(value: object, contract: Mapping[str, Any] | None = None, name: str = "report") -> list[str]:
+    """Where a report breaks the contract, as `report.tests[3].outcome: ...`; empty when it keeps it.
+
+    Or any other value with this name, against a contract of its own that uses the same keywords of JSON Schema.
+    """
+    root = schema() if contract is None else contract
+    return list(_faults(value, root, name, root))
 
 
 def _faults(value: object, rule: Mapping[str, Any], place: str, root: Mapping[str, Any]) -> Iterator[str]:

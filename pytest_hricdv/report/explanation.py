@@ -5,7 +5,7 @@ from typing import Any
 
 from pytest_hricdv.report.figure import natural, plural, quantity, seconds
 from pytest_hricdv.report.line import visible
-from pytest_hricdv.report.rerun import command
+from pytest_hricdv.report.rerun import told
 
 _MAX_VIOLATIONS = 3
 _MAX_ACTIONS = 14
@@ -20,6 +20,7 @@ def failure(
     suite: str | None = None,
     known: Mapping[str, str] | None = None,
     more: Sequence[str] = (),
+    file: str | None = None,
 ) -> str:
     """Why a test failed: requirement, times, values, margin; what happened; what the human did; how to run it again.
 
@@ -27,9 +28,10 @@ def failure(
         test: a test of the report; `outcome` and `wall_s` are not read, as they are not known yet when a test fails.
         requirements: the report's `requirements`: name to `title`, `source`, `text`.
         seed: the suite's seed, for the line that runs the test again.
-        suite: what `--hri-suite` was given, for the same; the suite's name where not said.
+        suite: what `--hri-suite` was given, for the same; the suite's name where not said, empty in a replay.
         known: violations that are known, name to reason; they are told last and do not count as the cause.
         more: further options for the line that runs the test again.
+        file: the test's replay file, where there is one.
 
     Returns:
         Several lines without a last end of line; control characters of names appear as escapes.
@@ -43,22 +45,27 @@ def failure(
     if test.get("failure"):
         lines += [*str(test["failure"]).strip("\n").splitlines(), ""]
     lines += [*_rest(test, failed), *_course(test), "", *_actions(test), ""]
-    lines += ["run it again:", f"  {command(test, suite or test['suite'], seed, more)}"]
+    lines += told(test, suite, seed, more, file)
     return "\n".join(visible(line) for line in lines)
 
 
 def aborted(
-    test: Mapping[str, Any], what: str, *, seed: int, suite: str | None = None, more: Sequence[str] = ()
+    test: Mapping[str, Any],
+    what: str,
+    *,
+    seed: int,
+    suite: str | None = None,
+    more: Sequence[str] = (),
+    file: str | None = None,
 ) -> str:
     """What to say of a test that an exception ended: where it was, what the human did, how to run it again.
 
     Args:
         test: as for `failure`.
         what: where it was when it ended, in a line.
-        seed: the suite's seed, for the line that runs the test again; `suite` and `more` as for `failure`.
+        seed: the suite's seed, for the line that runs the test again; `suite`, `more` and `file` as for `failure`.
     """
-    lines = [f"{what}; nothing was checked", "", *_actions(test), ""]
-    lines += ["run it again:", f"  {command(test, suite or test['suite'], seed, more)}"]
+    lines = [f"{what}; nothing was checked", "", *_actions(test), "", *told(test, suite, seed, more, file)]
     return "\n".join(visible(line) for line in lines)
 
 

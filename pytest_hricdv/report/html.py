@@ -85,11 +85,11 @@ def _context(report: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _command(report: Mapping[str, Any], test: Mapping[str, Any]) -> str:
-    """The command that runs a test again, with the options of the run as far as the report has them."""
+    """The commands that run a test again, with the options of the run as far as the report has them."""
     seeds = {suite["name"]: suite["seed"] for suite in report["suites"]}
     again = report.get("rerun", {})
-    suite = again.get("suite") or test["suite"]
-    return rerun.command(test, suite, seeds.get(test["suite"], 0), again.get("options", ()))
+    seed, options, file = seeds.get(test["suite"], 0), again.get("options", ()), test.get("replay")
+    return "\n".join(rerun.told(test, again.get("suite"), seed, options, file)[1:])
 
 
 def _merged(report: Mapping[str, Any]) -> tuple[int, int]:

@@ -4,6 +4,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+_JUDGING = ("--hri-known", "--hri-strict")
 _PLAIN_IN_DOUBLE_QUOTES = set("[]/.:-_ ()=,+@%#~{}&;<>|*?'")
 
 
@@ -18,6 +19,36 @@ def command(test: Mapping[str, Any], suite: str, seed: int, more: Sequence[str] 
     """
     options = [f"--hri-suite={suite}", f"--hri-seed={seed}", *more]
     return " ".join(["pytest", _quoted(test["nodeid"]), *map(_option, options)])
+
+
+def replay(file: str, more: Sequence[str] = ()) -> str:
+    """A line for the shell: `pytest --hri-replay=hri-report/failures/rl-leg1-3fa2b1c0.json`.
+
+    Args:
+        file: the replay file.
+        more: as for `command`; only what decides on what fails matters to a test that is in a file.
+    """
+    options = [f"--hri-replay={file}", *(each for each in more if each.startswith(_JUDGING))]
+    return " ".join(["pytest", *map(_option, options)])
+
+
+def told(
+    test: Mapping[str, Any], suite: str | None, seed: int, more: Sequence[str] = (), file: str | None = None
+) -> list[str]:
+    """How to run a test again, in a few lines for people.
+
+    Args:
+        test: a test of the report.
+        suite: as for `command`; empty for a test that came out of a replay file, None for the suite of the test.
+        seed: as for `command`.
+        more: as for `command`.
+        file: the test's replay file, where there is one.
+    """
+    again = file if suite == "" else None
+    if again:
+        return ["run it again:", f"  {replay(again, more)}"]
+    lines = ["run it again:", f"  {command(test, suite or test['suite'], seed, more)}"]
+    return [*lines, "or the very same run, from its file:", f"  {replay(file, more)}"] if file else lines
 
 
 def _quoted(nodeid: str) -> str:

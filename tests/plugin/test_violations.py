@@ -100,7 +100,8 @@ def test_the_page_has_the_command_with_the_options_of_the_run(lamps: pytest.Pyte
     lamps.runpytest_inprocess("--hri-suite=by-hand,rl", "--hri-concretizations=2", "-k", BRIGHT)
     assert report(lamps.path)["rerun"] == {"suite": "by-hand,rl", "options": ["--hri-concretizations=2"]}
     page = (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
-    assert "--hri-suite=by-hand,rl --hri-seed=0 --hri-concretizations=2</pre>" in page
+    assert "--hri-suite=by-hand,rl --hri-seed=0 --hri-concretizations=2\n" in page
+    assert f"pytest --hri-replay=hri-report/failures/{BRIGHT}.json --hri-concretizations" not in page
 
 
 def test_a_run_that_is_not_checked_by_its_test_is_checked_when_the_test_is_over(lamps: pytest.Pytester) -> None:

@@ -1,0 +1,202 @@
+"""Replaying: files of failed tests become the session's tests; a run is compared with the one its file is of."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.case import HriCase
+from pytest_hricdv.cover.source import CodeMap
+from pytest_hricdv.generate.sampler import Sampler
+from pytest_hricdv.generate.suite import Generation, Suite
+from pytest_hricdv.search.replay import Origin, Replay, ReplayError, differences, read, write
+from pytest_hricdv.suites import Selected, check_commands
+from pytest_hricdv.testbench import Testbench
+
+FOLDER = "failures"
+LEAVE_A_FILE = ("failed", "known-violation", "error")
+"""Outcomes of tests that can be replayed."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """A replay file that the session was given: its name for people, and what is in it."""
+
+    name: str
+    replay: Replay
+
+
+def given(paths: Iterable[Path], testbench: Testbench, start: Path) -> tuple[Given, ...]:
+    """Read replay files, or folders of them.
+
+    Args:
+        testbench: the tests are to be run with.
+        start: the folder that names are shown relative to.
+
+    Raises:
+        pytest.UsageError: a file is missing, cut off, of another version, or speaks of what the testbench has not.
+    """
+    found: dict[str, Given] = {}
+    try:
+        for path in _files(paths):
+            name = os.path.relpath(path, start)
+            replay = Replay.from_json(read(path), name)
+            _check_parameters(replay, testbench, name)
+            if replay.test.id in found:
+                raise ReplayError(f"{found[replay.test.id].name} and {name} both have the test {replay.test.id}")
+            found[replay.test.id] = Given(name, replay)
+    except ReplayError as error:
+        raise pytest.UsageError(f"--hri-replay: {error}") from None
+    return tuple(found.values())
+
+
+def _files(paths: Iterable[Path]) -> Iterable[Path]:
+    for path in paths:
+        if not path.is_dir():
+            yield path
+            continue
+        inside = sorted(path.glob("*.json"))
+        if not inside:
+            raise ReplayError(f"{path}: no replay file (*.json) in this folder")
+        yield from inside
+
+
+def _check_parameters(replay: Replay, testbench: Testbench, name: str) -> None:
+    ranges = testbench.concretization
+    for number, action in enumerate(replay.concrete.actions, 1):
+        if action.command in ranges.commands:
+            declared = ranges.commands[action.command]
+            _check_names(f"{name}: action {number}, {action.command!r}", action.parameters, declared)
+    _check_names(f"{name}: the run", replay.concrete.run, ranges.run)
+
+
+def _check_names(where: str, parameters: Mapping[str, float], declared: Mapping[str, Sampler]) -> None:
+    if parameters.keys() != declared.keys():
+        has, expected = (", ".join(sorted(names)) or "none" for names in (parameters, declared))
+        raise ReplayError(f"{where} has the parameters {has}; the testbench declares {expected}")
+
+
+def suites(replays: Iterable[Given], testbench: Testbench) -> list[Selected]:
+    """The tests of replay files, as suites with the names and seeds that they come from."""
+    by_name: dict[str, list[Replay]] = {}
+    for each in replays:
+        by_name.setdefault(each.replay.test.suite, []).append(each.replay)
+    made = []
+    for name, group in by_name.items():
+        tests = [replay.test for replay in group]
+        suite = Suite.of_tests(name, group[0].suite_seed, tests, Generation(notes=("replayed",)))
+        check_commands(suite, testbench)
+        made.append(Selected(suite, 0.0, cached=True))
+    return made
+
+
+def to_text(replays: Iterable[Given]) -> str:
+    """The files as text for xdist's `workerinput`."""
+    return json.dumps([[each.name, each.replay.to_json()] for each in replays])
+
+
+def from_text(text: str) -> tuple[Given, ...]:
+    """The files that `to_text` wrote."""
+    return tuple(Given(name, Replay.from_json(replay, name)) for name, replay in json.loads(text))
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What a run depends on, beside its test: files of the code under test, and versions."""
+
+    code: Mapping[str, str]
+    made_with: Mapping[str, str]
+
+    @classmethod
+    def now(cls, code: CodeMap, testbench: Testbench) -> Surroundings:
+        """Of this process."""
+        hashes = {file.name: hashlib.sha256(file.path.read_bytes()).hexdigest() for file in code.files}
+        made_with = {
+            "pytest-hricdv": version("pytest-hricdv"),
+            "python": platform.python_version(),
+            "machine": f"{platform.system()} {platform.machine()}",
+            "testbench": testbench.name,
+        }
+        return cls(hashes, made_with)
+
+    def replay(self, case: HriCase, entry: Mapping[str, Any], suite_seed: int, origin: Origin | None = None) -> Replay:
+        """What to write of a test that was run here."""
+        return Replay(
+            test=case.abstract,
+            concrete=case.concrete,
+            nodeid=entry["nodeid"],
+            suite_seed=suite_seed,
+            record_sha256=entry.get("record_sha256"),
+            requirements=entry["requirements"],
+            code=self.code,
+            made_with=self._with_fidelity(entry),
+            origin=origin,
+        )
+
+    def compared(self, given: Given, entry: Mapping[str, Any]) -> dict[str, Any]:
+        """How the run of a replayed test compares with the run that its file is of: the entry's `replayed`."""
+        expected, found = given.replay.record_sha256, entry.get("record_sha256")
+        return {
+            "file": given.name,
+            "expected_sha256": expected,
+            "same": expected == found,
+            "changed": differences(given.replay, self.code, self._with_fidelity(entry)),
+        }
+
+    def note(self, given: Given) -> str:
+        """What to say of a file before its test runs: what is not as it was; empty where all is."""
+        before = {name: text for name, text in given.replay.made_with.items() if name in self.made_with}
+        changed = differences(replace(given.replay, made_with=before), self.code, self.made_with)
+        return f"{given.name}: {', '.join(changed)}: its run need not be the same again" if changed else ""
+
+    def _with_fidelity(self, entry: Mapping[str, Any]) -> dict[str, str]:
+        fidelity = entry.get("fidelity")
+        return {**self.made_with, "fidelity": fidelity} if fidelity else dict(self.made_with)
+
+
+def strayed(replayed: Mapping[str, Any] | None) -> str:
+    """The text of a replay that should have been the same run and was not; empty where all is well, or no replay."""
+    if replayed is None or replayed["same"] or replayed["changed"]:
+        return ""
+    return (
+        f"this run is not the one that {replayed['file']} is of: the hash of its record is not "
+        f"{replayed['expected_sha256']}\n"
+        "The code under test, the plugin and Python are as they were, so something else that the run depends on has "
+        "changed:\nthe testbench, its world, or a library."
+    )
+
+
+class Failures:
+    """Writes a file for each test that can be replayed. For the controlling process: no two write the same file.
+
+    Args:
+        folder: of the report.
+        start: the folder in which pytest was started: names are shown relative to it.
+    """
+
+    def __init__(self, folder: Path, start: Path) -> None:
+        self._folder = folder / FOLDER
+        self._start = start
+        self.problem = ""
+
+    def name(self, test_id: str) -> str:
+        """How a test's file is given to `--hri-replay`."""
+        return os.path.relpath(self._folder / f"{test_id}.json", self._start)
+
+    def keep(self, replay: Replay) -> str | None:
+        """Write a file; returns its name, or None where it cannot be written: `problem` then says why."""
+        try:
+            write(replay, self._folder)
+        except ReplayError as error:
+            self.problem = str(error)
+            return None
+        return self.name(replay.test.id)

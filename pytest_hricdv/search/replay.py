@@ -1,0 +1,204 @@
+"""Replay files: one concrete test, with all that is needed to run it again and to tell whether it ran the same."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.report import faults
+
+SCHEMA = "hricdv-replay/1"
+
+
+class ReplayError(Exception):
+    """A replay file cannot be read or written; the message says which, why, and what to do."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """How a test was found that no suite has: `shrunk` or `search`, from which test, for what, in how many runs."""
+
+    how: str
+    test: str
+    requirement: str
+    runs: int
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A test that was run, and what came of it.
+
+    Args:
+        test: the abstract test.
+        concrete: the same with its exact parameters.
+        nodeid: the pytest item that ran it.
+        suite_seed: the seed that its suite was generated from.
+        record_sha256: of the run's record; None where the run did not come to an end.
+        requirements: id -> verdict, as in the report.
+        code: file of the code under test -> SHA-256 of its text.
+        made_with: what else a run depends on, name -> version.
+        origin: of a test that no suite has.
+    """
+
+    test: AbstractTest
+    concrete: ConcreteTest
+    nodeid: str
+    suite_seed: int
+    record_sha256: str | None
+    requirements: Mapping[str, Any] = field(hash=False)
+    code: Mapping[str, str] = field(hash=False)
+    made_with: Mapping[str, str] = field(hash=False)
+    origin: Origin | None = None
+
+    def to_json(self) -> str:
+        """The file's text; floats are exact."""
+        actions = [{"command": a.command, "parameters": dict(a.parameters)} for a in self.concrete.actions]
+        origin = self.origin
+        plain = {
+            "schema": SCHEMA,
+            "test": asdict(self.test),
+            "concrete": {"actions": actions, "run": dict(self.concrete.run)},
+            "nodeid": self.nodeid,
+            "suite_seed": self.suite_seed,
+            "record_sha256": self.record_sha256,
+            "requirements": dict(self.requirements),
+            "code": dict(self.code),
+            "made_with": dict(self.made_with),
+            "origin": origin
+            and {"how": origin.how, "from": origin.test, "requirement": origin.requirement, "runs": origin.runs},
+        }
+        return json.dumps(plain, sort_keys=True, indent=1, allow_nan=False) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str, where: str) -> Replay:
+        """The replay that `to_json` wrote; `where` is how its file is called in errors.
+
+        Raises:
+            ReplayError: cut off, of another version, incomplete, or at odds with itself.
+        """
+        data = _checked(text, where)
+        given, origin = data["test"], data["origin"] if data.get("origin") else None
+        try:
+            test = AbstractTest(
+                id=given["id"],
+                suite=given["suite"],
+                aim=given["aim"],
+                beliefs=tuple(given["beliefs"]),
+                lines=tuple(given["lines"]),
+                plans={agent: tuple(labels) for agent, labels in given["plans"].items()},
+                seed=int(given["seed"]),
+                name=given["name"],
+            )
+        except GenerateError as error:
+            raise ReplayError(f"{where}: {error}") from None
+        concrete = _concrete(test, data["concrete"])
+        if tuple(action.command for action in concrete.actions) != test.lines:
+            raise ReplayError(f"{where}: its abstract and its concrete test have different actions; was it edited?")
+        return cls(
+            test=test,
+            concrete=concrete,
+            nodeid=data["nodeid"],
+            suite_seed=int(data["suite_seed"]),
+            record_sha256=data["record_sha256"],
+            requirements=data["requirements"],
+            code=data["code"],
+            made_with=data["made_with"],
+            origin=origin and Origin(origin["how"], origin["from"], origin["requirement"], int(origin["runs"])),
+        )
+
+
+def _checked(text: str, where: str) -> dict[str, Any]:
+    try:
+        data = json.loads(text)
+    except json.JSONDecodeError as error:
+        place = f"{where}:{error.lineno}:{error.colno}"
+        raise ReplayError(f"{place}: not JSON, perhaps cut off ({error.msg}); expected a replay file") from None
+    found = data.get("schema") if isinstance(data, dict) else None
+    if found != SCHEMA:
+        raise ReplayError(
+            f"{where}: expected schema {SCHEMA!r}, found {found!r}; "
+            "expected a file from the folder 'failures' of a report, or the plugin's version that wrote this one"
+        )
+    broken = faults(data, schema(), "replay")
+    if broken:
+        raise ReplayError(f"{where}: {broken[0]}")
+    checked: dict[str, Any] = data
+    return checked
+
+
+def _concrete(test: AbstractTest, given: Mapping[str, Any]) -> ConcreteTest:
+    actions = tuple(ConcreteAction(each["command"], _floats(each["parameters"])) for each in given["actions"])
+    return ConcreteTest(test.id, test.suite, test.seed, actions, _floats(given["run"]))
+
+
+def _floats(parameters: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(value) for name, value in parameters.items()}
+
+
+def schema() -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of a replay file, as it ships with the plugin."""
+    text = files(__package__).joinpath("replay-1.schema.json").read_text(encoding="utf-8")
+    parsed: dict[str, Any] = json.loads(text)
+    return parsed
+
+
+def load(path: Path) -> Replay:
+    """Read a replay file. Raises ReplayError, see `Replay.from_json`; also where there is no such file."""
+    return Replay.from_json(read(path), str(path))
+
+
+def read(path: Path) -> str:
+    """The text of a replay file. Raises ReplayError where there is none, or it is no text."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise ReplayError(f"{path}: there is no such file") from None
+    except UnicodeDecodeError as error:
+        raise ReplayError(f"{path}: no text (byte {error.start}); expected a replay file") from None
+    except OSError as error:
+        raise ReplayError(f"{path}: {error.strerror or error}") from None
+
+
+def write(replay: Replay, folder: Path) -> Path:
+    """Write `<folder>/<test id>.json`, aside first and then renamed; returns its path.
+
+    Raises:
+        ReplayError: the folder cannot be written.
+    """
+    path = folder / f"{replay.test.id}.json"
+    aside = folder / f".{replay.test.id}.{os.getpid()}.part"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            aside.write_text(replay.to_json(), encoding="utf-8")
+            aside.replace(path)
+        finally:
+            aside.unlink(missing_ok=True)
+    except OSError as error:
+        raise ReplayError(f"cannot write {path}: {error.strerror or error}") from None
+    return path
+
+
+def differences(replay: Replay, code: Mapping[str, str], made_with: Mapping[str, str]) -> list[str]:
+    """What a run depends on and is not as it was, as `lamps/guide.py changed` or `python 3.11.2, now 3.12.1`."""
+    found = []
+    for name in sorted(replay.code.keys() | code.keys()):
+        if name not in code:
+            found.append(f"{name} is gone")
+        elif name not in replay.code:
+            found.append(f"{name} is new")
+        elif code[name] != replay.code[name]:
+            found.append(f"{name} changed")
+    for name in sorted(replay.made_with.keys() | made_with.keys()):
+        before, now = replay.made_with.get(name, "unknown"), made_with.get(name, "unknown")
+        if before != now:
+            found.append(f"{name} {before}, now {now}")
+    return found

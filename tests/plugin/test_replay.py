@@ -1,0 +1,230 @@
+"""Replay: a failing test leaves a file that gives the very same run again, or says what keeps it from doing so."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from pytest_hricdv.report import faults
+from pytest_hricdv.search.replay import schema
+from tests.plugin.project import MODES, change, outcomes, report
+
+BRIGHT = "rl-hall-polite-6c5fa14f"
+FILE = f"hri-report/failures/{BRIGHT}.json"
+REPLAY = f"--hri-replay={FILE}"
+
+
+def left(lamps: pytest.Pytester) -> list[str]:
+    """The files that failing tests left."""
+    return sorted(path.name for path in (lamps.path / "hri-report" / "failures").iterdir())
+
+
+def edit(lamps: pytest.Pytester, **changed: Any) -> None:
+    """Change top-level entries of the replay file."""
+    path = lamps.path / FILE
+    path.write_text(json.dumps(json.loads(path.read_text(encoding="utf-8")) | changed), encoding="utf-8")
+
+
+@pytest.fixture
+def failed(lamps: pytest.Pytester) -> pytest.Pytester:
+    """The project, after a run in which one test has failed."""
+    lamps.runpytest_inprocess("--hri-suite=rl", "--hri-strict", "-k", BRIGHT)
+    return lamps
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_every_failing_test_leaves_a_file_and_is_the_same_run_again(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-strict", "--tb=short", *options)
+    bad = [name for name, outcome in outcomes(lamps.path).items() if outcome == "failed"]
+    assert BRIGHT in bad
+    assert left(lamps) == sorted(f"{name}.json" for name in bad)
+    (before,) = [test for test in report(lamps.path)["tests"] if test["id"] == BRIGHT]
+    assert before["replay"] == FILE
+    command = f"pytest {REPLAY} --hri-strict"
+    result.stdout.fnmatch_lines(["or the very same run, from its file:", f"  {command}"])
+    again = lamps.runpytest_inprocess(*shlex.split(command)[1:], "--tb=short", *options)
+    assert again.ret == 1
+    again.assert_outcomes(failed=1)
+    again.stdout.fnmatch_lines(
+        ["hri: lamps, replay of 1 test", "run it again:", f"  {command}", f"replay of {BRIGHT}: the same run, to the *"]
+    )
+    again.stdout.no_fnmatch_line("*--hri-suite=*")
+    written = report(lamps.path)
+    assert faults(written) == []
+    (after,) = written["tests"]
+    for key in ("nodeid", "id", "suite", "beliefs", "abstract", "concrete", "seed", "plans", "record_sha256", "code"):
+        assert after[key] == before[key], key
+    assert after["requirements"] == before["requirements"]
+    assert after["replayed"]["same"] is True
+
+
+def test_the_file_keeps_its_contract_and_says_what_ran(failed: pytest.Pytester) -> None:
+    data = json.loads((failed.path / FILE).read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator.check_schema(schema())
+    jsonschema.Draft202012Validator(schema()).validate(data)
+    assert data["requirements"]["R2"]["verdict"] == "Failed"
+    assert data["nodeid"] == f"test_lamps.py::test_lamps[{BRIGHT}]"
+    assert set(data["code"]) == {"lamps/__init__.py", "lamps/guide.py", "lamps/messages.py"}
+    assert str(failed.path) not in json.dumps(data)
+
+
+def test_a_known_violation_leaves_a_file_too(lamps: pytest.Pytester) -> None:
+    assert lamps.runpytest_inprocess("--hri-suite=rl", "-k", BRIGHT).ret == 0
+    assert left(lamps) == [f"{BRIGHT}.json"]
+    again = lamps.runpytest_inprocess(REPLAY)
+    assert again.ret == 0
+    again.assert_outcomes(xfailed=1)
+
+
+def test_a_crash_leaves_a_file_that_crashes_again(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "lamps/guide.py", "    return wish.level\n", "    raise OSError('no lamp')\n")
+    lamps.runpytest_inprocess("--hri-suite=rl", "-k", BRIGHT).stdout.fnmatch_lines([f"*  pytest {REPLAY}"])
+    again = lamps.runpytest_inprocess(REPLAY)
+    again.assert_outcomes(failed=1)
+    again.stdout.fnmatch_lines(["*OSError: no lamp", "*run it again:", f"*  pytest {REPLAY}"])
+    assert report(lamps.path)["tests"][0]["outcome"] == "error"
+
+
+def test_passing_tests_leave_nothing(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess("--hri-suite=rl", "-k", "cellar")
+    assert not (lamps.path / "hri-report" / "failures").exists()
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_code_that_has_changed_is_told_and_run_anyway(failed: pytest.Pytester, options: tuple[str, ...]) -> None:
+    change(failed.path, "lamps/guide.py", "    return wish.level\n", "    return min(wish.level, GLARE)\n")
+    again = failed.runpytest_inprocess(REPLAY, "--hri-strict", *options)
+    assert again.ret == 0
+    again.assert_outcomes(passed=1)
+    again.stdout.fnmatch_lines(
+        [
+            f"{FILE}: lamps/guide.py changed: its run need not be the same again",
+            f"replay of {BRIGHT}: another run than before, for lamps/guide.py changed",
+        ]
+    )
+    assert report(failed.path)["tests"][0]["replayed"]["changed"] == ["lamps/guide.py changed"]
+    assert left(failed) == [f"{BRIGHT}.json"], "the file is evidence and stays"
+
+
+def test_a_file_of_the_code_that_is_new_or_gone_is_told(failed: pytest.Pytester) -> None:
+    (failed.path / "lamps" / "extra.py").write_text("", encoding="utf-8")
+    data = json.loads((failed.path / FILE).read_text(encoding="utf-8"))
+    edit(failed, code=data["code"] | {"lamps/old.py": "0" * 64}, made_with=data["made_with"] | {"python": "3.10.1"})
+    again = failed.runpytest_inprocess(REPLAY)
+    again.stdout.fnmatch_lines([f"{FILE}: lamps/extra.py is new, lamps/old.py is gone, python 3.10.1, now *"])
+
+
+def test_another_run_without_a_reason_fails(failed: pytest.Pytester) -> None:
+    change(failed.path, "conftest.py", "lamp.set(0.0)", "lamp.set(1.0)")
+    again = failed.runpytest_inprocess(REPLAY)
+    again.assert_outcomes(failed=1)
+    again.stdout.fnmatch_lines(
+        [
+            f"this run is not the one that {FILE} is of: *",
+            f"replay of {BRIGHT}: another run than before, and nobody knows why",
+        ]
+    )
+
+
+def test_files_and_folders_are_replayed_together_whatever_the_ini_says(lamps: pytest.Pytester) -> None:
+    change(
+        lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_suite = by-hand\nhri_fail_under = plans=100"
+    )
+    lamps.runpytest_inprocess("--hri-suite=rl,by-hand", "--hri-concretizations=2", "--hri-report=kept")
+    bad = [path.stem for path in (lamps.path / "kept" / "failures").iterdir()]
+    assert len(bad) > 2
+    again = lamps.runpytest_inprocess("--hri-replay=kept/failures")
+    assert again.ret == 0
+    again.assert_outcomes(xfailed=len(bad))
+    assert sorted(outcomes(lamps.path)) == sorted(bad)
+    assert all(test["replayed"]["same"] for test in report(lamps.path)["tests"])
+    one, other, *_ = sorted(bad)
+    again = lamps.runpytest_inprocess(f"--hri-replay=kept/failures/{one}.json,kept/failures/{other}.json")
+    assert sorted(outcomes(lamps.path)) == [one, other]
+
+
+def test_the_folder_where_it_was_left_and_the_seed_do_not_matter(failed: pytest.Pytester) -> None:
+    elsewhere = failed.path / "sent by mail.json"
+    (failed.path / FILE).rename(elsewhere)
+    again = failed.runpytest_inprocess("--hri-replay=sent by mail.json", "--hri-seed=5", "--hri-strict")
+    again.stdout.fnmatch_lines(["  pytest '--hri-replay=sent by mail.json' --hri-strict", "*the same run, to the bit"])
+
+
+def test_a_full_disk_loses_no_result(lamps: pytest.Pytester) -> None:
+    (lamps.path / "hri-report").mkdir()
+    (lamps.path / "hri-report" / "failures").write_text("in the way", encoding="utf-8")
+    result = lamps.runpytest_inprocess("--hri-suite=rl", "-k", BRIGHT)
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(["FAILED cannot write *failures*: File exists"])
+    assert "replay" not in report(lamps.path)["tests"][0]
+
+
+@pytest.mark.parametrize("options", [(), ("-n", "2")], ids=["plain", "on two workers"])
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({"schema": "hricdv-replay/9"}, "expected schema 'hricdv-replay/1', found 'hricdv-replay/9'"),
+        ({"test": 3}, "replay.test: expected object, found 3"),
+        ({"concrete": {"actions": [], "run": {"patience_s": 6.0}}}, "have different actions; was it edited?"),
+        ({"concrete": {"actions": [{"command": "greet"}], "run": {}}}, "'parameters' is missing"),
+    ],
+)
+def test_what_is_no_replay_file_is_refused(
+    failed: pytest.Pytester, options: tuple[str, ...], changed: dict[str, Any], told: str
+) -> None:
+    edit(failed, **changed)
+    assert told in refused(failed, REPLAY, *options)
+
+
+def refused(lamps: pytest.Pytester, *options: str) -> str:
+    """The message with which a run is refused."""
+    result = lamps.runpytest_inprocess(*options)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    message = result.stderr.str().strip()
+    assert message.count("ERROR") == 1
+    assert "Traceback" not in message + result.stdout.str()
+    return message
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ('{"schema": "hricdv-rep', f"{FILE}:1:12: not JSON, perhaps cut off"),
+        ("", f"{FILE}:1:1: not JSON, perhaps cut off"),
+        ("[]", f"{FILE}: expected schema 'hricdv-replay/1', found None"),
+    ],
+)
+def test_a_file_that_was_cut_off_is_refused(failed: pytest.Pytester, text: str, told: str) -> None:
+    (failed.path / FILE).write_text(text, encoding="utf-8")
+    assert told in refused(failed, REPLAY)
+
+
+def test_other_bad_input(failed: pytest.Pytester) -> None:
+    assert "nowhere.json: there is no such file" in refused(failed, "--hri-replay=nowhere.json")
+    assert "expected the path of a replay file" in refused(failed, "--hri-replay=")
+    assert "both have the test" in refused(failed, f"{REPLAY},{FILE}")
+    assert "give one of them" in refused(failed, REPLAY, "--hri-suite=rl")
+    (failed.path / "empty").mkdir()
+    assert "no replay file (*.json) in this folder" in refused(failed, "--hri-replay=empty")
+    Path(failed.path / FILE).write_bytes(b"\xff\xfe")
+    assert "no text (byte 0)" in refused(failed, REPLAY)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('"set_lamp level = 100": pause,', "", "nobody knows 'set_lamp level = 100'"),
+        ('"set_lamp level = 100": pause', '"set_lamp level = 100": {}', "'set_lamp level = 100' has the parameters"),
+        ('{"patience_s": Range(5.0, 8.0, "s")}', "{}", "the run has the parameters patience_s; the testbench declar"),
+    ],
+)
+def test_a_test_of_another_testbench_is_refused(failed: pytest.Pytester, old: str, new: str, told: str) -> None:
+    change(failed.path, "conftest.py", old, new)
+    assert told in refused(failed, REPLAY)
