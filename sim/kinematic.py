@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from sim.drive import Drive, Joints
-from sim.engine import UPRIGHT, Engine, Pose, SimulationError, Vector, bullet, finite
+from sim.drive import Drive, Joints, Move
+from sim.engine import UPRIGHT, Engine, Pose, Vector, bullet, finite
 from sim.leg import Held, Leg
 from sim.physics_time import STEP_S, TICK_STEPS
 from sim.places import LEG_LENGTH_M, LEG_MASS_KG, height_below
@@ -41,42 +41,38 @@ class Kinematic:
 
 
 class PlanDrive(Joints):
-    """A `Drive` whose joints go straight to their goal at constant speed."""
+    """A `Drive` whose joints are where the plan says."""
 
     def __init__(self, engine: Engine, body: int, indices: Sequence[int]) -> None:
         super().__init__(engine, body, indices)
-        self._start: tuple[float, ...] = ()
-        self._goal: tuple[float, ...] = ()
-        self._steps = self._done = 0
+        self._move: Move | None = None
+        self._steps = 0
 
-    def move(self, goal: Sequence[float], duration_s: float) -> None:
-        """See `Drive`. Raises SimulationError for a goal or a duration that is not finite, or no positive duration."""
-        finite("goal and duration of a move", (*goal, duration_s))
-        if duration_s <= 0.0:
-            raise SimulationError(f"duration of a move is {duration_s!r} s: expected more than 0")
-        self._start, self._goal = self.angles(), tuple(goal)
-        self._steps, self._done = max(1, -int(-duration_s // STEP_S)), 0
+    def move(self, goal: Sequence[float], duration_s: float, ramp_s: float = 0.0) -> None:
+        """See `Drive`."""
+        self._move, self._steps = Move(self.angles(), tuple(goal), duration_s, ramp_s), 0
 
     def put(self, pose: Sequence[float]) -> None:
         """See `Drive`."""
         finite("pose", pose)
+        self._move = None
         self._set(pose)
-        self._steps = self._done = 0
 
     def speed(self) -> float:
         """The planned speed (rad/s) of the fastest joint; 0 at the goal."""
-        if self._done >= self._steps:
-            return 0.0
-        ways = [abs(goal - start) for start, goal in zip(self._start, self._goal, strict=True)]
-        return max(ways) / (self._steps * STEP_S)
+        move = self._move
+        return 0.0 if move is None else max(move.top_speeds_rad_s) * move.speed_share(self._steps * STEP_S)
 
     def advance(self, steps: int) -> None:
-        """So many steps of the way."""
-        if self._done < self._steps:
-            self._done = min(self._steps, self._done + steps)
-            share = self._done / self._steps
-            way = zip(self._start, self._goal, strict=True)
-            self._set([start + share * (goal - start) for start, goal in way])
+        """See `Drive`: so many steps of the way."""
+        move = self._move
+        if move is None:
+            return
+        self._steps += steps
+        share = move.way_share(self._steps * STEP_S)
+        self._set([start + share * (goal - start) for start, goal in zip(move.start, move.goal, strict=True)])
+        if self._steps * STEP_S >= move.duration_s:
+            self._move = None
 
 
 class HeldLeg(Leg):

@@ -38,9 +38,14 @@ class Dynamic:
 
     stride = 1
 
+    def __init__(self) -> None:
+        self._drives: list[Drive] = []
+
     def drive(self, engine: Engine, body: int, indices: Sequence[int], torques_nm: Sequence[float]) -> Drive:
         """See `Mechanics`."""
-        return MotorDrive(engine, body, indices, torques_nm)
+        drive = MotorDrive(engine, body, indices, torques_nm)
+        self._drives.append(drive)
+        return drive
 
     def leg(self, engine: Engine, place: Vector) -> Leg:
         """See `Mechanics`."""
@@ -48,6 +53,8 @@ class Dynamic:
 
     def step(self, engine: Engine, steps: int) -> None:
         """See `Mechanics`."""
+        for drive in self._drives:
+            drive.advance(steps)
         bullet.stepSimulation(physicsClientId=engine.client)
 
 

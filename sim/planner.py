@@ -1,152 +1,122 @@
-"""Ways of the arm: straight in joint space from pose to pose, timed below a joint speed, checked for obstacles.
+"""Ways of the arm: straight in joint space where that is free, else around what is in the way.
 
-Whether a way is free is looked at in a scene of its own, which is closed again, so that planning never touches the
-running world. The answer depends on start (to a milliradian) and waypoints only, and is kept for the process.
+Ways are looked for in a scene of its own, which is closed again, so that planning never touches the running world. The
+answer depends on start (to a milliradian) and waypoints only, and is kept for the process.
+
+Around obstacles the way is sampled by OMPL's RRT-Connect (Kuffner and LaValle 2000). Its random numbers are seeded from
+the question itself, and it is bounded by a number of looks, not by time: the same question has the same answer on every
+machine, alone or after others.
 """
 
 from __future__ import annotations
 
-import math
+import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
-from controller.ports import ARM_JOINTS, JointPose, PlanningError
-from sim.engine import Engine, SimulationError, bullet
-from sim.fingers import Fingers
-from sim.furniture import furnish
+from controller.ports import JointPose, PlanningError
+from sim.engine import Engine, quiet
 from sim.physics_time import STEP_S
-from sim.torso import Torso
+from sim.scene import SAMPLE_RAD, Scene
 
-SPEED_SHARE = 0.96
-"""The fastest joint moves at this share of the allowed speed."""
+MAX_LOOKS = 8000
+"""So many poses are looked at before a way around something is given up: some seconds."""
 
-SAMPLE_RAD = 0.04
-"""Between two looks at the arm no joint turns further than this: at most 3 cm at the fingertips."""
+Question = tuple[JointPose, tuple[JointPose, ...]]
 
-CLEARANCE_M = 0.02
-"""Nearest that the left arm may come to table, bin or torso."""
-
-SETTLE_S = 0.15
-"""What a joint motor takes, beyond the planned time, to stand (its gain makes the last bit exponential)."""
-
-ARM_LINKS = ("left_elbow_flex", "left_wrist_pronation", "left_wrist_abduction", "left_wrist_flex")
-TORSO_LINKS = ("hip_flexor",)
-"""Links that the left arm must not meet: the braced neck, head and right arm are part of the hip flexor's link."""
-
-
-@dataclass(frozen=True)
-class Segment:
-    """A straight piece of a way: all joints start and arrive together."""
-
-    goal: JointPose
-    duration_s: float
-
-
-@dataclass(frozen=True)
-class ArmPath:
-    """A planned way; a `controller.ports.Path`."""
-
-    start: JointPose
-    segments: tuple[Segment, ...]
-
-    @property
-    def duration_s(self) -> float:
-        """How long following it takes, with the stop at the end of each segment."""
-        return sum(segment.duration_s + SETTLE_S for segment in self.segments)
-
-
-def time_path(start: JointPose, waypoints: Sequence[JointPose], max_speed_rad_s: float) -> ArmPath:
-    """The path from `start` through `waypoints` (rad) with its fastest joint at SPEED_SHARE of `max_speed_rad_s`.
-
-    Raises:
-        PlanningError: no waypoints, a waypoint that is not nine finite angles, or a speed that is not above 0.
-    """
-    if not (math.isfinite(max_speed_rad_s) and max_speed_rad_s > 0.0):
-        raise PlanningError(f"cannot plan for a joint speed of {max_speed_rad_s!r} rad/s: expected more than 0")
-    if not waypoints:
-        raise PlanningError("cannot plan a way without waypoints")
-    segments = []
-    here = start
-    for waypoint in waypoints:
-        goal = tuple(waypoint)
-        if len(goal) != len(ARM_JOINTS) or not all(math.isfinite(angle) for angle in goal):
-            raise PlanningError(f"waypoint {goal} is not {len(ARM_JOINTS)} finite angles")
-        farthest = max(abs(g - h) for g, h in zip(goal, here, strict=True))
-        segments.append(Segment(goal, max(farthest / (SPEED_SHARE * max_speed_rad_s), STEP_S)))
-        here = goal
-    return ArmPath(start, tuple(segments))
-
-
-_obstacle: dict[tuple[JointPose, tuple[JointPose, ...]], str] = {}
+_ways: dict[Question, tuple[JointPose, ...] | str] = {}
+"""The free way, or why there is none."""
 
 
 def known(start: JointPose, waypoints: Sequence[JointPose]) -> bool:
-    """True when `check_free` has its answer without looking."""
-    return _key(start, waypoints) in _obstacle
+    """True when `find_way` has its answer without looking."""
+    return _question(start, waypoints) in _ways
 
 
-def check_free(start: JointPose, waypoints: Sequence[JointPose]) -> None:
-    """Raise PlanningError when the way from `start` through `waypoints` meets limits, table, bin or torso."""
-    key = _key(start, waypoints)
-    if key not in _obstacle:
-        _obstacle[key] = _look(*key)
-    if _obstacle[key]:
-        raise PlanningError(_obstacle[key])
+def find_way(start: JointPose, waypoints: Sequence[JointPose]) -> tuple[JointPose, ...]:
+    """Poses (rad) to pass straight from one to the next: `waypoints`, and others between them where needed.
+
+    Raises:
+        PlanningError: a waypoint is outside the limits or too near to something, or no way to it was found.
+    """
+    question = _question(start, waypoints)
+    if question not in _ways:
+        with Engine(STEP_S) as engine:
+            _ways[question] = _search(Scene(engine), *question)
+    way = _ways[question]
+    if isinstance(way, str):
+        raise PlanningError(way)
+    return way
 
 
-def _key(start: JointPose, waypoints: Sequence[JointPose]) -> tuple[JointPose, tuple[JointPose, ...]]:
+def _question(start: JointPose, waypoints: Sequence[JointPose]) -> Question:
     return tuple(round(angle, 3) + 0.0 for angle in start), tuple(tuple(waypoint) for waypoint in waypoints)
 
 
-def _look(start: JointPose, waypoints: tuple[JointPose, ...]) -> str:
-    with Engine(STEP_S) as engine:
-        scene = _Scene(engine)
-        here = start
-        for number, goal in enumerate(waypoints, 1):
-            try:
-                scene.torso.check_goal(goal)
-            except SimulationError as error:
-                return f"waypoint {number}: {error}"
-            looks = 1 + math.ceil(max(abs(g - h) for g, h in zip(goal, here, strict=True)) / SAMPLE_RAD)
-            for look in range(1, looks + 1):
-                pose = tuple(h + look / looks * (g - h) for g, h in zip(goal, here, strict=True))
-                touched = scene.touched(pose)
-                if touched:
-                    return f"{touched} at {look / looks:.0%} of the way to waypoint {number} {goal}"
-            here = goal
-    return ""
+def _search(scene: Scene, start: JointPose, waypoints: tuple[JointPose, ...]) -> tuple[JointPose, ...] | str:
+    way: list[JointPose] = []
+    here = start
+    for number, goal in enumerate(waypoints, 1):
+        wrong = scene.beyond(goal) or scene.touched(goal)
+        if wrong:
+            return f"waypoint {number} {goal}: {wrong}"
+        blocked = scene.blocked(here, goal)
+        around = _around(scene, here, goal) if blocked else ()
+        if around is None:
+            return f"waypoint {number} {goal}: {blocked}, and no way around it was found"
+        way += [*around, goal]
+        here = goal
+    return tuple(way)
 
 
-class _Scene:
-    """Robot and furniture without legs and people, for looking at poses."""
+def _around(scene: Scene, start: JointPose, goal: JointPose) -> tuple[JointPose, ...] | None:
+    """Poses between `start` and `goal` whose straight connections are free; None when none were found."""
+    with quiet():  # it complains of the seed being set again, which is what makes each answer independent
+        poses = _sample(scene, start, goal)
+    if poses is None:
+        return None
+    legs = zip((start, *poses), (*poses, goal), strict=True)
+    return None if any(scene.blocked(here, there) for here, there in legs) else poses
 
-    def __init__(self, engine: Engine) -> None:
-        self._engine = engine
-        self._furniture = furnish(engine)[1:]  # nothing of the arm reaches the floor
-        self.torso = Torso(engine)
-        self._fingers = Fingers(engine, self.torso.palm_pose())
-        self._moving = {
-            self.torso.body: {self.torso.joints[name]: name for name in ARM_LINKS},
-            self._fingers.body: {index: name for name, index in self._fingers.joints.items()},
-        }
-        self._standing = (-1, *(self.torso.joints[name] for name in TORSO_LINKS))
 
-    def touched(self, pose: JointPose) -> str:
-        """What the arm comes too near to in `pose`, or an empty text."""
-        self.torso.set_arm(pose)
-        self._fingers.follow(self.torso.palm_pose())
-        for body, names in self._moving.items():
-            for other in self._furniture:
-                for link, distance_m in self._near(body, other):
-                    if link in names:
-                        return f"{names[link]} comes within {distance_m:.3f} m of table or bin"
-            for link, name in names.items():
-                for other in self._standing:
-                    for _, distance_m in self._near(body, self.torso.body, link, other):
-                        return f"{name} comes within {distance_m:.3f} m of the torso"
-        return ""
+def _sample(scene: Scene, start: JointPose, goal: JointPose) -> tuple[JointPose, ...] | None:
+    from ompl import base, geometric, util  # only where a way is blocked: most runs need none of it
 
-    def _near(self, body: int, other: int, *links: int) -> list[tuple[int, float]]:
-        """Link of the robot and distance (m) of every pair nearer than CLEARANCE_M."""
-        points = bullet.getClosestPoints(body, other, CLEARANCE_M, *links, physicsClientId=self._engine.client)
-        return [(point[3], point[8]) for point in points]
+    looks = 0
+
+    def free(state: Sequence[float]) -> bool:
+        nonlocal looks
+        looks += 1
+        return not scene.touched(tuple(state[index] for index in range(len(start))))
+
+    util.RNG.setSeed(1 + int.from_bytes(hashlib.sha256(repr((start, goal)).encode()).digest()[:3], "big"))
+    limits = list(scene.torso.limits_rad.values())
+    space = base.RealVectorStateSpace(len(start))
+    bounds = base.RealVectorBounds(len(start))
+    for index, (low, high) in enumerate(limits):
+        bounds.setLow(index, low)
+        bounds.setHigh(index, high)
+    space.setBounds(bounds)
+    information = base.SpaceInformation(space)
+    information.setStateValidityChecker(free)
+    information.setStateValidityCheckingResolution(SAMPLE_RAD / space.getMaximumExtent())
+    information.setup()
+    problem = base.ProblemDefinition(information)
+    problem.setStartAndGoalStates(_state(space, start), _state(space, goal))
+    planner = geometric.RRTConnect(information)
+    planner.setProblemDefinition(problem)
+    planner.setup()
+    planner.solve(base.PlannerTerminationCondition(lambda: looks > MAX_LOOKS))
+    if not problem.hasExactSolution():
+        return None
+    path = problem.getSolutionPath()
+    geometric.PathSimplifier(information).reduceVertices(path)
+    states = [path.getState(number) for number in range(1, path.getStateCount() - 1)]
+    return tuple(tuple(state[index] for index in range(len(start))) for state in states)
+
+
+def _state(space: Any, pose: JointPose) -> Any:
+    state = space.allocState()
+    for index, angle in enumerate(pose):
+        state[index] = angle
+    return state

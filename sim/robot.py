@@ -7,11 +7,13 @@ done by a node of the robot's own.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 from controller.ports import JointPose, Path, PlanningError
 from pytest_hricdv.runtime import Kernel, Node
-from sim.planner import ArmPath, Segment, check_free, known, time_path
+from sim.planner import find_way, known
 from sim.pressure import PressureSensor
+from sim.timing import ArmPath, Segment, time_path
 from sim.world import World
 
 ARRIVED_RAD = 0.005
@@ -51,7 +53,6 @@ class RobotArm:
         self._world = world
         self._pressure = pressure
         self._task: tuple[JointPose, tuple[JointPose, ...]] | None = None
-        self._obstacle: PlanningError | None = None
         self._asking: Node | None = None
         self._planner = kernel.spawn("planner", self._plan_on_demand)
 
@@ -62,12 +63,10 @@ class RobotArm:
             PlanningError: a waypoint is no pose within the limits, or table, bin or torso are in the way.
         """
         start = self._world.torso.arm_angles()
-        path = time_path(start, waypoints, max_speed_rad_s)
-        if known(start, waypoints):
-            check_free(start, waypoints)
-        else:
-            self._have_checked(start, tuple(waypoints))
-        return path
+        time_path(start, waypoints, max_speed_rad_s)  # refuses what is no pose
+        if not known(start, waypoints):
+            self._have_searched(start, tuple(waypoints))
+        return time_path(start, find_way(start, waypoints), max_speed_rad_s)
 
     def follow(self, path: Path) -> bool:
         """Move along `path`, with a stop at each waypoint; blocks until the arm stands; True when it has arrived.
@@ -87,25 +86,20 @@ class RobotArm:
     def _go(self, segment: Segment) -> bool:
         torso = self._world.torso
         self._world.disturb()
-        torso.move_arm(segment.goal, segment.duration_s)
+        torso.move_arm(segment.goal, segment.duration_s, segment.ramp_s)
         self._kernel.sleep(segment.duration_s)
         return wait_until(self._kernel, self._world, lambda: torso.stands_at(segment.goal, ARRIVED_RAD), LATE_S)
 
-    def _have_checked(self, start: JointPose, waypoints: tuple[JointPose, ...]) -> None:
+    def _have_searched(self, start: JointPose, waypoints: tuple[JointPose, ...]) -> None:
         self._task, self._asking = (start, waypoints), self._kernel.current()
         self._kernel.wake(self._planner)
         self._kernel.block()
-        if self._obstacle is not None:
-            raise self._obstacle
 
     def _plan_on_demand(self) -> None:
         while True:
             if self._task is not None and self._asking is not None:
-                self._obstacle = None
-                try:
-                    check_free(*self._task)
-                except PlanningError as error:
-                    self._obstacle = error
+                with suppress(PlanningError):  # kept, and raised where the way is asked for
+                    find_way(*self._task)
                 asking, self._task, self._asking = self._asking, None, None
                 self._kernel.wake(asking)
             self._kernel.block()

@@ -31,14 +31,14 @@ class Torso:
         engine.let_be_touched(self.body, ROBOT, 0)
         self.drive.put((0.0,) * len(arm))
 
-    def move_arm(self, goal: JointPose, duration_s: float) -> None:
-        """Start the nine arm joints towards `goal` (rad), all to arrive in `duration_s`.
+    def move_arm(self, goal: JointPose, duration_s: float, ramp_s: float = 0.0) -> None:
+        """Start the nine arm joints towards `goal` (rad), all to arrive in `duration_s`, with ramps (see `Drive`).
 
         Raises:
-            SimulationError: not nine finite numbers, a goal outside a joint's limits, or no positive duration.
+            SimulationError: not nine finite numbers, a goal outside a joint's limits, or a duration that cannot be.
         """
         self.check_goal(goal)
-        self.drive.move(goal, duration_s)
+        self.drive.move(goal, duration_s, ramp_s)
 
     def check_goal(self, goal: Sequence[float]) -> None:
         """Raise SimulationError unless `goal` is nine finite angles within the arm's limits."""

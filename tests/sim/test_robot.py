@@ -9,8 +9,8 @@ import pytest
 
 from controller import waypoints
 from controller.ports import Arm, Clock, Hand, JointPose, PlanningError
-from sim.planner import SPEED_SHARE
 from sim.robot import RobotArm, RobotClock, RobotHand
+from sim.timing import MAX_ACCELERATION_RAD_S2, SPEED_SHARE
 
 from .stage import Stage, handover, one_leg
 
@@ -46,6 +46,32 @@ def test_speed_is_sampled_at_every_physics_step_of_a_motion() -> None:
     moving = [t for t, v in zip(times, speeds, strict=True) if 0.01 < v < 0.239]
     assert any(math.isclose(b - a, 1 / 120, abs_tol=2e-6) for a, b in pairwise(moving))
     assert speeds[-1] == 0.0 or speeds[-1] > 1e-6
+
+
+def test_the_arm_speeds_up_and_slows_down_within_the_planned_acceleration() -> None:
+    with Stage(freeze=False) as stage:
+        arm = stage.robot.arm
+        stage.run(lambda: assert_true(arm.follow(arm.plan(waypoints.TO_PICKUP, 0.25))))
+        speeds = stage.recorder.finish().signals["arm_speed"][1]
+    rises = [(b - a) * 120 for a, b in pairwise(speeds)]
+    assert max(rises) == pytest.approx(MAX_ACCELERATION_RAD_S2, rel=0.1)
+    assert min(rises) > -2.0 * MAX_ACCELERATION_RAD_S2  # the last bit is the position control's own
+
+
+def test_a_detour_is_followed_below_the_speed_limit() -> None:
+    goal: JointPose = (-0.95, 0.04, 0.5, 0.0, 0.81, 0.44, 0.32, 0.05, -0.77)
+    with Stage() as stage:
+        arm = stage.robot.arm
+
+        def around() -> None:
+            assert arm.follow(arm.plan(waypoints.TO_HANDOVER, 0.25))
+            path = arm.plan((goal,), 0.25)
+            assert len(path.segments) > 1
+            assert arm.follow(path)
+            assert stage.world.torso.stands_at(goal, 0.001)
+
+        assert stage.run(around) == "over"
+        assert max(stage.recorder.finish().signals["arm_speed"][1]) < 0.245
 
 
 def test_all_joints_of_a_segment_arrive_together() -> None:
@@ -86,7 +112,9 @@ def test_an_arm_that_is_held_up_does_not_arrive(monkeypatch: pytest.MonkeyPatch)
 
         def held_up() -> None:
             path = arm.plan((waypoints.TO_PICKUP[0],), 0.25)
-            monkeypatch.setattr(torso, "move_arm", lambda goal, duration_s: slow_motors(goal, 100 * duration_s))
+            monkeypatch.setattr(
+                torso, "move_arm", lambda goal, duration_s, ramp_s: slow_motors(goal, 100 * duration_s, ramp_s)
+            )
             assert not arm.follow(path)
 
         assert stage.run(held_up) == "over"

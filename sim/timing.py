@@ -1,0 +1,76 @@
+"""When an arm is where: straight pieces from stop to stop, below a joint speed and an acceleration.
+
+A piece has one degree of freedom, its share of the way, and begins and ends at rest: the time-optimal timing is a
+trapezoid of the speed (a triangle where the piece is short), so no trajectory library is called upon for it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from controller.ports import ARM_JOINTS, JointPose, PlanningError
+from sim.physics_time import STEP_S
+
+SPEED_SHARE = 0.96
+"""The fastest joint moves at this share of the allowed speed."""
+
+MAX_ACCELERATION_RAD_S2 = 1.0
+"""Largest acceleration of a joint: a quarter of a second from rest to 0.25 rad/s."""
+
+SETTLE_S = 0.15
+"""What a joint motor takes, beyond the planned time, to stand (its gain makes the last bit exponential)."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A straight piece of a way: all joints start and arrive together, and speed up and slow down in `ramp_s` each."""
+
+    goal: JointPose
+    duration_s: float
+    ramp_s: float
+
+
+@dataclass(frozen=True)
+class ArmPath:
+    """A planned way; a `controller.ports.Path`."""
+
+    start: JointPose
+    segments: tuple[Segment, ...]
+
+    @property
+    def duration_s(self) -> float:
+        """How long following it takes, with the stop at the end of each segment."""
+        return sum(segment.duration_s + SETTLE_S for segment in self.segments)
+
+
+def time_path(start: JointPose, waypoints: Sequence[JointPose], max_speed_rad_s: float) -> ArmPath:
+    """The path from `start` through `waypoints` (rad) with its fastest joint at SPEED_SHARE of `max_speed_rad_s`.
+
+    Raises:
+        PlanningError: no waypoints, a waypoint that is not nine finite angles, or a speed that is not above 0.
+    """
+    if not (math.isfinite(max_speed_rad_s) and max_speed_rad_s > 0.0):
+        raise PlanningError(f"cannot plan for a joint speed of {max_speed_rad_s!r} rad/s: expected more than 0")
+    if not waypoints:
+        raise PlanningError("cannot plan a way without waypoints")
+    segments = []
+    here = start
+    for waypoint in waypoints:
+        goal = tuple(waypoint)
+        if len(goal) != len(ARM_JOINTS) or not all(math.isfinite(angle) for angle in goal):
+            raise PlanningError(f"waypoint {goal} is not {len(ARM_JOINTS)} finite angles")
+        way_rad = max(abs(g - h) for g, h in zip(goal, here, strict=True))
+        segments.append(Segment(goal, *_trapezoid(way_rad, SPEED_SHARE * max_speed_rad_s)))
+        here = goal
+    return ArmPath(start, tuple(segments))
+
+
+def _trapezoid(way_rad: float, speed_rad_s: float) -> tuple[float, float]:
+    """Duration and ramp (s) of a way from rest to rest: up to the speed, along, and down again."""
+    ramp_s = speed_rad_s / MAX_ACCELERATION_RAD_S2
+    if way_rad < speed_rad_s * ramp_s:  # too short to reach the speed
+        ramp_s = math.sqrt(way_rad / MAX_ACCELERATION_RAD_S2)
+        return max(2.0 * ramp_s, STEP_S), ramp_s
+    return way_rad / speed_rad_s + ramp_s, ramp_s
