@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 MAX_NESTING = 120
 """Brackets, or operators in one expression, that may nest: far beyond any model, well within Python's stack."""
 
+MAX_SOURCE = 1_000_000
+"""Bytes of a file, a hundred times what any model has; more would take minutes to read, and is no model."""
+
 _PUNCTUATION = {"DOT": ".", "SEMICOLON": ";", "COMMA": ",", "RPAR": ")", "RSQB": "]", "RBRACE": "}"}
 _OPENING = frozenset({"LPAR", "LSQB", "LBRACE"})
 _CLOSING = frozenset({"RPAR", "RSQB", "RBRACE"})
@@ -90,11 +93,15 @@ def read_text(path: Path) -> str:
         BdiError: it is a folder, unreadable, or not UTF-8; the message says which byte of which line.
     """
     try:
-        data = path.read_bytes()
+        size = path.stat().st_size
+        data = path.read_bytes() if size <= MAX_SOURCE else b""
     except FileNotFoundError:
         raise
     except OSError as error:
         raise BdiError(f"{path}: cannot be read: {error.strerror}") from None
+    if size > MAX_SOURCE:
+        message = f"too long to be a model: {size:,} bytes, more than {MAX_SOURCE:,}"
+        raise BdiSyntaxError(message, str(path), 1, 1)
     try:
         return data.decode("utf-8").removeprefix("\ufeff")
     except UnicodeDecodeError as error:

@@ -10,7 +10,7 @@ from .errors import BdiSyntaxError, Location
 from .parser import read_text
 
 _TOKEN = re.compile(
-    r"(?P<skip>\s+|//[^\n]*|/\*.*?\*/)|(?P<string>\"(?:\\.|[^\"\\\n])*\")"
+    r"(?P<skip>\s+|//[^\n]*|/\*.*?\*/)|(?P<string>\"[^\"\\\n]*(?:\\.[^\"\\\n]*)*\")"
     r"|(?P<word>(?:\.{0,2}/)*[A-Za-z_$][\w$]*(?:[./\\-][\w$]+)*)|(?P<number>\d+(?:\.\d+)?)|(?P<sign>[{}()\[\]:;,=#])",
     re.DOTALL,
 )

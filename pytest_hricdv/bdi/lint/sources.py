@@ -9,7 +9,7 @@ from pathlib import Path
 from ..errors import Location
 from ..parser import read_text
 
-_HIDDEN = re.compile(r"//[^\n]*|/\*[\s\S]*?\*/|\"(?:\\.|[^\"\\])*\"")
+_HIDDEN = re.compile(r"//[^\n]*|/\*[\s\S]*?\*/|\"[^\"\\]*(?:\\.[^\"\\]*)*\"")
 
 
 @lru_cache(maxsize=64)
