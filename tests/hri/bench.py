@@ -35,7 +35,7 @@ def testbench() -> Testbench:
 
 @cache
 def requirements() -> tuple[Requirement, ...]:
-    """R1 to R4."""
+    """R1 to R5."""
     return load_requirements(testbench().requirements, testbench().vocabulary())
 
 

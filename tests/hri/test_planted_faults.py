@@ -26,7 +26,7 @@ PATIENCE_S = 5.0
 
 def verdicts(result: CaseResult) -> str:
     """The verdicts of R1 to R4."""
-    return " ".join(verdict.verdict for verdict in result.verdicts)
+    return " ".join(verdict.verdict for verdict in result.verdicts[:4])
 
 
 def failed(result: CaseResult, requirement: str) -> Verdict:
@@ -91,6 +91,32 @@ def test_planning_at_0_30_rad_s_fails_r4_with_the_speed_measured(monkeypatch: py
     assert verdict.margin == pytest.approx(0.25 - PLANNED_TOO_FAST_RAD_S, abs=0.015)
     assert verdict.attempts == motions(result)
     assert verdicts(result) == "Passed NC Passed Failed"
+
+
+@pytest.mark.parametrize(("on_time_s", "verdict"), [(300.0, "Passed"), (100.0, "Failed")])
+def test_a_good_table_that_is_called_late_too_early_fails_r5(
+    on_time_s: float, verdict: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("controller.settings.Settings", partial(Settings, on_time_s=on_time_s))
+    result = bench.run(bench.concrete(bench.leg() * 4, seed=4))
+    r5 = result.verdict("R5")
+    assert result.outcome.legs == ("released",) * 4
+    assert (r5.verdict, r5.attempts) == (verdict, 1)
+    if verdict == "Failed":
+        (violation,) = r5.violations
+        assert violation.values["table_done.on_time"] is False
+        assert 100.0 < violation.values["table_done.duration_s"] < 300.0
+
+
+def test_r5_is_checked_in_the_by_hand_suite() -> None:
+    """By a person who asks for four legs and does at each of them all that a handover takes."""
+    four = ["set_param location = 1", "set_param pressure = 1", "set_param gaze = 1"]
+    whole = (
+        test
+        for test in bench.suite("by-hand")
+        if all([action.command for action in test.actions].count(command) == 4 for command in four)
+    )
+    assert "Passed" in (bench.run(test).verdict("R5").verdict for test in whole)
 
 
 def motions(result: CaseResult) -> int:

@@ -55,7 +55,7 @@ def test_when_nobody_asks_the_robot_waits_in_peace() -> None:
     assert_whole(result)
     assert result.outcome.ended == "nobody asks any more"
     assert result.outcome.legs == ()
-    assert [verdict.verdict for verdict in result.verdicts] == ["NC"] * 4
+    assert [verdict.verdict for verdict in result.verdicts] == ["NC"] * 5
     assert result.sim_s < 10.0
 
 

@@ -6,5 +6,5 @@ from pytest_hricdv.case import HriCase
 
 
 def test_table_assembly(hri_case: HriCase) -> None:
-    """The real controller hands over table legs in the simulated world; the monitors of R1-R4 watch."""
+    """The real controller hands over table legs in the simulated world; the monitors of R1-R5 watch."""
     hri_case.check(hri_case.run())

@@ -19,11 +19,12 @@ TABLE = Vocabulary(
         "request": {},
         "signal": {},
         "ready": {},
+        "table_done": {"released": float, "duration_s": float, "on_time": bool},
     },
 )
 
 REQUIREMENTS_FILE = Path(__file__).parents[1] / "hri" / "requirements.toml"
-R1, R2, R3, R4 = load_requirements(REQUIREMENTS_FILE, TABLE)
+R1, R2, R3, R4, R5 = load_requirements(REQUIREMENTS_FILE, TABLE)
 
 # p, q: conditions; x: a number; a, b: events; m: a message with a field.
 SMALL = Vocabulary(
