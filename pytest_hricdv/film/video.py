@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Generator
+import subprocess
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
 FRAMES_PER_S = 12
+
+PATIENCE_S = 60.0
+"""After the last frame the encoder has so long to finish."""
 
 GIF_WIDTH_PX = 480
 GIF_COLOURS = 64
@@ -59,49 +62,85 @@ def video(path: Path) -> Video:
 
 
 class Mp4:
-    """H.264, in a form that browsers play; frames go to the encoder as they come."""
+    """H.264, in a form that browsers play; frames go to the encoder as they come.
+
+    imageio-ffmpeg brings the encoder. Its own writer is not used: it does not see that the encoder failed.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.frames = 0
-        self._encoder: Generator[None, Any, None] | None = None
+        self._encoder: subprocess.Popen[bytes] | None = None
 
     def add(self, frame: Image) -> None:
         """See `Video`."""
         if self._encoder is None:
             self._encoder = self._started(frame.size)
-        self._encoder.send(frame.tobytes())
+        assert self._encoder.stdin is not None
+        try:
+            self._encoder.stdin.write(frame.tobytes())
+        except BrokenPipeError:
+            self.finish()  # says why the encoder gave up
         self.frames += 1
 
     def finish(self) -> None:
         """See `Video`."""
-        if self._encoder is None:
+        encoder, self._encoder = self._encoder, None
+        if encoder is None:
             raise OSError("a film without a single frame")
-        self._encoder.close()
+        try:
+            _, said = encoder.communicate(timeout=PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            encoder.kill()
+            _, said = encoder.communicate()
+        if encoder.returncode != 0:
+            raise OSError(f"the encoder failed ({encoder.returncode}): {said.decode(errors='replace').strip()[-200:]}")
         aside(self.path).replace(self.path)
 
     def discard(self) -> None:
         """See `Video`."""
         if self._encoder is not None:
-            self._encoder.close()
+            self._encoder.kill()
+            self._encoder.communicate()
+            self._encoder = None
         aside(self.path).unlink(missing_ok=True)
 
-    def _started(self, size: tuple[int, int]) -> Generator[None, Any, None]:
+    def _started(self, size: tuple[int, int]) -> subprocess.Popen[bytes]:
         import imageio_ffmpeg
 
-        encoder: Generator[None, Any, None] = imageio_ffmpeg.write_frames(
-            str(aside(self.path)),
-            size,
-            fps=FRAMES_PER_S,
-            codec="libx264",
-            pix_fmt_in="rgb24",
-            pix_fmt_out="yuv420p",
-            ffmpeg_log_level="error",
-            # The file's name does not say its format while it is written aside. One thread: other workers run tests.
-            output_params=["-f", "mp4", "-crf", "26", "-preset", "veryfast", "-threads", "1"],
+        given = [
+            "-f",
+            "rawvideo",
+            "-pix_fmt",
+            "rgb24",
+            "-s",
+            f"{size[0]}x{size[1]}",
+            "-r",
+            str(FRAMES_PER_S),
+            "-i",
+            "-",
+        ]
+        # One thread: other workers run tests. The file's name does not say its format while it is written aside.
+        made = [
+            "-c:v",
+            "libx264",
+            "-pix_fmt",
+            "yuv420p",
+            "-crf",
+            "26",
+            "-preset",
+            "veryfast",
+            "-threads",
+            "1",
+            "-f",
+            "mp4",
+        ]
+        return subprocess.Popen(
+            [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", *given, *made, str(aside(self.path))],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
         )
-        encoder.send(None)
-        return encoder
 
 
 class Gif:

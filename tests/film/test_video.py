@@ -13,6 +13,7 @@ from PIL import Image
 
 from pytest_hricdv.film.caption import Caption, captioned
 from pytest_hricdv.film.video import FRAMES_PER_S, Gif, Mp4, Video, has_encoder, video
+from tests.film.decoded import about, decoded
 
 SIZE = (320, 160)
 
@@ -33,18 +34,25 @@ def filmed(made: Video, frames: int) -> Path:
 
 @pytest.mark.skipif(not has_encoder(), reason="no encoder here")
 def test_an_mp4_has_every_frame_in_a_form_that_browsers_play(tmp_path: Path) -> None:
-    import imageio_ffmpeg
-
     path = filmed(video(tmp_path / "a.test-1"), 15)
     assert path == tmp_path / "a.test-1.mp4"
-    reader = imageio_ffmpeg.read_frames(str(path))
-    about = next(reader)
-    pictures = list(reader)
-    assert (about["size"], about["fps"], len(pictures)) == (SIZE, FRAMES_PER_S, 15)
-    assert about["codec"] == "h264"
-    assert about["pix_fmt"].startswith("yuv420p")
-    assert Image.frombytes("RGB", SIZE, pictures[14]).getpixel((0, 0)) == pytest.approx((140, 100, 60), abs=8)
+    pictures = decoded(path, SIZE)
+    assert len(pictures) == 15
+    assert pictures[14].getpixel((0, 0)) == pytest.approx((140, 100, 60), abs=8)
+    told = about(path)
+    assert "Video: h264" in told
+    assert "yuv420p" in told
+    assert f"{SIZE[0]}x{SIZE[1]}" in told
+    assert f"{FRAMES_PER_S} fps" in told
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.test-1.mp4"]
+
+
+@pytest.mark.skipif(not has_encoder(), reason="no encoder here")
+def test_an_encoder_that_fails_is_an_error_with_its_own_words(tmp_path: Path) -> None:
+    made = Mp4(tmp_path / "missing" / "film.mp4")
+    with pytest.raises(OSError, match=r"the encoder failed .*No such file"):
+        filmed(made, 40)
+    made.discard()
 
 
 def test_without_an_encoder_there_is_a_gif(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
