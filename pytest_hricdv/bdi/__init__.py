@@ -9,7 +9,8 @@ Example::
 
 from .environment import Environment
 from .errors import BdiError, BdiSyntaxError, EvaluationError
-from .system import MultiAgentSystem, Result
+from .result import Result
+from .system import MultiAgentSystem
 from .terms import ListTerm, Number, String, Structure, Term, Variable
 from .tracing import Step, Trace
 

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 
 from .errors import BdiError
 from .jitter import MAX_JITTER
-from .system import MAX_ROUNDS, MultiAgentSystem, Result
+from .result import Result
+from .system import MAX_ROUNDS, MultiAgentSystem
 
 _EXAMPLES = """\
 examples:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import Self
 
@@ -76,6 +76,15 @@ class Environment:
         del percepts[percept]
         self._note_change(agent)
         return True
+
+    def show(self, agent: str, literals: Iterable[str | Structure]) -> None:
+        """Let an agent perceive exactly these literals.
+
+        Raises:
+            BdiError: a text is not a literal without variables.
+        """
+        self._percepts[agent] = dict.fromkeys(map(_percept, literals))
+        self._note_change(agent)
 
     def clear_percepts(self, agent: str) -> None:
         """Let an agent perceive nothing."""

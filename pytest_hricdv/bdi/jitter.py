@@ -41,6 +41,11 @@ class JitteredRun(Run):
         self._last_arrivals: dict[tuple[str, str], int] = {}
         self._late: dict[str, _LateVersions] = {}
 
+    @property
+    def plain(self) -> bool:
+        """Delays are for interpreted agents."""
+        return False
+
     def round_of_arrival(self) -> int:
         """The round in which something arrives that is sent now."""
         return self.rounds + self._chance.randint(0, self._jitter)

@@ -63,14 +63,19 @@ class Run:
     @property
     def plain(self) -> bool:
         """Whether nothing is asked of the run that only interpreted agents give: steps one by one, goals noted."""
-        return type(self) is Run and self._goal is None
+        return self._goal is None
 
     # --- what agents use
 
     @property
     def time_ms(self) -> float:
         """Virtual time."""
-        return self.ticks / TICKS_PER_MS
+        return self.ms(self.ticks)
+
+    @staticmethod
+    def ms(ticks: int) -> float:
+        """Ticks as milliseconds."""
+        return ticks / TICKS_PER_MS
 
     def after(self, wait_ms: float) -> float:
         """The tick at which a wait that begins now is over: waits last a whole number of ticks."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Literal, get_args
@@ -13,46 +12,20 @@ from .environment import Environment
 from .errors import BdiError
 from .jitter import MAX_JITTER, JitteredRun
 from .library import PlanLibrary
+from .memo import Memo
 from .parser import parse_literal, read_program
 from .project import Project, read_project
 from .prototype import Prototype, compiled_prototypes, library_of, prototype_of
+from .result import Result
 from .scheduler import Run
 from .syntax import Plan, Program
 from .terms import Structure
-from .tracing import Trace, TracedJitteredRun, TracedRun
+from .tracing import TracedJitteredRun, TracedRun
 
-Engine = Literal["interpreter", "compiled"]
+Engine = Literal["interpreter", "compiled", "memo"]
 """How agents are run; the outcome is the same."""
 MAX_ROUNDS = 100_000
 """Rounds after which a run is stopped unless it is told otherwise."""
-
-
-@dataclass(frozen=True, slots=True)
-class Result:
-    """What happened in a run.
-
-    Args:
-        prints: what the agents printed, as ``[agent] text``, in order.
-        plans: for each agent, the labels of the plans it executed, in order; labels that begin with ``_``
-            are automatic, of plans their author gave none.
-        actions: the external actions, as pairs of agent and AgentSpeak text, in order.
-        rounds: the number of rounds done.
-        ended: how it ended: "idle" (nothing left to do), "spin" (agents that only look again and again
-            for what never comes), "goal" (the goal asked for was achieved), "round limit", or "stopped"
-            (by ``.stopMAS``).
-        warnings: what the models' author should know, such as goals that failed unhandled.
-        time_ms: virtual time at the end, in ms.
-        trace: what led to what, if that was asked for.
-    """
-
-    prints: list[str]
-    plans: dict[str, list[str]]
-    actions: list[tuple[str, str]]
-    rounds: int
-    ended: str
-    warnings: list[str]
-    time_ms: float
-    trace: Trace | None = None
 
 
 class MultiAgentSystem:
@@ -68,6 +41,7 @@ class MultiAgentSystem:
     def __init__(self, project: Project, prototypes: tuple[Prototype, ...], environment: Environment) -> None:
         self._project = project
         self._prototypes = prototypes
+        self._memo: Memo | None = None
         self._warnings = project.warnings
         self.environment = environment
 
@@ -80,8 +54,9 @@ class MultiAgentSystem:
         Args:
             path: a ``.mas2j`` file.
             environment: what the agents perceive and act on; without one, every action succeeds.
-            engine: "interpreter", the reference; or "compiled", which gives equal results in less time: agents
-                of which there is a compiled form use it, see :mod:`pytest_hricdv.bdi.compiled`.
+            engine: how agents are run, with equal results: "interpreter", the reference; "compiled", see
+                :mod:`pytest_hricdv.bdi.compiled`; or "memo", the fastest when a system is run many times in the
+                plain environment, see :mod:`pytest_hricdv.bdi.memo`.
 
         Raises:
             BdiError: a file is missing or cannot be read as what it should be; the message says where.
@@ -104,6 +79,8 @@ class MultiAgentSystem:
         if engine != "interpreter":
             prototypes = compiled_prototypes(prototypes)
         system = cls(project, tuple(prototypes), environment or Environment())
+        if engine == "memo":
+            system._memo = Memo(system._prototypes)
         if environment is None and project.environment:
             what = f"environment {project.environment}: without a Python environment every action succeeds"
             system._warnings += (f"{path}: ignored: {what}",)
@@ -178,19 +155,16 @@ class MultiAgentSystem:
         environment = self.environment
         for name, literals in (percepts or {}).items():
             self._known(name)
-            environment.clear_percepts(name)
-            for literal in literals:
-                environment.add_percept(name, literal)
+            environment.show(name, literals)
         if goal is not None:
             self._known(goal[0])
+        elif self._memo is not None and not jitter and not trace and type(environment) is Environment:
+            return self._memo.run(environment, seed, max_rounds)
         awaited = None if goal is None else (goal[0], parse_literal(goal[1]))
         run = _new_run(environment, seed, awaited, jitter, trace)
         for prototype in self._prototypes:
             run.agents[prototype.name] = prototype.agent(run)
-        ended = run.go(max_rounds)
-        plans = {name: agent.executed for name, agent in run.agents.items()}
-        traced = Trace(tuple(run.steps)) if isinstance(run, TracedRun) else None
-        return Result(run.prints, plans, run.actions, run.rounds, ended, run.warnings, run.time_ms, traced)
+        return Result.of(run, run.go(max_rounds))
 
     def _known(self, agent: str) -> None:
         if agent not in self.agents:

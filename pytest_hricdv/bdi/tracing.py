@@ -108,6 +108,11 @@ def _line(step: Step, width: int) -> str:
 class TracedRun(Run):
     """A run whose steps are noted."""
 
+    @property
+    def plain(self) -> bool:
+        """Only interpreted agents say what they do."""
+        return False
+
     def __init__(self, environment: object, seed: int, goal: tuple[str, Structure] | None, *others: int) -> None:
         self.steps: list[Step] = []
         self.messages: dict[str, int] = {}

@@ -1,0 +1,44 @@
+"""The memo: what a run with certain percepts does is put together from what earlier runs have shown.
+
+What it is for
+    Runs that differ only in the atoms ``b`` of the percepts ``f(b)`` of one agent, the steering agent, which
+    forwards them to others: ``for (f(B)) { .send(human, tell, B) }``. That is how a model is steered through
+    sets of beliefs: learning runs it thousands of times, and most sets make no difference to most of a run.
+
+How it works
+    A run is cut into segments at moments when only a receiver of forwarded atoms has anything to do. A node stands
+    for the mental state of all agents at such a moment, an edge for a segment: what was printed, done and executed,
+    and how many rounds it took. Within a segment, the questions that a receiver asks of its beliefs, whether it
+    holds an atom that might be one of those forwarded, are noted with their answers.
+    They decide by which edge a run leaves a node. So the nodes are a decision diagram over the set of atoms.
+    A run follows it from the root for its number of atoms; where it has no edge yet, the model is run in earnest
+    and its segments are added.
+
+Why it is equal
+    Let S be the set of atoms. The state at a node is a function of the node and of S: a receiver's belief is either
+    as S says, if nothing but forwarding has touched it, or what the node says. What happens next can depend on
+    S only through
+
+    - the number of atoms, before all have arrived: there is a root for each number;
+    - the atoms in the steering agent: its program mentions ``f`` nowhere but in such loops, and their variable
+      only as the content of messages, so no condition, goal or text can depend on it;
+    - the beliefs of receivers: every look at one that is still as S says is noted as a question.
+
+    Two sets that answer the questions of a segment equally thus have equal segments, and states at its end that
+    are the same node. A run is only added if this is certain. It is not if
+
+    - a receiver asks before all atoms have arrived, or an atom arrives twice;
+    - an atom has a meaning for the receiver when it comes: there is a plan for it, or it is believed at first;
+    - an agent hands over to the interpreter, whose questions are not noted;
+    - the steering agent looks at its percepts a second time;
+    - nothing changes for so many rounds that the run might have been checked for agents that only spin, which
+      happens at certain rounds of a run and so depends on how long it took before;
+    - the round limit is reached.
+
+    Such runs, and runs with other percepts, are remembered as a whole, by all that they are given.
+    An environment of one's own may do anything: with it nothing is remembered.
+"""
+
+from .engine import Memo
+
+__all__ = ["Memo"]

@@ -1,0 +1,85 @@
+"""Which agents forward their percepts, and to whom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..compiled.layout import variables_in
+from ..library import PlanLibrary
+from ..syntax import For, Internal, Plan, Statement, children
+from ..terms import Key, Structure, Term, Variable
+
+
+@dataclass(frozen=True, slots=True)
+class Forwarding:
+    """An agent's way with the percepts ``f(b)``: it does nothing but tell others ``b``.
+
+    Args:
+        steering: the agent.
+        key: of the percepts.
+        receivers: whom it tells.
+        special: atoms that are not handled alike: those its own program mentions.
+    """
+
+    steering: str
+    key: Key
+    receivers: frozenset[str]
+    special: frozenset[str]
+
+
+def forwarding_of(steering: str, library: PlanLibrary, key: Key) -> Forwarding | None:
+    """How an agent forwards the percepts of a key; None if it does anything else with them."""
+    plans = [plan for plan in library.plans if not plan.builtin]
+    receivers: set[str] = set()
+    loops = [loop for plan in plans for loop in _statements(plan.body) if isinstance(loop, For) and _asks(loop, key)]
+    for loop in loops:
+        (variable,) = variables_in(loop.condition)
+        sends = [statement for statement in _statements(loop.body) if _forwards(statement, variable)]
+        if _count(loop.body, variable) != len(sends):
+            return None
+        receivers |= {str(send.call.args[0]) for send in sends if isinstance(send, Internal)}
+        if any(_count(plan, variable) > _count(loop, variable) for plan in plans if loop in _statements(plan.body)):
+            return None
+    mentions = sum(_mentions(plan, key) for plan in plans)
+    if not loops or mentions != len(loops):
+        return None
+    atoms = {part.functor for plan in plans for part in _parts(plan) if isinstance(part, Structure) and not part.args}
+    return Forwarding(steering, key, frozenset(receivers), frozenset(atoms - receivers))
+
+
+def _asks(loop: For, key: Key) -> bool:
+    """Whether a loop is over the beliefs of a key, whatever they are about."""
+    asked = loop.condition
+    plain = isinstance(asked, Structure) and asked.key == key and not asked.annots and asked.annots_tail is None
+    return plain and len(variables_in(asked)) == 1
+
+
+def _forwards(statement: Statement, variable: Term) -> bool:
+    """Whether a statement tells an agent known beforehand what a variable stands for."""
+    if not isinstance(statement, Internal) or statement.call.name != ".send" or len(statement.call.args) != 3:
+        return False
+    receiver, force, content = statement.call.args
+    return isinstance(receiver, Structure) and str(force) == "tell" and content == variable
+
+
+def _statements(body: object) -> list[Statement]:
+    return [part for part in _parts(body) if isinstance(part, Statement)]
+
+
+def _count(node: object, variable: Term) -> int:
+    return sum(isinstance(part, Variable) and part == variable for part in _parts(node))
+
+
+def _mentions(plan: Plan, key: Key) -> int:
+    return sum(isinstance(part, Structure) and part.key == key for part in _parts(plan))
+
+
+def _parts(node: object) -> list[object]:
+    found: list[object] = []
+    pending: list[object] = [node]
+    while pending:
+        part = pending.pop()
+        found.append(part)
+        if not isinstance(part, (float, str)):
+            pending.extend(children(part))
+    return found
