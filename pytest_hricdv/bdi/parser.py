@@ -6,12 +6,12 @@ that takes 80 ms, which a test session that uses no BDI model need not wait for.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .errors import BdiError, BdiSyntaxError, Location
+from .nesting import MAX_NESTING, NestingError, NestingLimit
 from .syntax import Plan, Program, Rule, Trigger
 from .terms import Structure, Term
 
@@ -19,17 +19,10 @@ if TYPE_CHECKING:
     from lark import Lark, Token
     from lark.exceptions import UnexpectedToken as UnexpectedToken
 
-MAX_NESTING = 120
-"""Brackets, or operators in one expression, that may nest: far beyond any model, well within Python's stack."""
-
 MAX_SOURCE = 1_000_000
 """Bytes of a file, a hundred times what any model has; more would take minutes to read, and is no model."""
 
 _PUNCTUATION = {"DOT": ".", "SEMICOLON": ";", "COMMA": ",", "RPAR": ")", "RSQB": "]", "RBRACE": "}"}
-_OPENING = frozenset({"LPAR", "LSQB", "LBRACE"})
-_CLOSING = frozenset({"RPAR", "RSQB", "RBRACE"})
-_NESTING_OPERATORS = frozenset({"MINUS", "PLUS", "STAR", "SLASH", "DIV", "MOD", "POWER", "NOT", "ELIF", "ELSE"})
-_CHAIN_ENDS = frozenset({"DOT", "SEMICOLON", "COMMA"})
 
 
 def parse_program(text: str, file: str = "<text>") -> Program:
@@ -97,8 +90,8 @@ def read_text(path: Path) -> str:
         data = path.read_bytes() if size <= MAX_SOURCE else b""
     except FileNotFoundError:
         raise
-    except OSError as error:
-        raise BdiError(f"{path}: cannot be read: {error.strerror}") from None
+    except (OSError, ValueError) as error:
+        raise BdiError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
     if size > MAX_SOURCE:
         message = f"too long to be a model: {size:,} bytes, more than {MAX_SOURCE:,}"
         raise BdiSyntaxError(message, str(path), 1, 1)
@@ -250,40 +243,6 @@ def _bad_character(text: str, position: int) -> str:
     return f"unexpected character {character!r}"
 
 
-class _NestingLimit:
-    """A lark post-lexer that stops hopelessly nested text before it exhausts Python's stack."""
-
-    always_accept = ()
-
-    def process(self, stream: Iterator[Token]) -> Iterator[Token]:
-        chains = [0]
-        depth = 0
-        for token in stream:
-            kind = token.type
-            if kind in _OPENING:
-                chains.append(0)
-                depth += 1
-            elif kind in _CLOSING and len(chains) > 1:
-                depth -= chains.pop() + 1
-            elif kind in _NESTING_OPERATORS:
-                chains[-1] += 1
-                depth += 1
-            elif kind in _CHAIN_ENDS:
-                depth -= chains[-1]
-                chains[-1] = 0
-            if depth > MAX_NESTING:
-                raise NestingError(token)
-            yield token
-
-
-class NestingError(Exception):
-    """Raised at the token that nests too deeply."""
-
-    def __init__(self, token: Token) -> None:
-        super().__init__(token)
-        self.token = token
-
-
 @lru_cache(maxsize=1)
 def _grammar() -> tuple[Lark, Any]:
     from lark import Lark
@@ -298,6 +257,6 @@ def _grammar() -> tuple[Lark, Any]:
         start=["start", "one_term", "one_trigger", "one_plan"],
         propagate_positions=True,
         maybe_placeholders=True,
-        postlex=_NestingLimit(),
+        postlex=NestingLimit(),
     )
     return lark, builder

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,8 @@ _TOKEN = re.compile(
 _SECTIONS = frozenset(
     {"infrastructure", "environment", "executionControl", "agents", "classpath", "aslSourcePath", "directives"}
 )
+MAX_COPIES = 10_000
+"""Copies of an agent that a project may ask for."""
 _AGENT_EXTRAS = frozenset({"agentArchClass", "agentClass", "beliefBaseClass", "at"})
 _SUPPORTED_OPTIONS = {"beliefs", "goals", "verbose"}
 _DEFAULTS_OF_OPTIONS = {"events": "discard", "intBels": "sameFocus", "synchronised": "false", "nrcbp": "1"}
@@ -167,8 +170,9 @@ class _Reader:
 
     def _count(self) -> int:
         token = self._take("number", "the number of agents")
-        if not token.text.isdigit() or int(token.text) < 1:
-            raise self._error(f"expected a whole number of agents from 1, found '{token.text}'", token)
+        if not token.text.isdigit() or not 1 <= int(token.text[:9]) <= MAX_COPIES:
+            message = f"expected a whole number of agents from 1 to {MAX_COPIES}, found '{token.text[:20]}'"
+            raise self._error(message, token)
         return int(token.text)
 
     def _options(self) -> dict[str, str]:
@@ -217,7 +221,7 @@ class _Reader:
         """The entry with its source looked for along the source path."""
         base = Path(self._file).parent
         candidates = [base / folder / entry.source for folder in self._source_paths]
-        source = next((candidate for candidate in candidates if candidate.exists()), candidates[0])
+        source = next((candidate for candidate in candidates if os.path.exists(candidate)), candidates[0])
         return AgentEntry(entry.name, source, entry.location, entry.beliefs, entry.goals)
 
     def _unique(self, entries: object) -> list[AgentEntry]:

@@ -1,0 +1,51 @@
+"""A limit on how deep a source may nest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lark import Token
+
+MAX_NESTING = 120
+"""Brackets, or operators in one expression, that may nest: far beyond any model, well within Python's stack."""
+
+_OPENING = frozenset({"LPAR", "LSQB", "LBRACE"})
+_CLOSING = frozenset({"RPAR", "RSQB", "RBRACE"})
+_NESTING_OPERATORS = frozenset({"MINUS", "PLUS", "STAR", "SLASH", "DIV", "MOD", "POWER", "NOT", "ELIF", "ELSE"})
+_CHAIN_ENDS = frozenset({"DOT", "SEMICOLON", "COMMA"})
+
+
+class NestingLimit:
+    """A lark post-lexer that stops hopelessly nested text before it exhausts Python's stack."""
+
+    always_accept = ()
+
+    def process(self, stream: Iterator[Token]) -> Iterator[Token]:
+        chains = [0]
+        depth = 0
+        for token in stream:
+            kind = token.type
+            if kind in _OPENING:
+                chains.append(0)
+                depth += 1
+            elif kind in _CLOSING and len(chains) > 1:
+                depth -= chains.pop() + 1
+            elif kind in _NESTING_OPERATORS:
+                chains[-1] += 1
+                depth += 1
+            elif kind in _CHAIN_ENDS:
+                depth -= chains[-1]
+                chains[-1] = 0
+            if depth > MAX_NESTING:
+                raise NestingError(token)
+            yield token
+
+
+class NestingError(Exception):
+    """Raised at the token that nests too deeply."""
+
+    def __init__(self, token: Token) -> None:
+        super().__init__(token)
+        self.token = token
