@@ -76,6 +76,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "leg_offset": float,
             "hand_closing": bool,
             "hand_distance": float,
+            "hand_contact_force": float,
             "arm_speed": float,
         },
         code=("controller",),

@@ -28,7 +28,7 @@ def fetch(robot: Robot) -> str:
     if not robot.move(TO_PICKUP):
         return "pickup place not reached"  # unreachable: nothing stands in the arm's way in the simulated workshop
     if not grasp(robot):
-        return "no leg in the hand"  # unreachable: a leg always waits at the pickup place
+        return "no leg in the hand"
     if not robot.move(TO_HANDOVER):
         return "handover place not reached"  # unreachable: nothing stands in the arm's way in the simulated workshop
     if not robot.hand.holds():
@@ -41,6 +41,6 @@ def grasp(robot: Robot) -> bool:
     for attempt in range(1, robot.settings.close_attempts + 1):
         if robot.hand.close():
             return True
-        robot.note(f"closing {attempt} caught nothing")  # unreachable: a leg always waits at the pickup place
-        robot.hand.open()  # unreachable: a leg always waits at the pickup place
-    return False  # unreachable: a leg always waits at the pickup place
+        robot.note(f"closing {attempt} caught nothing")
+        robot.hand.open()
+    return False

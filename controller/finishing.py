@@ -36,8 +36,8 @@ def discard(robot: Robot) -> str:
         if not robot.hand.open():
             robot.note("leg stays in the hand")
     else:
-        robot.note("nothing to discard")  # unreachable: a leg that was grasped stays in the hand in these tests
-        robot.hand.open()  # unreachable: a leg that was grasped stays in the hand in these tests
+        robot.note("nothing to discard")
+        robot.hand.open()
     retreat(robot)
     return next_turn(robot)
 

@@ -72,6 +72,14 @@ class Fingers:
             self.body, self.links[joint], force, tip, bullet.LINK_FRAME, physicsClientId=self._engine.client
         )
 
+    def push_at(self, link: int, force_n: tuple[float, ...], place: tuple[float, ...]) -> None:
+        """Press on a finger link for one step: force (N) at a place (m), both in world axes."""
+        self._engine.check(self.body, link)
+        finite("force on a finger", force_n)
+        bullet.applyExternalForce(
+            self.body, link, force_n, place, bullet.WORLD_FRAME, physicsClientId=self._engine.client
+        )
+
     def _sleep(self, asleep: bool) -> None:
         self.resting = asleep
         state = _ASLEEP if asleep else _AWAKE

@@ -8,7 +8,7 @@ from sim.places import BIN_HALF_M, BIN_HEIGHT_M, BIN_M, BIN_WALL_M, TABLE_HALF_M
 ROBOT, LEG, FURNITURE, PERSON = 1, 2, 4, 8
 """Collision groups. Legs meet furniture and each other. The robot's own contacts are left out: grasping is a joint
 between palm and leg (its reaction is exact, a friction grasp slips), and the planner keeps the arm off the table. The
-person gives way to nobody: distances to the person's hand are measured, not pushed apart."""
+person gives way to nobody; what closes around the person's hand is the fingers, and they are stopped by it."""
 
 LAMINATE = (0.80, 0.82, 0.80, 1.0)
 GREY = (0.45, 0.47, 0.50, 1.0)

@@ -13,6 +13,7 @@ from sim.leg_supply import LegSupply
 from sim.person import Person
 from sim.places import HANDOVER_M, LEG_LENGTH_M
 from sim.torso import Torso
+from sim.touch import Touch
 
 CLOSE_S = 1.2
 OPEN_S = 0.6
@@ -47,6 +48,9 @@ CLASP_MAX_N = 30.0
 """A clasping hand gives way like a one-sided spring of this stiffness (N at the tip of a finger's first and second
 link, per rad that it has opened): it withstands the finger motors well before RELEASE_RAD (tests/sim/test_grasp.py)."""
 
+FORCE_DIGITS = 3
+"""Forces are recorded to a millinewton."""
+
 Signal = Callable[[str, float | bool], None]
 
 
@@ -70,6 +74,8 @@ class Gripper:
         self._legs = legs
         self._person = person
         self._signal = signal
+        self._touch = Touch(engine, torso, fingers, person.hand.body)
+        self._distance_m = 0.0  # at the last step of closing
         self.doing = Doing.NOTHING
         self.released = 0  # legs let go so far
 
@@ -79,12 +85,13 @@ class Gripper:
         self._fingers.move(CLOSED, CLOSE_S)
         self.doing = Doing.CLOSING
         if self._to_go(CLOSED) > COVERED_RAD:
-            self._signal("hand_distance", self.human_distance())
+            self._distance_m = self.human_distance()
+            self._signal("hand_distance", self._distance_m)
             self._signal("hand_closing", True)
 
     def open(self) -> None:
         """Start to open the fingers."""
-        self._signal("hand_closing", False)
+        self._end_closing()
         self._fingers.move(OPEN, OPEN_S)
         self.doing = Doing.OPENING
 
@@ -98,12 +105,12 @@ class Gripper:
 
     def human_distance(self) -> float:
         """Smallest distance (m, to a micrometre) between the person's hand and the robot's palm and fingers."""
-        hand, distance = self._person.hand.body, self._engine.distance
-        fingers = min(distance(hand, self._fingers.body, link) for link in self._fingers.links)
-        return round(min(fingers, distance(hand, self._torso.body, self._torso.palm)), 6)
+        return self._touch.distance()
 
     def before_step(self) -> None:
         """Forces of the person on fingers and leg for the next physics step."""
+        if self.doing is Doing.CLOSING:
+            self._meet_hand()
         leg = self._legs.in_hand
         if leg is not None:
             pull_n = self._person.pull_now()
@@ -117,7 +124,8 @@ class Gripper:
         if self.doing is not Doing.NOTHING:
             self._fingers.follow(self._torso.palm_pose())
         if self.doing is Doing.CLOSING:
-            self._signal("hand_distance", self.human_distance())
+            self._distance_m = self.human_distance()
+            self._signal("hand_distance", self._distance_m)
         elif self.doing is Doing.OPENING and self._legs.in_hand is not None and self._beyond_release():
             self._release(self._legs.in_hand)
 
@@ -125,7 +133,7 @@ class Gripper:
         """Once every control tick: has the hand done what it was about?"""
         self._fingers.follow(self._torso.palm_pose())
         if self.doing is Doing.CLOSING and self._stand_at(CLOSED):
-            self._signal("hand_closing", False)
+            self._end_closing()
             self._stop()
             leg = self._legs.current
             if leg.graspable and self._in_grasp(leg):
@@ -133,6 +141,17 @@ class Gripper:
                 self._signal("leg_held", True)
         elif self.doing is Doing.OPENING and self._stand_at(OPEN):
             self._stop()
+
+    def _meet_hand(self) -> None:
+        force_n = 0.0
+        if self._distance_m < 0.0:
+            self._touch.press()
+            force_n = self._touch.force_n
+        self._signal("hand_contact_force", round(force_n, FORCE_DIGITS))
+
+    def _end_closing(self) -> None:
+        self._signal("hand_closing", False)
+        self._signal("hand_contact_force", 0.0)
 
     def _stop(self) -> None:
         self.doing = Doing.NOTHING
