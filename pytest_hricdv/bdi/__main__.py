@@ -93,7 +93,8 @@ def _tell_end(options: argparse.Namespace, result: Result) -> int:
         sys.stdout.flush()
         for warning in result.warnings:
             print(f"warning: {warning}", file=sys.stderr)
-        print(f"ended after {result.rounds} rounds: {result.ended}", file=sys.stderr)
+        rounds = "1 round" if result.rounds == 1 else f"{result.rounds} rounds"
+        print(f"ended after {rounds}: {result.ended}", file=sys.stderr)
     return 0
 
 
