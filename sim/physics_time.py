@@ -1,4 +1,4 @@
-"""The time of physics: whole steps of 1/120 s, next to the kernel's microseconds."""
+"""The time of physics: whole steps of 1/120 s, next to the kernel's microseconds. See docs/convergence.md."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ STEP_HZ = 120
 """Physics steps a second: measured joint speeds equal the planned ones (tests/sim/test_robot.py)."""
 
 STEP_S = 1.0 / STEP_HZ
-TICK_STEPS = 6
-"""Control and sensing every so many steps: 20 Hz."""
+TICK_HZ = 20
+TICK_STEPS = STEP_HZ // TICK_HZ
+"""Control and sensing every so many steps."""
 
-_US_PER_3_STEPS = 25_000
+_US_PER_S = 1_000_000
 
 
 def steps_until(time_us: int) -> int:
     """Number of whole steps that lie before or at a time (us): integers only, so nothing drifts."""
-    return time_us * 3 // _US_PER_3_STEPS
+    return time_us * STEP_HZ // _US_PER_S
 
 
 def time_of(step: int) -> int:
     """First whole microsecond at which a step is over."""
-    return -(-step * _US_PER_3_STEPS // 3)
+    return -(-step * _US_PER_S // STEP_HZ)
 
 
 @dataclass

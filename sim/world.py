@@ -26,7 +26,7 @@ CALM_RAD_S = 1e-6
 """Joints slower than this stand."""
 
 CALM_TICKS = 3
-SETTLE_STEPS = 60
+SETTLE_STEPS = STEP_HZ // 2
 """Before time 0 the robot settles into its motors for half a second."""
 
 
