@@ -101,6 +101,11 @@ class MultiAgentSystem:
         """The names of the agents, in the order of their cycles."""
         return tuple(prototype.name for prototype in self._prototypes)
 
+    @property
+    def compiled(self) -> tuple[str, ...]:
+        """The names of the agents of which a compiled form is used."""
+        return tuple(prototype.name for prototype in self._prototypes if prototype.code is not None)
+
     def plan_labels(self, agent: str) -> tuple[str, ...]:
         """The labels that the author gave to an agent's plans, in source order.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import lru_cache
 
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure
 from pytest_hricdv.bdi.parser import read_program
@@ -42,7 +43,7 @@ class Explorer:
         # The plain environment: every external action succeeds, and changes nothing but the trace.
         self._stage = Environment()
         try:
-            self._system = MultiAgentSystem.load(model.path, self._stage)
+            self._system = MultiAgentSystem.load(model.path, self._stage, engine="memo")
         except (BdiError, OSError) as error:
             raise GenerateError(f"BDI model {model.path}: {error}") from error
         self._check_agents()
@@ -76,16 +77,11 @@ class Explorer:
             GenerateError: a belief is not of the space, the model fails, or an action has no text form.
         """
         subset = self.space.subset(beliefs)
-        percepts = [f"{self.model.chosen}({belief})" for belief in subset]
-        for percept in percepts:
-            self._stage.add_percept(self.model.steering_agent, percept)
+        percepts = {self.model.steering_agent: [f"{self.model.chosen}({belief})" for belief in subset]}
         try:
-            result = self._system.run(max_rounds=self.model.max_rounds, seed=self.model.seed)
+            result = self._system.run(max_rounds=self.model.max_rounds, seed=self.model.seed, percepts=percepts)
         except BdiError as error:
             raise GenerateError(f"BDI model {self.model.path} with {' '.join(subset)}: {error}") from error
-        finally:
-            for percept in percepts:
-                self._stage.remove_percept(self.model.steering_agent, percept)
         self.runs += 1
         self.cut_off += result.ended == _CUT_OFF
         sequence = {
@@ -94,7 +90,7 @@ class Explorer:
         }
         return Exploration(
             beliefs=subset,
-            lines=tuple(command_from_action(action) for agent, action in result.actions if agent == self.model.actor),
+            lines=tuple(_command(action) for agent, action in result.actions if agent == self.model.actor),
             plans={agent: frozenset(labels) for agent, labels in sequence.items()},
             sequence=sequence,
             rounds=result.rounds,
@@ -106,6 +102,12 @@ class Explorer:
         if not self.cut_off:
             return ()
         return (f"{self.cut_off} of {self.runs} runs of the model were cut off after {self.model.max_rounds} rounds",)
+
+
+@lru_cache(maxsize=4096)
+def _command(action: str) -> str:
+    """As :func:`command_from_action`: a model has few actions, and they come in every run."""
+    return command_from_action(action)
 
 
 def _mentioned(model: Model) -> list[str]:

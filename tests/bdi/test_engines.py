@@ -1,0 +1,174 @@
+"""All engines agree: on the table model, on whole programs, and on programs made up at random."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Result, Structure
+from tests.bdi.generated import PROPOSITIONS, systems
+from tests.bdi.models import BELIEFS, LEG_STARTS, TABLE, system_of
+from tests.bdi.test_programs import OWN, REFERENCE
+
+ENGINES = ("interpreter", "compiled", "memo")
+
+
+class World(Environment):
+    """A world in which an action can fail, and another one shows the agent something."""
+
+    def execute(self, agent: str, action: Structure) -> bool:
+        if action.functor == "act":
+            self.add_percept(agent, f"q({action.args[0]})")
+            self.add_percept("b", "p1")
+        return action.functor != "refuse"
+
+
+def random_sets(count: int, seed: int) -> Iterable[list[str]]:
+    """Sets of beliefs as methods choose them, and every fifth one without any rule."""
+    drawn = random.Random(seed)
+    for number in range(count):
+        if number % 5:
+            yield [drawn.choice(LEG_STARTS), *drawn.sample(BELIEFS[4:], drawn.randint(0, 12))]
+        else:
+            yield drawn.sample(BELIEFS, drawn.randint(0, len(BELIEFS)))
+
+
+def assert_engines_agree_on_the_table(count: int, seed: int) -> None:
+    reference, *others = (MultiAgentSystem.load(TABLE, engine=engine) for engine in ENGINES)
+    for beliefs in random_sets(count, seed):
+        percepts = {"meta": [f"chosen({belief})" for belief in beliefs]}
+        expected = reference.run(percepts=percepts)
+        for system in others:
+            assert system.run(percepts=percepts) == expected, beliefs
+
+
+def test_engines_agree_on_random_beliefs_of_the_table_model() -> None:
+    assert_engines_agree_on_the_table(300, seed=1)
+
+
+@pytest.mark.slow
+def test_engines_agree_on_many_random_beliefs_of_the_table_model() -> None:
+    assert_engines_agree_on_the_table(3000, seed=2)
+
+
+@pytest.mark.parametrize("max_rounds", [10_000, 31, 7])
+@pytest.mark.parametrize("folder", [*OWN, *REFERENCE], ids=lambda folder: folder.name)
+def test_engines_agree_on_whole_programs(folder: Path, max_rounds: int) -> None:
+    reference, *others = (MultiAgentSystem.load(folder / "mas.mas2j", engine=engine) for engine in ENGINES)
+    expected = reference.run(max_rounds=max_rounds)
+    for system in others:
+        assert system.run(max_rounds=max_rounds) == expected
+        assert system.run(max_rounds=max_rounds) == expected
+
+
+def outcome(system: MultiAgentSystem, max_rounds: int = 120) -> Result | str:
+    """The result of a run, or the error that it ends with."""
+    try:
+        return system.run(max_rounds=max_rounds, seed=3)
+    except BdiError as error:
+        return str(error)
+
+
+def assert_engines_agree(sources: dict[str, str], environment: type[Environment]) -> None:
+    with TemporaryDirectory() as folder:
+        outcomes = []
+        for engine in ENGINES:
+            system_of(Path(folder), **sources)
+            system = MultiAgentSystem.load(Path(folder) / "mas.mas2j", environment(), engine)
+            outcomes.append(outcome(system))
+        assert outcomes[1] == outcomes[0]
+        assert outcomes[2] == outcomes[0]
+
+
+BRIEF = settings(deadline=None, max_examples=150, suppress_health_check=list(HealthCheck))
+LONG = settings(deadline=None, max_examples=3000, suppress_health_check=list(HealthCheck))
+
+
+@BRIEF
+@given(systems(), st.sampled_from([Environment, World]))
+def test_engines_agree_on_made_up_programs(sources: dict[str, str], environment: type[Environment]) -> None:
+    assert_engines_agree(sources, environment)
+
+
+@pytest.mark.slow
+@LONG
+@given(systems(), st.sampled_from([Environment, World]))
+def test_engines_agree_on_many_made_up_programs(sources: dict[str, str], environment: type[Environment]) -> None:
+    assert_engines_agree(sources, environment)
+
+
+STEER = "!steer. +!steer <- for (chosen(B)) { .send(a, tell, B) }; .send(a, achieve, g0); .send(b, tell, p2)."
+STEER_TWO = "!steer. +!steer <- for (chosen(B)) { .send(a, tell, B); .send(b, tell, B) }; .send(b, achieve, g1)."
+STEER_AGAIN = "!steer. +!steer <- for (chosen(B)) { .send(a, tell, B) }; .send(a, achieve, g0); .wait(2); !steer."
+STEER_BY_VALUE = "!steer. +!steer <- for (chosen(B)) { .send(a, tell, B); .print(B) }; .send(a, achieve, g0)."
+CHOSEN = st.lists(st.sets(st.sampled_from((*PROPOSITIONS, "other", "p9"))), min_size=2, max_size=6)
+
+
+def assert_steered_engines_agree(sources: dict[str, str], steer: str, choices: list[set[str]]) -> None:
+    with TemporaryDirectory() as folder:
+        system_of(Path(folder), **sources, steer=steer)
+        reference, *others = (MultiAgentSystem.load(Path(folder) / "mas.mas2j", engine=engine) for engine in ENGINES)
+        for chosen in choices:
+            percepts = {"steer": [f"chosen({belief})" for belief in sorted(chosen)]}
+            for max_rounds in (200, 20):
+                expected = reference.run(max_rounds=max_rounds, percepts=percepts)
+                for system in others:
+                    assert system.run(max_rounds=max_rounds, percepts=percepts) == expected
+
+
+STEERS = st.sampled_from([STEER, STEER, STEER_TWO, STEER_AGAIN, STEER_BY_VALUE])
+
+
+@BRIEF
+@given(systems(), STEERS, CHOSEN)
+def test_engines_agree_on_made_up_programs_that_are_steered(
+    sources: dict[str, str], steer: str, choices: list[set[str]]
+) -> None:
+    assert_steered_engines_agree(sources, steer, choices)
+
+
+@pytest.mark.slow
+@LONG
+@given(systems(), STEERS, CHOSEN)
+def test_engines_agree_on_many_made_up_programs_that_are_steered(
+    sources: dict[str, str], steer: str, choices: list[set[str]]
+) -> None:
+    assert_steered_engines_agree(sources, steer, choices)
+
+
+def test_all_agents_of_the_table_model_have_a_compiled_form() -> None:
+    assert MultiAgentSystem.load(TABLE).compiled == ("robot_code", "human", "sensors", "meta")
+    assert MultiAgentSystem.load(TABLE, engine="interpreter").compiled == ()
+
+
+def test_agent_with_rules_is_interpreted_next_to_a_compiled_one(tmp_path: Path) -> None:
+    sources = {
+        "a": "ready :- p0. !go. +!go : not ready <- !go. +!go <- .print(ready); .send(b, achieve, g).",
+        "b": "!tell. +!tell <- .send(a, tell, p0). +!g[source(S)] <- .print(S).",
+    }
+    system_of(tmp_path, **sources)
+    results = [MultiAgentSystem.load(tmp_path / "mas.mas2j", engine=engine).run() for engine in ENGINES]
+    assert results[0].prints == ["[a] ready", "[b] a"]
+    assert results[1] == results[2] == results[0]
+    assert MultiAgentSystem.load(tmp_path / "mas.mas2j").compiled == ("b",)
+
+
+def test_unknown_engine_is_refused() -> None:
+    with pytest.raises(ValueError, match="engine must be one of interpreter, compiled, memo, got 'jit'"):
+        MultiAgentSystem.load(TABLE, engine="jit")  # type: ignore[arg-type]
+
+
+def test_memo_gives_every_caller_lists_of_its_own() -> None:
+    system = MultiAgentSystem.load(TABLE, engine="memo")
+    first = system.run(percepts={"meta": ["chosen(leg4)"]})
+    first.actions.clear()
+    first.plans["human"].clear()
+    again = system.run(percepts={"meta": ["chosen(leg4)"]})
+    assert again.actions
+    assert again.plans["human"]
