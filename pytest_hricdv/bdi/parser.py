@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 MAX_SOURCE = 1_000_000
 """Bytes of a file, a hundred times what any model has; more would take minutes to read, and is no model."""
 
+_BRACKETS = {"LPAR": "(", "LSQB": "[", "LBRACE": "{", "BANG": "!", "QMARK": "?"}
+_HINTS = {"^": "; meta-events such as ^!g are not supported", "'": "; strings are in double quotes"}
 _PUNCTUATION = {"DOT": ".", "SEMICOLON": ";", "COMMA": ",", "RPAR": ")", "RSQB": "]", "RBRACE": "}"}
 
 
@@ -231,7 +233,9 @@ def _expectation(accepted: set[str]) -> str:
         return "a belief, goal or plan"
     if "ATOM" in accepted:
         return "a literal"
-    return " or ".join(sorted(f"'{name.lower()}'" for name in accepted if not name.startswith("__")))
+    if {"PLUS", "MINUS"} <= accepted:
+        return "an event such as +!g or -b"
+    return " or ".join(sorted(f"'{_BRACKETS.get(name, name.lower())}'" for name in accepted if name[:2] != "__"))
 
 
 def _bad_character(text: str, position: int) -> str:
@@ -240,7 +244,7 @@ def _bad_character(text: str, position: int) -> str:
         return "a string that is not closed"
     if text.startswith("/*", position):
         return "a comment that is not closed"
-    return f"unexpected character {character!r}"
+    return f"unexpected character {character!r}{_HINTS.get(character, '')}"
 
 
 @lru_cache(maxsize=1)

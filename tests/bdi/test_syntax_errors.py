@@ -40,6 +40,10 @@ def test_caret_stays_under_its_column_behind_tabs() -> None:
         ("+!a : 3 <- b.", "human.asl:1:5: expected a condition or an action, found 3"),
         ("+!a : X > (b & c) <- d.", "human.asl:1:7: expected a term, found the condition (b & c)"),
         ("@l(1) +!a.", "human.asl:1:1: expected a name as a plan's label, found l(1)"),
+        ("@one @two +!a.", "human.asl:1:6: expected an event such as +!g or -b, found '@'"),
+        ("+!a <- if b { c }.", "human.asl:1:11: expected '(', found 'b'"),
+        ("^!a <- b.", "human.asl:1:1: unexpected character '^'; meta-events such as ^!g are not supported"),
+        ("p('x').", 'human.asl:1:3: unexpected character "\'"; strings are in double quotes'),
         ("p(é).", "human.asl:1:3: unexpected character 'é'"),
     ],
 )
