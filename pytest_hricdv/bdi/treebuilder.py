@@ -12,7 +12,7 @@ from lark import v_args
 from lark.tree import Meta
 from lark.visitors import Transformer_NonRecursive
 
-from .errors import BdiSyntaxError, Location
+from .errors import BdiSyntaxError, EvaluationError, Location
 from .parser import Include, InitialGoal
 from .syntax import (
     FORMULAS,
@@ -41,6 +41,7 @@ from .syntax import (
     variables_of,
 )
 from .terms import Annotated, Arithmetic, Call, ListTerm, Number, Quoted, String, Structure, Term, Variable
+from .unify import substitute
 
 _ESCAPES = {"n": "\n", "t": "\t", "r": "\r"}
 _FORMULA_ONLY = (And, Or, Not, Comparison)
@@ -87,7 +88,7 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
         return plan
 
     def belief(self, meta: Meta, items: Children) -> Structure | Rule:
-        literal: Structure = items[0]
+        literal = self._computed(meta, items[0])
         free = variables_of(literal)
         # As in Jason, an initial belief with variables holds for any value of them: a rule without conditions.
         return Rule(literal, TRUE, self._at(meta), tuple(sorted(free))) if free else literal
@@ -99,7 +100,15 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
     def goal(self, meta: Meta, items: Children) -> InitialGoal:
         if not isinstance(items[0], Structure):
             raise self._error(meta, f"expected a literal as an initial goal, found {items[0]}")
-        return InitialGoal(items[0])
+        return InitialGoal(self._computed(meta, items[0]))
+
+    def _computed(self, meta: Meta, literal: Structure) -> Structure:
+        """An initial belief or goal with its sums computed, ``p(1 + 2)``, unless they have variables."""
+        try:
+            value = substitute(literal, {}, lambda call, _: call)
+        except EvaluationError as error:
+            raise self._error(meta, str(error)) from None
+        return value if isinstance(value, Structure) else literal
 
     def include(self, meta: Meta, items: Children) -> Include:
         return Include(self._unquoted(items[0]), self._at(meta))

@@ -308,3 +308,8 @@ def test_kinds_of_failure_are_named_as_jason_names_them(tmp_path: Path) -> None:
         "internal_action .send(ghost,tell,p)",
         "no_relevant nowhere[source(self)]",
     ]
+
+
+def test_sums_in_initial_beliefs_and_goals_are_computed(tmp_path: Path) -> None:
+    source = "p(1 + 2)[w(3 - 4)]. big(X) :- p(X) & X > 2. !g(1 + 1). +!g(2) : p(3)[w(-1)] & big(3) <- .print(yes)."
+    assert prints_of(tmp_path, source) == ["yes"]
