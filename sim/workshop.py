@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import TracebackType
 from typing import Self
 
-from controller.ports import Reading, State, TurnDone
+from controller.ports import Reading, State, TableDone, TurnDone
 from pytest_hricdv.runtime import Bus, Kernel, RecordedMessage, Recorder, topic_of
+from sim.engine import SimulationError
 from sim.human import Human
 from sim.robot import Robot
 from sim.sensors import Sensors
@@ -67,10 +68,17 @@ class Workshop:
         self.world.close()
 
     def start(self, control: Callable[[], None]) -> None:
-        """Start all nodes; `control` is the controller's body. The run ends with it, or when nobody asks any more."""
+        """Start all nodes; `control` is the controller's body. The run ends with it, or when nobody asks any more.
+
+        A controller that ends without having reported a table is an error of the robot's node.
+        """
+        tables = self._bus.subscribe(TableDone)
 
         def robot() -> None:
             control()
+            if tables.poll() is None:
+                said = self._kernel.said.get("robot", "nothing")
+                raise SimulationError(f"the controller ended without a table; it last said {said}")
             self._kernel.stop("table done")
 
         self._kernel.spawn("robot", robot)

@@ -31,7 +31,8 @@ class Subscription(Generic[M]):
         self._waiting: Node | None = None
 
     def poll(self) -> M | None:
-        """The oldest message not yet taken, or None; never blocks."""
+        """The oldest message not yet taken, or None; never blocks. See `Kernel.look` for one polled without end."""
+        self._bus.kernel.look()
         return self._queue.popleft() if self._queue else None
 
     def wait(self, timeout_s: float) -> M | None:
@@ -100,6 +101,7 @@ class Bus:
         """Deliver and record a message. Raises TypeError for a kind that was not declared."""
         kind = self._declared(type(message))
         fields: dict[str, Value] = {name: getattr(message, name) for name in self._fields[kind]}
+        self.kernel.said[sender] = message
         self.recorder.message(self.kernel.now_s, sender, topic_of(kind), fields)
         for subscription in tuple(self._subscriptions[kind]):
             subscription.deliver(message)

@@ -18,7 +18,12 @@ from typing import Protocol
 
 from greenlet import GreenletExit, greenlet
 
+from pytest_hricdv.runtime.watchdog import watching
+
 US_PER_S = 1_000_000
+
+STUCK_AFTER_S = 20.0
+"""When no simulated time passes for so long (s of processor time), a node hangs: planning takes a tenth of it."""
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -60,8 +65,12 @@ class Kernel:
     'idle'
     """
 
-    def __init__(self, *, max_resumes_at_one_instant: int = 100_000) -> None:
+    def __init__(self, *, max_resumes_at_one_instant: int = 100_000, stuck_after_s: float | None = None) -> None:
         self.now_us = 0
+        self.said: dict[str, object] = {}
+        """The last message of each sender: where a node is that hangs."""
+        self._stuck_after_s = STUCK_AFTER_S if stuck_after_s is None else stuck_after_s
+        self._looks = 0  # at the present instant
         self.world: World | None = None
         self._hub: greenlet | None = None
         self._nodes: list[Node] = []
@@ -69,13 +78,23 @@ class Kernel:
         self._ready: deque[Node] = deque()
         self._order = 0
         self._stop: str | None = None
-        self._resumes = 0  # at the present instant
+        self._resumes = 0  # at the present instant, too
         self._max_resumes = max_resumes_at_one_instant
 
     @property
     def now_s(self) -> float:
         """Simulated time, in seconds."""
         return self.now_us / US_PER_S
+
+    def look(self) -> None:
+        """Called by whatever tells a node something without blocking it, such as a poll.
+
+        Raises:
+            KernelError: too many looks without time passing: a loop that never sleeps would never end.
+        """
+        self._looks += 1
+        if self._looks > self._max_resumes:
+            raise KernelError(f"{self._looks} looks without time passing: a loop must sleep{self._whereabouts()}")
 
     def spawn(self, name: str, body: Callable[[], None]) -> Node:
         """Start `body` as a node at the present simulated instant."""
@@ -134,6 +153,10 @@ class Kernel:
         Raises:
             KernelError: a node raised (its own exception is the cause), or nodes woke each other without end.
         """
+        with watching(lambda: self.now_us, self._stuck, self._stuck_after_s):
+            return self._run(limit_s)
+
+    def _run(self, limit_s: float) -> str:
         self._hub = greenlet.getcurrent()
         self._stop = None
         limit_us = round(limit_s * US_PER_S)
@@ -162,6 +185,17 @@ class Kernel:
                 node._greenlet.throw(GreenletExit)
             node.ended = True
 
+    def _stuck(self) -> KernelError:
+        return KernelError(f"no time has passed for {self._stuck_after_s:g} s of work{self._whereabouts()}")
+
+    def _whereabouts(self) -> str:
+        here = greenlet.getcurrent()
+        for node in self._nodes:
+            if node._greenlet is here:
+                said = self.said.get(node.name)
+                return f"; {node.name} last said {said!r}" if said is not None else f"; in {node.name}"
+        return ""
+
     def _running(self) -> Node:
         here = greenlet.getcurrent()
         for node in self._nodes:
@@ -189,7 +223,7 @@ class Kernel:
 
     def _advance(self, target_us: int) -> None:
         if target_us > self.now_us:
-            self._resumes = 0
+            self._resumes = self._looks = 0
         if self.world is None:
             self.now_us = max(self.now_us, target_us)
             return

@@ -1,4 +1,4 @@
-"""Freezing when calm changes no verdict, no leg and no message: over parts of each suite, and over a whole one (slow)."""
+"""Freezing when calm changes no verdict, leg or message: over parts of each suite, and over a whole one (slow)."""
 
 from __future__ import annotations
 

@@ -1,0 +1,93 @@
+"""A controller that raises, never sleeps, or ends early is an error of its own test, says where, and harms no other."""
+
+from __future__ import annotations
+
+import pytest
+
+from controller import machine
+from controller.ports import PlanningError
+from controller.robot import Robot
+from pytest_hricdv.runtime import KernelError
+from sim.planner import find_way
+from tests.hri import bench
+
+LEG = bench.concrete(bench.leg())
+
+
+def fails(state: str, body: machine.StateFunction, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With this body of a state the run fails with a text; the next run is as if nothing had been."""
+    with monkeypatch.context() as patch:
+        patch.setitem(machine.STATES, state, body)
+        with pytest.raises(KernelError, match=text):
+            bench.run(LEG)
+    assert bench.run(LEG).outcome.legs == ("released",)
+
+
+def raises(robot: Robot) -> str:
+    return {}["missing"]
+
+
+def polls_for_ever(robot: Robot) -> str:
+    while robot.readies.poll() is None:
+        pass
+    return "ready"
+
+
+def looks_at_the_clock_for_ever(robot: Robot) -> str:
+    until_s = robot.clock.now_s() + 2.0
+    while robot.clock.now_s() < until_s:
+        pass
+    return "settled"
+
+
+def sleeps_no_time(robot: Robot) -> str:
+    while True:
+        robot.clock.sleep(0.0)
+
+
+def computes_for_ever(robot: Robot) -> str:
+    while True:
+        pass
+
+
+def test_a_controller_that_raises(monkeypatch: pytest.MonkeyPatch) -> None:
+    fails("Decide", raises, r"robot failed at \d+\.\d{3} s: KeyError: 'missing'", monkeypatch)
+
+
+@pytest.mark.parametrize(
+    ("state", "body", "text"),
+    [
+        ("Receive2", polls_for_ever, r"robot failed at .* looks without time passing.*State\(name='Receive2'\)"),
+        ("Wait0", looks_at_the_clock_for_ever, r"a loop must sleep; robot last said State\(name='Wait0'\)"),
+        ("Wait0", sleeps_no_time, r"robot at \d+\.\d{3} s: nodes wake each other without time passing"),
+    ],
+)
+def test_a_controller_that_never_sleeps(
+    state: str, body: machine.StateFunction, text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fails(state, body, text, monkeypatch)
+
+
+def test_a_controller_that_computes_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pytest_hricdv.runtime.kernel.STUCK_AFTER_S", 0.3)
+    text = r"robot failed at .* no time has passed for 0\.3 s of work; robot last said State\(name='Wait0'\)"
+    fails("Wait0", computes_for_ever, text, monkeypatch)
+
+
+def test_a_controller_that_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(machine.TRANSITIONS, ("Send1", "told"), machine.DONE)
+    with pytest.raises(KernelError, match=r"ended without a table; it last said LegReady\(turn=1\)"):
+        bench.run(LEG)
+    monkeypatch.undo()
+    assert bench.run(LEG).outcome.legs == ("released",)
+
+
+def test_a_pose_out_of_reach_ends_the_turn_and_not_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    beyond = ((3.0, *[0.0] * 8),)
+    with pytest.raises(PlanningError, match=r"hip_rotor at 3\.0 rad is outside"):
+        find_way((0.0,) * 9, beyond)
+    monkeypatch.setattr("controller.fetching.TO_PICKUP", beyond)
+    result = bench.run(LEG)
+    assert result.outcome.legs == ("discarded",)
+    assert result.outcome.ended == "nobody asks any more"
+    assert not bench.times(result, "leg_ready")
