@@ -222,13 +222,13 @@ def _starts_plan(token: Token, text: str) -> bool:
 
 def _expectation(accepted: set[str]) -> str:
     """What could have come, in the reader's words: the punctuation if any, else the kind of thing."""
+    if {"BANG", "INTERNAL"} <= accepted and "SEMICOLON" not in accepted:
+        return "a statement"
     signs = [f"'{sign}'" for name, sign in _PUNCTUATION.items() if name in accepted]
     if signs:
         return " or ".join(signs)
     if "STRING" in accepted and "BANG" not in accepted:
         return "a term or condition" if "NOT" in accepted else "a term"
-    if "BANG" in accepted and "INTERNAL" in accepted:
-        return "a statement"
     if "BANG" in accepted and "AT" in accepted:
         return "a belief, goal or plan"
     if "ATOM" in accepted:
