@@ -23,6 +23,7 @@ lint: $(VENV)/.installed
 
 bench: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.end_to_end
+	$(BIN)/python -m benchmarks.world
 
 $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
