@@ -150,6 +150,6 @@ def test_tests_of_their_own_stay_out_unless_their_path_is_given(lamps: pytest.Py
 def test_the_report_goes_where_it_is_asked_to(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-report=out/of/here")
     folder = lamps.path / "out" / "of" / "here"
-    assert sorted(path.name for path in folder.iterdir()) == ["index.html", "report.json"]
+    assert {path.name for path in folder.iterdir()} >= {"index.html", "report.json"}
     result.stdout.fnmatch_lines([f"report: {folder / 'index.html'}"])
     assert not (lamps.path / "hri-report").exists()
