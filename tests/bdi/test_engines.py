@@ -86,8 +86,8 @@ def assert_engines_agree(sources: dict[str, str], environment: type[Environment]
         assert outcomes[2] == outcomes[0]
 
 
-BRIEF = settings(deadline=None, max_examples=150, suppress_health_check=list(HealthCheck))
-LONG = settings(deadline=None, max_examples=3000, suppress_health_check=list(HealthCheck))
+BRIEF = settings(deadline=None, max_examples=40, suppress_health_check=list(HealthCheck))
+LONG = settings(deadline=None, max_examples=1000, suppress_health_check=list(HealthCheck))
 
 
 @BRIEF
