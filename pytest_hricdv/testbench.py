@@ -14,7 +14,7 @@ from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
-from pytest_hricdv.monitor import Vocabulary
+from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.runtime import topic_of
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class Testbench:
         model: the BDI model that tests are generated from.
         beliefs: the belief space that steers the model.
         concretization: the commands a human can enact, with the ranges of their parameters.
-        requirements: TOML file of requirement texts.
+        requirements: TOML file of requirement texts, or requirements built in Python (`pytest_hricdv.monitor.build`).
         messages: frozen dataclasses, the messages on the bus; bool and numeric fields can be named in requirements.
         signals: physical signals that the world records, name -> bool or float.
         code: importable names of the packages under test.
@@ -90,7 +90,7 @@ class Testbench:
     model: Model
     beliefs: BeliefSpace
     concretization: Concretization
-    requirements: Path
+    requirements: Path | tuple[Requirement, ...]
     messages: tuple[type[Any], ...]
     signals: Mapping[str, type[bool] | type[float]] = field(hash=False)
     code: tuple[str, ...]
@@ -126,7 +126,7 @@ PARTS: Mapping[str, str] = {
     "model": "the BDI model (Model) that tests are generated from",
     "beliefs": "the belief space (BeliefSpace) that steers the model",
     "concretization": "the human's commands with the ranges of their parameters (Concretization)",
-    "requirements": "the path of a TOML file of requirement texts",
+    "requirements": "the path of a TOML file of requirement texts, or a tuple of requirements",
     "messages": "the dataclasses of the messages on the bus",
     "signals": "the physical signals, name -> bool or float",
     "code": "the names of the packages under test",
@@ -171,7 +171,13 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for message in testbench.messages:
         if not (isinstance(message, type) and dataclasses.is_dataclass(message)):
             raise TestbenchError(f"{where}: message {message!r} is no dataclass; expected {PARTS['messages']}")
-    for name in ("requirements", "by_hand"):
-        path = getattr(testbench, name)
+    paths = {"by_hand": testbench.by_hand}
+    if isinstance(testbench.requirements, tuple):
+        for requirement in testbench.requirements:
+            if not isinstance(requirement, Requirement):
+                raise TestbenchError(f"{where}: requirement {requirement!r} is none; expected {PARTS['requirements']}")
+    else:
+        paths["requirements"] = testbench.requirements
+    for name, path in paths.items():
         if path is not None and not Path(path).is_file():
             raise TestbenchError(f"{where}: {name} is {path}, and there is no such file")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -33,27 +34,43 @@ class Requirement:
     formula: Formula
 
 
-def load_requirements(path: str | PathLike[str], vocabulary: Vocabulary) -> tuple[Requirement, ...]:
+def load_requirements(
+    given: str | PathLike[str] | Sequence[Requirement], vocabulary: Vocabulary
+) -> tuple[Requirement, ...]:
     """The requirements of a TOML file, in the order of the file: one table each, with `title`, `formula`, `source`.
 
     Args:
-        path: the file; shown in errors as given.
+        given: the file, shown in errors as given; or requirements that were built in Python (see `build`).
         vocabulary: the signals and messages that formulas may speak of.
 
     Raises:
         RequirementError: the file cannot be read, is no TOML, has no requirement or one with missing or unknown keys,
-            or a formula is wrong.
+            or a formula is wrong; of requirements that were built, there is none, or two have one id.
     """
-    document = _read(path)
+    if not isinstance(given, str | PathLike):
+        return _checked(given, vocabulary)
+    document = _read(given)
     try:
         tables = tomllib.loads(document)
     except tomllib.TOMLDecodeError as error:
-        raise RequirementError(f"{path}: not TOML: {error}") from None
+        raise RequirementError(f"{given}: not TOML: {error}") from None
     if not tables:
         raise RequirementError(
-            f'{path}: no requirement in this file\nexpected a table each: [R1], title = "...", formula = "..."'
+            f'{given}: no requirement in this file\nexpected a table each: [R1], title = "...", formula = "..."'
         )
-    return tuple(_requirement(str(path), document, name, table, vocabulary) for name, table in tables.items())
+    return tuple(_requirement(str(given), document, name, table, vocabulary) for name, table in tables.items())
+
+
+def _checked(built: Sequence[Requirement], vocabulary: Vocabulary) -> tuple[Requirement, ...]:
+    if not built:
+        raise RequirementError("no requirement; expected at least one")
+    ids = [requirement.id for requirement in built]
+    twice = [name for name in ids if ids.count(name) > 1]
+    if twice:
+        raise RequirementError(f"requirement {twice[0]} is there twice; expected an id of its own for each")
+    for requirement in built:
+        check_requirement(requirement, vocabulary)
+    return tuple(built)
 
 
 def check_requirement(requirement: Requirement, vocabulary: Vocabulary) -> None:

@@ -9,7 +9,14 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from pytest_hricdv.monitor import MonitorSet, Requirement, RequirementError, check_requirement, parse_formula
+from pytest_hricdv.monitor import (
+    MonitorSet,
+    Requirement,
+    RequirementError,
+    check_requirement,
+    load_requirements,
+    parse_formula,
+)
 from pytest_hricdv.monitor.build import (
     always,
     equal,
@@ -140,6 +147,17 @@ def test_names_and_types_are_checked_against_the_vocabulary(formula: Formula, sa
     with pytest.raises(RequirementError) as caught:
         check_requirement(requirement("R9", "Nine", formula), SMALL)
     assert says in str(caught.value)
+
+
+def test_built_requirements_are_loaded_like_those_of_a_file() -> None:
+    built = case_study()
+    assert load_requirements(built, TABLE) == tuple(built)
+    with pytest.raises(RequirementError, match="requirement R1 is there twice"):
+        load_requirements([*built, built[0]], TABLE)
+    with pytest.raises(RequirementError, match="no requirement; expected at least one"):
+        load_requirements([], TABLE)
+    with pytest.raises(RequirementError, match="requirement R1, column 11: unknown topic 'reading'"):
+        load_requirements(built, SMALL)
 
 
 def test_a_text_that_says_something_else_than_its_formula_is_refused() -> None:

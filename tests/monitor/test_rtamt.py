@@ -70,7 +70,7 @@ OFF_BOUNDS: Signals = {
     "hand_distance": st.sampled_from([0.0, 0.049, 0.052, 0.056, 0.3]),
     "arm_speed": st.sampled_from([0.0, 0.0005, 0.002, 0.006, 0.1, 0.24, 0.26]),
 }
-table_traces = traces(OFF_BOUNDS, TABLE_MESSAGES, last=12) | traces(OFF_BOUNDS, TABLE_MESSAGES, last=60)
+table_traces = traces(OFF_BOUNDS, TABLE_MESSAGES) | traces(OFF_BOUNDS, TABLE_MESSAGES, last=70, busy=12)
 case_study = pytest.mark.parametrize("watched", [R1, R2, R3, R4], ids=lambda watched: watched.id)
 
 
@@ -156,7 +156,7 @@ formulas = st.builds(Formula, lasting, responses) | st.builds(Formula, events, r
 
 @st.composite
 def settled_traces(draw: st.DrawFn) -> Trace:
-    trace: Trace = draw(traces(SIGNALS, MESSAGES))
+    trace: Trace = draw(traces(SIGNALS, MESSAGES, busy=draw(st.sampled_from([0, 6]))))
     instants = dict(trace.instants)
     for tick, is_settled in ((0, False), (1, True)):
         instant = instants.get(tick, Instant())
