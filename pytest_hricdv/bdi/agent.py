@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Agent:
-    """An agent in a run.
+    """An agent in a run, interpreted.
 
     Args:
         name: its name.
@@ -32,6 +32,8 @@ class Agent:
         library: its plans.
         events: what it has to react to at first.
     """
+
+    takes_letters = False
 
     def __init__(
         self,
@@ -47,6 +49,8 @@ class Agent:
         self.library = library
         self.awake = True
         """Whether it may have something to do; an agent that has not is left alone by the scheduler."""
+        self.place = 0
+        """Its place in the order in which agents act."""
         self.mailbox: deque[Message] = deque()
         self.events: deque[Event] = deque(Event(sign, literal, None) for sign, literal in events)
         self.feedback: deque[tuple[Intention, bool]] = deque()
@@ -147,7 +151,6 @@ class Agent:
         """
         self._intention_count = intentions
         self._seen_percepts = seen_percepts
-        self.awake = True
 
     def receive(self, message: Message) -> None:
         """Act on one message."""

@@ -147,6 +147,28 @@ class Message:
         self.reply_to = reply_to
 
 
+class Letter(Message):
+    """A message that is the same every time: a ground literal, told or asked for by one agent of another.
+
+    It has no number of its own: only plans of one's own for messages see that, and agents with such plans get
+    no letters.
+
+    Args:
+        sender: who sends it.
+        told: whether the literal is told, and not a goal to be achieved.
+        literal: what it is about.
+        annots: the literal's annotations as the receiver gets them, its source among them.
+    """
+
+    __slots__ = ("annots", "literal", "told")
+
+    def __init__(self, sender: str, told: bool, literal: Structure, annots: tuple[Term, ...]) -> None:
+        super().__init__(sender, "tell" if told else "achieve", literal, "")
+        self.told = told
+        self.literal = literal
+        self.annots = annots
+
+
 class Question:
     """An intention that waits for answers, and the term they are unified with.
 

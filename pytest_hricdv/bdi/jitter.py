@@ -70,6 +70,7 @@ class JitteredRun(Run):
         self._arrive()
         agents = list(self.agents.values())
         self._chance.shuffle(agents)
+        self._ready.clear()
         for agent in agents:
             agent.awake = agent.has_work()
         expecting = bool(self._under_way) or any(late.pending for late in self._late.values())

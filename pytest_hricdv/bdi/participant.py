@@ -15,8 +15,12 @@ class Participant(Protocol):
     """An agent in a run."""
 
     name: str
+    takes_letters: bool
+    """Whether messages to it may be letters."""
     awake: bool
     """Whether it may have something to do; an agent that has not is left alone by the scheduler."""
+    place: int
+    """Its place in the order in which agents act."""
     mailbox: deque[Message]
     waits: list[Wait]
     questions: dict[str, Question]

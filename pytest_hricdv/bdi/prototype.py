@@ -100,6 +100,6 @@ def compiled_prototypes(prototypes: list[Prototype]) -> list[Prototype]:
         plans = prototype.library
         if id(plans) not in programs:
             programs[id(plans)] = compile_program(plans, names)
-        code = compile_agent(programs[id(plans)], prototype.beliefs, plans, prototype.events)
+        code = compile_agent(prototype.name, programs[id(plans)], prototype.beliefs, plans, prototype.events)
         compiled.append(replace(prototype, code=code))
     return compiled

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import random
+from bisect import bisect_right, insort
 from collections.abc import Mapping
 
 from .agent import Agent
@@ -57,8 +58,10 @@ class Run:
         self.sent = 0
         """Messages sent so far."""
         self._seen_changes = environment.changes
-        self._order: tuple[Participant, ...] | None = None
-        """The agents in the order in which they act; None when it has to be found anew."""
+        self._order: list[Participant] = []
+        """The agents in the order in which they act."""
+        self._ready: list[int] = []
+        """The places in that order of the agents that are awake, ascending."""
 
     @property
     def plain(self) -> bool:
@@ -87,10 +90,16 @@ class Run:
         """Where an agent looks whether its percepts have changed: a number for each agent that grows with them."""
         return self.environment.versions
 
+    def wake(self, agent: Participant) -> None:
+        """An agent has something to do: in this round if it is yet to act in it, else in the next."""
+        if not agent.awake:
+            agent.awake = True
+            insort(self._ready, agent.place)
+
     def deliver(self, to: Participant, message: Message) -> None:
         """Put a message into its receiver's mailbox."""
         to.mailbox.append(message)
-        to.awake = True
+        self.wake(to)
         self.progress += 1
 
     def act(self, agent: str, action: Structure, plan: Plan, statement: Act) -> bool:
@@ -110,7 +119,8 @@ class Run:
         if self.environment.changes != self._seen_changes:
             self._seen_changes = self.environment.changes
             for other in self.agents.values():
-                other.awake = other.awake or other.has_work()
+                if other.has_work():
+                    self.wake(other)
         return bool(success)
 
     def print(self, agent: str, text: str) -> None:
@@ -165,8 +175,14 @@ class Run:
             BdiError: an agent cannot go on.
         """
         quiet = Quiet(self)
+        self._order = list(self.agents.values())
+        self._ready = []
+        for place, agent in enumerate(self._order):
+            agent.place = place
+            if agent.awake:
+                self._ready.append(place)
         while self.rounds < max_rounds:
-            if not self._rounds(min(max_rounds, quiet.due) - self.rounds):
+            if not self._rounds((max_rounds if max_rounds < quiet.due else quiet.due) - self.rounds):
                 if not self._jump():
                     return "idle"
                 if quiet.polling():
@@ -182,41 +198,40 @@ class Run:
 
     def _rounds(self, limit: int) -> int:
         """At least one round, or several if only one agent has anything to do; their number, 0 if none has."""
-        if self._order is None:
-            self._order = tuple(self.agents.values())
-        agents = self._order
-        alone: Participant | None = None
-        for agent in agents:
-            if agent.awake:
-                if alone is not None:
-                    alone = None
-                    break
-                alone = agent
-        else:
-            if alone is None:
-                return 0
-        done = 1
-        acting = alone or agents[0]
+        ready = self._ready
+        if not ready:
+            return 0
+        place, done = -1, 1
         try:
-            if alone is not None:
+            if len(ready) == 1:
+                place = ready[0]
                 if self.ticks + limit > self.earliest_deadline:
                     limit = max(1, int(self.earliest_deadline) - self.ticks)
-                done = alone.work(limit)
-                # In the last of these rounds it may have given others something to do, of whom some are yet to act.
-                agents = agents[agents.index(alone) + 1 :]
-            for acting in agents:
-                if acting.awake:
-                    acting.work(1)
+                done = self._order[place].work(limit)
+                if not self._order[place].awake:
+                    ready.remove(place)
+                self.rounds += done - 1
+                self.ticks += done - 1
+            # One that was alone may in the last of its rounds have given others something to do, who are yet to act.
+            while ready and ready[-1] > place:
+                place = ready[bisect_right(ready, place)]
+                self._order[place].work(1)
+                if not self._order[place].awake:
+                    ready.remove(place)
         except RecursionError:
+            acting = self._order[place]
             raise BdiError(f"{acting.name}: terms nested too deeply, {acting.doing()}") from None
-        self.rounds += done
-        self.ticks += done
+        self.rounds += 1
+        self.ticks += 1
         return done
 
     def replace(self, agent: Agent) -> None:
         """Let an agent take the place of the one of its name."""
+        before = self.agents[agent.name]
         self.agents[agent.name] = agent
-        self._order = None
+        agent.place = before.place
+        self._order[agent.place] = agent
+        agent.awake = before.awake
 
     def interpreted(self) -> dict[str, Agent]:
         """The agents, all in the form that the interpreter runs: from now on they are interpreted."""
@@ -242,7 +257,8 @@ class Run:
         for agent in self.agents.values():
             if agent.waits or agent.questions:
                 agent.end_waits(self.ticks)
-                agent.awake = agent.has_work()
+                if agent.has_work():
+                    self.wake(agent)
         self._find_earliest_deadline()
 
     def _find_earliest_deadline(self) -> None:

@@ -22,28 +22,40 @@ class Activity:
 
     Args:
         number: its number among those of the agent, from 1.
+        plan: the plan to be executed.
+        values: what its variables stand for.
+        goal: what it was selected for.
     """
 
-    __slots__ = ("below", "goal", "left", "number", "pc", "plan", "values")
+    __slots__ = ("below", "goal", "left", "number", "open", "pc", "plan", "values")
 
-    def __init__(self, number: int) -> None:
+    def __init__(self, number: int, plan: PlanCode, values: Values, goal: Goal) -> None:
         self.number = number
-        self.plan: PlanCode
-        """The plan being executed."""
-        self.goal: Goal
-        """What it was selected for."""
+        self.plan = plan
+        self.values = values
+        self.goal = goal
         self.pc = 0
         """The number of its statement to be executed, or of the one waited for."""
-        self.values: Values = ()
-        """What its variables stand for."""
         self.below: list[Caller] = []
         """The plans that wait for it, the outermost first."""
+        self.open = 0
+        """How many of those have statements left."""
         self.left = 0
         """The cycles left, as far as known, when it came to something to be left to the interpreter."""
 
 
 Pending = tuple[Goal, Activity | None]
 """An event, and the activity that waits for it."""
+
+
+def begin(activity: Activity, goal: Goal, plan: PlanCode, values: Values) -> None:
+    """Execute a plan next; the one being executed waits for it, unless it ends by pursuing its own goal again."""
+    caller, pc = activity.plan, activity.pc
+    if pc != caller.last or goal[0] is not activity.goal[0] or not goal[0].is_goal:
+        activity.below.append((caller, pc, activity.values, activity.goal))
+        if caller.after[pc] != caller.end:
+            activity.open += 1
+    activity.plan, activity.values, activity.goal, activity.pc = plan, values, goal, 0
 
 
 def resumed(activity: Activity) -> bool:
@@ -55,11 +67,11 @@ def resumed(activity: Activity) -> bool:
 
 def returned(activity: Activity) -> bool:
     """Go back from a finished plan to where it was called; False if the activity has ended."""
-    below = activity.below
-    while below:
-        plan, pc, activity.values, activity.goal = below.pop()
-        activity.plan = plan
-        activity.pc = plan.after[pc]
-        if activity.pc != plan.end:
+    if not activity.open:
+        return False
+    while True:
+        plan, pc, activity.values, activity.goal = activity.below.pop()
+        if plan.after[pc] != plan.end:
+            activity.open -= 1
+            activity.plan, activity.pc = plan, plan.after[pc]
             return True
-    return False

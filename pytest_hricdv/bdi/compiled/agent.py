@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 from ..beliefs import BeliefBase
 from ..environment import Environment
-from ..intentions import Message, Question, Wait
+from ..intentions import Letter, Message, Question, Wait
 from ..library import PlanLibrary
 from ..syntax import Rule
 from ..terms import Key, Structure, in_order, source
-from .activity import Activity, Goal, Pending, Slot, Store, resumed
+from .activity import Activity, Pending, Slot, Store, begin, resumed
 from .changes import add
-from .effects import begin
 from .handover import to_interpreter
 from .program import Annots, ProgramCode, proposition
 from .runtime import BailError
@@ -30,6 +29,7 @@ class AgentCode:
     """What is the same for an agent in all runs.
 
     Args:
+        name: its name.
         program: the compiled form of its program.
         beliefs: what it believes at first, without rules.
         library: its plans.
@@ -37,8 +37,14 @@ class AgentCode:
     """
 
     def __init__(
-        self, program: ProgramCode, beliefs: BeliefBase, library: PlanLibrary, events: list[tuple[str, Structure]]
+        self,
+        name: str,
+        program: ProgramCode,
+        beliefs: BeliefBase,
+        library: PlanLibrary,
+        events: list[tuple[str, Structure]],
     ) -> None:
+        self.letters = [_letter("self" if name == to else name, told, about) for to, told, about in program.letters]
         self.program = program
         self.library = library
         self.propositions: dict[str, Annots] = {}
@@ -57,6 +63,10 @@ class AgentCode:
         ]
 
 
+def _letter(sender: str, told: bool, literal: Structure) -> Letter:
+    return Letter(sender, told, literal, in_order((*literal.annots, source(sender))))
+
+
 class CompiledAgent:
     """An agent in a run, compiled.
 
@@ -68,10 +78,16 @@ class CompiledAgent:
         code: its program and how it begins.
     """
 
+    takes_letters = True
+
     def __init__(self, name: str, run: Run, code: AgentCode) -> None:
         self.name = name
         self.run = run
+        self.place = 0
+        """Its place in the order in which agents act."""
         self.code = code
+        self.letters = code.letters
+        """The messages that it sends that are always the same."""
         self.p: dict[str, Annots] = code.propositions.copy()
         """Beliefs without arguments: their names, and their annotations."""
         self.tables = [table.copy() for table in code.tables]
@@ -120,32 +136,16 @@ class CompiledAgent:
     def work(self, rounds: int) -> int:
         """Do cycles while every other agent is idle, at most so many; the number done, at least one."""
         mailbox, events, feedback, intentions = self.mailbox, self.events, self.feedback, self.intentions
-        if (self._listens and not self._perceive()) or (mailbox and not self._receive(mailbox[0])):
+        if (mailbox or self._listens) and not self._take_in():
             self.interpreted().cycle()
             return 1
-        if feedback and not feedback[0][1]:
+        if (events or feedback) and not self._react():
             self.interpreted().reason()
             return 1
-        while events:
-            goal, awaiting = events.popleft()
-            try:
-                if self._react(goal, awaiting):
-                    break
-            except BailError:
-                events.appendleft((goal, awaiting))
-                self.interpreted().reason()
-                return 1
-        if feedback:
-            acted, _ = feedback.popleft()
-            if resumed(acted):
-                intentions.append(acted)
         done = 1
         if intentions:
             activity = intentions.popleft()
-            if rounds == 1 or intentions or events or mailbox or feedback:
-                self.granted = left = 1
-            else:
-                self.granted = left = rounds
+            self.granted = left = 1 if rounds == 1 or intentions or events or mailbox or feedback else rounds
             self.unused = 0
             try:
                 while left:
@@ -153,8 +153,61 @@ class CompiledAgent:
             except BailError:
                 return self._leave(activity)
             done = self.granted - self.unused
-        self.awake = bool(intentions or events or feedback or mailbox)
+        if not (intentions or events or feedback or mailbox):
+            self.awake = False
         return done
+
+    def _take_in(self) -> bool:
+        """Perceive, and act on one message; False if that is left to the interpreter."""
+        if self._listens and not self._perceive():
+            return False
+        if not self.mailbox:
+            return True
+        message = self.mailbox[0]
+        if type(message) is not Letter:
+            return self._receive(message)
+        self.mailbox.popleft()
+        if message.told:
+            self._believe(message.literal, message.annots)
+        else:
+            goal = self.code.program.trigger("+!", message.literal.key), message.literal.args, message.annots
+            self.events.append((goal, None))
+        return True
+
+    def _react(self) -> bool:
+        """React to one event and to the outcome of one action; False if that is left to the interpreter."""
+        events, intentions = self.events, self.intentions
+        if self.feedback and not self.feedback[0][1]:
+            return False
+        while events:
+            goal, activity = events.popleft()
+            trigger, args, annots = goal
+            selected = None
+            try:
+                if trigger.select is not None:
+                    selected = trigger.select(self, args, annots)
+                if selected is None and trigger.is_goal:
+                    raise BailError
+            except BailError:
+                events.appendleft((goal, activity))
+                return False
+            if selected is None:
+                if activity is None:
+                    # A belief event without a plan lets another be selected at once.
+                    continue
+                activity.pc = activity.plan.after[activity.pc]
+            elif activity is None:
+                self.activities += 1
+                activity = Activity(self.activities, *selected, goal)
+            else:
+                begin(activity, goal, *selected)
+            intentions.append(activity)
+            break
+        if self.feedback:
+            acted, _ = self.feedback.popleft()
+            if resumed(acted):
+                intentions.append(acted)
+        return True
 
     def _perceive(self) -> bool:
         """Believe what is perceived at first; False if percepts change later, which is left to the interpreter."""
@@ -211,28 +264,6 @@ class CompiledAgent:
             self.run.progress += 1
         if new is not None and key in program.noticed:
             self.events.append(((program.noticed[key], literal.args, new), None))
-
-    def _react(self, goal: Goal, activity: Activity | None) -> bool:
-        """Find a plan for an event; False for a belief event without one: another event is selected at once."""
-        select = goal[0].select
-        selected = None if select is None else select(self, goal[1], goal[2])
-        if selected is None:
-            if goal[0].is_goal:
-                raise BailError
-            if activity is None:
-                return False
-            activity.pc = activity.plan.after[activity.pc]
-            self.intentions.append(activity)
-            return True
-        if activity is None:
-            self.activities += 1
-            activity = Activity(self.activities)
-            activity.plan, activity.values = selected
-            activity.goal = goal
-        else:
-            begin(activity, goal, selected)
-        self.intentions.append(activity)
-        return True
 
     def _leave(self, activity: Activity) -> int:
         """The statement an activity is at, or the selection of a plan for its goal, is left to the interpreter."""

@@ -114,6 +114,11 @@ class BodyWriter:
         self.save(pc)
         self.writer.line("i.left = n")
 
+    def mark_for(self, pc: int, *expressions: str) -> None:
+        """As :meth:`mark`, if one of these expressions may have no value."""
+        if any("bail()" in each or "compute(" in each or "same(" in each for each in expressions):
+            self.mark(pc)
+
     def cut(self) -> None:
         """Something may happen in the next round: do no more than this cycle."""
         self.writer.line("a.unused += n - 1")

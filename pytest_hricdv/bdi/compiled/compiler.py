@@ -21,6 +21,7 @@ _CHANGES: dict[str, object] = {
     "enter": effects.enter,
     "finish": effects.finish,
     "finish_acted": effects.finish_acted,
+    "post": effects.post,
     "remove": changes.remove,
     "replace": changes.replace,
     "send": effects.send,
@@ -30,11 +31,16 @@ _CHANGES: dict[str, object] = {
 
 
 def compile_agent(
-    program: ProgramCode | None, beliefs: BeliefBase, library: PlanLibrary, events: list[tuple[str, Structure]]
+    name: str,
+    program: ProgramCode | None,
+    beliefs: BeliefBase,
+    library: PlanLibrary,
+    events: list[tuple[str, Structure]],
 ) -> AgentCode | None:
     """The compiled form of an agent; None if it has to be interpreted from the start.
 
     Args:
+        name: its name.
         program: the compiled form of its plans, if there is one.
         beliefs: what it believes at first.
         library: its plans.
@@ -44,7 +50,7 @@ def compile_agent(
         return None
     if any(isinstance(belief, Rule) or SOURCE_PERCEPT in belief.annots for belief in beliefs):
         return None
-    return AgentCode(program, beliefs, library, events)
+    return AgentCode(name, program, beliefs, library, events)
 
 
 def compile_program(library: PlanLibrary, receivers: frozenset[str]) -> ProgramCode | None:

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..intentions import Message, Wait
 from ..terms import Term
-from .activity import Activity, Goal, returned
-from .program import PlanCode, Values
+from .activity import Activity, Goal, begin, returned
 from .runtime import BailError
 
 if TYPE_CHECKING:
@@ -34,19 +33,8 @@ def enter(agent: CompiledAgent, activity: Activity, goal: Goal, left: int) -> in
         activity.left = left
         agent.events.appendleft((goal, activity))
         raise
-    begin(activity, goal, selected)
+    begin(activity, goal, *selected)
     return left
-
-
-def begin(activity: Activity, goal: Goal, selected: tuple[PlanCode, Values]) -> None:
-    """Execute a plan next; the one being executed waits for it, unless it ends by pursuing its own goal again."""
-    plan = activity.plan
-    trigger = goal[0]
-    if activity.pc != plan.last or trigger is not activity.goal[0] or not trigger.is_goal:
-        activity.below.append((plan, activity.pc, activity.values, activity.goal))
-    activity.plan, activity.values = selected
-    activity.pc = 0
-    activity.goal = goal
 
 
 def finish(agent: CompiledAgent, activity: Activity, left: int) -> int:
@@ -81,10 +69,22 @@ def send(agent: CompiledAgent, receiver: str, force: str, content: Term) -> None
     """Send a message."""
     run = agent.run
     to = run.agents[receiver]
-    run.sent += 1
-    to.mailbox.append(Message("self" if to is agent else agent.name, force, content, f"mid{run.sent}"))
-    to.awake = True
-    run.progress += 1
+    run.deliver(to, Message("self" if to is agent else agent.name, force, content, run.next_message_number()))
+
+
+def post(agent: CompiledAgent, receiver: str, number: int) -> None:
+    """Send a message that is always the same; ``number`` is its place among those of the program."""
+    run = agent.run
+    to = run.agents[receiver]
+    if to.takes_letters:
+        run.sent += 1
+        run.progress += 1
+        to.mailbox.append(agent.letters[number])
+        if not to.awake:
+            run.wake(to)
+    else:
+        letter = agent.letters[number]
+        send(agent, receiver, letter.force, letter.content)
 
 
 def wait(agent: CompiledAgent, activity: Activity, wait_ms: float, left: int) -> int:

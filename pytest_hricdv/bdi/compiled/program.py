@@ -92,6 +92,7 @@ class ProgramCode:
         triggers: what to do on events, those without a plan included.
         noticed: what to do when a belief has come that a plan is for.
         tables: the place of the table of each predicate with arguments that the program tests.
+        letters: the messages that are always the same: to whom, whether told, what.
         source: the Python text, to be read by people.
     """
 
@@ -99,6 +100,7 @@ class ProgramCode:
     triggers: dict[EventKey, TriggerCode] = field(default_factory=dict)
     noticed: dict[Key, TriggerCode] = field(default_factory=dict)
     tables: dict[Key, int] = field(default_factory=dict)
+    letters: list[tuple[str, bool, Structure]] = field(default_factory=list)
     source: str = ""
 
     def trigger(self, sign: str, key: Key) -> TriggerCode:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..syntax import Achieve, Act, Believe, Check, For, Formula, If, Internal, Statement, Test, While
-from ..terms import SOURCE_PERCEPT, Call, String, Structure
+from ..terms import SOURCE_PERCEPT, Call, String, Structure, is_ground
 from .bodies import BodyWriter
 from .conditions import binds
 from .layout import blocks, variables_in
@@ -29,8 +29,7 @@ def write_statement(body: BodyWriter, pc: int, statement: Statement, scope: Scop
 def _achieve(body: BodyWriter, pc: int, statement: Achieve, scope: Scope) -> Scope:
     literal, args, annots = body.posted(statement.literal, scope)
     trigger = body.trigger("+!", literal)
-    if "bail()" in args or "compute(" in args:
-        body.mark(pc)
+    body.mark_for(pc, args)
     if statement.apart:
         body.writer.line(f"a.events.append(({body.goal(trigger, args, annots)}, None))")
         body.cut()
@@ -48,7 +47,7 @@ def _believe(body: BodyWriter, pc: int, statement: Believe, scope: Scope) -> Sco
     if not literal.args:
         store, slot = "p", repr(proposition(literal))
     else:
-        body.mark(pc)
+        body.mark_for(pc, args)
         writer.line(f"args = {args}")
         store, slot, args = body.program.table(literal), "args", "args"
     event_sign = "-" if sign == "-" else "+"
@@ -77,7 +76,7 @@ def _act(body: BodyWriter, pc: int, statement: Act, scope: Scope) -> Scope:
         raise UnsupportedError(f"{statement} is not compiled")
     done = value(writer, action, scope)
     if not action.ground:
-        body.mark(pc)
+        body.mark_for(pc, done)
         writer.line(f"action = {done}")
         done = "action"
     with writer.block("if a.acts_alone:"):
@@ -125,8 +124,8 @@ def _if(body: BodyWriter, pc: int, statement: If, scope: Scope) -> Scope:
     (_, then), (_, otherwise) = blocks(statement, pc)
     after = body.layout.after[pc]
     targets = (then if statement.then else after, otherwise if statement.otherwise else after)
-    body.mark(pc)
     test = body.conditions.test(statement.condition, scope)
+    body.mark_for(pc, test, "same(" if "exists" in test else "")
     body.writer.line(f"pc = {targets[0]} if {test} else {targets[1]}")
     body.jump(targets)
     return scope
@@ -181,7 +180,8 @@ def _internal(body: BodyWriter, pc: int, statement: Internal, scope: Scope) -> S
     write = _INTERNAL.get((call.name, len(call.args))) or _INTERNAL.get((call.name, -1))
     if write is None:
         raise UnsupportedError(f"{call} is not compiled")
-    body.mark(pc)
+    if call.name != ".send" or not is_ground(call.args[2]):  # type: ignore[arg-type]
+        body.mark(pc)
     if write(body, call, scope):
         body.go_on(pc)
     return scope
@@ -207,8 +207,12 @@ def _send(body: BodyWriter, call: Call, scope: Scope) -> bool:
         raise UnsupportedError(f"{receiver} is not an agent known beforehand")
     if not isinstance(force, Structure) or not is_name(force) or force.functor not in _FORCES:
         raise UnsupportedError(f"messages of force {force} are not compiled")
-    sent = value(body.writer, content, scope)  # type: ignore[arg-type]
-    body.writer.line(f"send(a, {receiver.functor!r}, {force.functor!r}, {sent})")
+    if isinstance(content, Structure) and content.ground:
+        body.program.letters.append((receiver.functor, force.functor == "tell", content))
+        body.writer.line(f"post(a, {receiver.functor!r}, {len(body.program.letters) - 1})")
+    else:
+        sent = value(body.writer, content, scope)  # type: ignore[arg-type]
+        body.writer.line(f"send(a, {receiver.functor!r}, {force.functor!r}, {sent})")
     body.cut()
     return True
 

@@ -209,8 +209,7 @@ class RecordingRun(Run):
         """End a segment here if only a receiver has anything to do: most often it has just been told something."""
         if self.notes.missing or self.notes.looks != 1 or self._quiet > _QUIET_BEFORE:
             return
-        busy = [agent for agent in self.agents.values() if agent.awake]
-        if len(busy) != 1 or not isinstance(busy[0], Receiver):
+        if len(self._ready) != 1 or not isinstance(self._order[self._ready[0]], Receiver):
             return
         state = self._state()
         if state is None:
