@@ -92,6 +92,10 @@ class WatchedBeliefs(dict[str, Annots]):
         self.settled.add(slot)
         return super().pop(slot, default)
 
+    def holds(self, slot: str) -> bool:
+        """Whether there is such a belief; nobody else asks."""
+        return super().__contains__(slot)
+
     def arrive(self, atom: str, annots: Annots) -> None:
         """An atom has been forwarded."""
         super().__setitem__(atom, annots)
@@ -133,12 +137,13 @@ class Receiver(CompiledAgent):
         from_steering = str(annots[0]) == f"source({self._notes.forwarding.steering})"
         if atom not in self._notes.atoms or literal.args or literal.negated or not from_steering:
             super()._believe(literal, annots)
-        elif atom in self._awaited:
+        elif atom in self._awaited and not self.watched.holds(atom):
             self._awaited.remove(atom)
             self._notes.missing -= 1
             self.watched.arrive(atom, annots)
             self.run.progress += 1
         else:
+            # It has come twice, or the agent has come to believe it by itself.
             self._notes.certain = False
             super()._believe(literal, annots)
 
