@@ -69,7 +69,7 @@ class Collecting:
             return replaying.suites(self.replays.values(), self.testbench)
         cache = getattr(self.config, "cache", None)
         root = self.config.invocation_params.dir
-        return selected_suites(self.options, root, self.testbench, cache, self._say)
+        return selected_suites(self.options, root, self.testbench, cache, self.say)
 
     @cached_property
     def replays(self) -> dict[str, Given]:
@@ -100,9 +100,12 @@ class Collecting:
         paths_named = self.config.args_source == pytest.Config.ArgsSource.ARGS
         return self.options.suite_named and not paths_named
 
-    def _say(self, text: str) -> None:
+    def say(self, text: str) -> None:
+        """Say what is going on when it takes a while."""
         reporter = self.config.pluginmanager.get_plugin("terminalreporter")
         if reporter is not None and self.config.get_verbosity() >= 0:
+            if reporter._tw.width_of_current_line:  # the dots of tests: ensure_newline does not know those of workers
+                reporter.write("\n")
             reporter.write_line(text)
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:

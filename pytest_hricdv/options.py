@@ -38,6 +38,9 @@ class Options:
     coverage: bool
     film: bool = False
     replay: tuple[Path, ...] = ()
+    shrink: bool = False
+    shrink_runs: int = 60
+    shrink_seconds: int = 60
     again: tuple[str, ...] = ()
     """What the command line said, beside suite and seed, on which tests there are and what fails."""
 
@@ -74,6 +77,15 @@ def add_options(parser: pytest.Parser) -> None:
         help="instead of a suite, run the tests of these files, which failing tests leave in the folder 'failures' of "
         "a report, and check that each run is the same to the bit",
     )
+    group.addoption(
+        "--hri-shrink",
+        action="store_true",
+        default=None,
+        help="when all tests have run, make the shortest failing one of each requirement as short as it can be: drop "
+        "actions, then simplify parameters, as long as it fails for the same reason",
+    )
+    group.addoption("--hri-shrink-runs", metavar="N", help="runs to shrink one test with, at most (default 60)")
+    group.addoption("--hri-shrink-seconds", metavar="S", help="seconds to shrink one test in, at most (default 60)")
     group.addoption("--hri-export", metavar="DIR", help="write the suites as text files that --hri-suite=DIR reads")
     group.addoption("--hri-film", action="store_true", default=None, help="film the runs of failing tests")
     group.addoption("--hri-no-cov", action="store_true", default=None, help="do not measure the code under test")
@@ -84,11 +96,14 @@ def add_options(parser: pytest.Parser) -> None:
         ("concretizations", "default of --hri-concretizations"),
         ("report", "default of --hri-report"),
         ("export", "default of --hri-export"),
+        ("shrink_runs", "default of --hri-shrink-runs"),
+        ("shrink_seconds", "default of --hri-shrink-seconds"),
     ):
         parser.addini(f"hri_{name}", what, default="")
     parser.addini("hri_fail_under", "one KIND=PCT a line; applies when the whole suite is selected", "linelist")
     parser.addini("hri_known_violations", "one a line, 'R3: reason': reported, but does not fail the run", "linelist")
     parser.addini("hri_strict", "default of --hri-strict", "bool", default=False)
+    parser.addini("hri_shrink", "default of --hri-shrink", "bool", default=False)
     parser.addini("hri_film", "default of --hri-film", "bool", default=False)
     parser.addini("hri_no_cov", "default of --hri-no-cov", "bool", default=False)
 
@@ -110,6 +125,9 @@ def read_options(config: pytest.Config) -> Options:
         coverage=not _flag(config, "no_cov"),
         film=_flag(config, "film"),
         replay=replay,
+        shrink=_flag(config, "shrink"),
+        shrink_runs=_integer(config, "shrink_runs", 60, least=1) or 60,
+        shrink_seconds=_integer(config, "shrink_seconds", 60, least=1) or 60,
         again=_again(config),
     )
 
@@ -144,15 +162,15 @@ def _flag(config: pytest.Config, name: str) -> bool:
 
 
 def _integer(config: pytest.Config, name: str, default: int | None, least: int | None) -> int | None:
-    text = _text(config, name)
+    text, option = _text(config, name), f"--hri-{name.replace('_', '-')}"
     if not text:
         return default
     try:
         value = int(text)
     except ValueError:
-        raise pytest.UsageError(f"--hri-{name}={text}: expected a whole number") from None
+        raise pytest.UsageError(f"{option}={text}: expected a whole number") from None
     if least is not None and value < least:
-        raise pytest.UsageError(f"--hri-{name}={text}: expected at least {least}")
+        raise pytest.UsageError(f"{option}={text}: expected at least {least}")
     return value
 
 

@@ -20,8 +20,11 @@ from pytest_hricdv.options import KINDS
 from pytest_hricdv.replaying import LEAVE_A_FILE
 from pytest_hricdv.report import files, found, terminal
 from pytest_hricdv.report.files import ReportError
+from pytest_hricdv.rerunning import Rerunning
 from pytest_hricdv.results import Entry, Rerun, Session, build_report, reached
 from pytest_hricdv.running import ATTRIBUTE, Running
+from pytest_hricdv.search.budget import Budget
+from pytest_hricdv.shrinking import Shrinking, worst
 from pytest_hricdv.suites import export
 from pytest_hricdv.testbench import TestbenchError
 
@@ -49,6 +52,7 @@ class Reporting:
         self.workers = 1
         self.report: Entry | None = None
         self.problems: list[str] = []
+        self.interrupted = False
         self._began = time.perf_counter()
 
     def pytest_report_header(self) -> str | list[str]:
@@ -139,8 +143,7 @@ class Reporting:
         """The entry, with the name of its replay file, where it has one: that of a replayed test is there already."""
         case = self.chosen.get(entry["nodeid"])
         if "replay" not in entry and case is not None and entry["outcome"] in LEAVE_A_FILE:
-            seeds = {each.suite.name: each.suite.seed for each in self.collecting.selected}
-            replay = self.running.surroundings.replay(case, entry, seeds[case.suite])
+            replay = self.running.surroundings.replay(case, entry, self._rerunning.seeds[case.suite])
             name = self.running.failures.keep(replay)
             if name is not None:
                 entry["replay"] = name
@@ -151,15 +154,23 @@ class Reporting:
         """After the last test, or the last before -x or Ctrl-C: writes the report, and lets gates fail the session."""
         try:
             result = yield
-        except (session.Failed, session.Interrupted, KeyboardInterrupt):
+        except session.Failed:
+            self._conclude(session, stopped=True)
+            raise
+        except (session.Interrupted, KeyboardInterrupt):
+            self.interrupted = True
             self._conclude(session, stopped=True)
             raise
         self._conclude(session, stopped=False)
+        if self.interrupted:
+            raise KeyboardInterrupt
         return result
 
     def _conclude(self, session: pytest.Session, *, stopped: bool) -> None:
         if session.config.getoption("collectonly") or not self.chosen:
             return
+        if self.options.shrink and not self.interrupted:
+            self._shrink()
         if self.running.failures.problem:
             self.problems.append(self.running.failures.problem)
         self.report = self._build()
@@ -171,6 +182,24 @@ class Reporting:
             self.problems.append(str(error))
         if self.problems:
             session.testsfailed += 1
+
+    def _shrink(self) -> None:
+        requirements = {requirement.id: requirement for requirement in self.running.requirements}
+        for name, entry in worst(self.entries.values(), requirements.values()).items():
+            self.collecting.say(f"hricdv: shrinking {entry['id']}, which failed {name} ...")
+            case = self.chosen[entry["nodeid"]]
+            shrinking = Shrinking(self._rerunning, requirements[name], case, entry["nodeid"])
+            told = shrinking.shrink(Budget(self.options.shrink_runs, self.options.shrink_seconds))
+            entry.setdefault("shrunk", {})[name] = told
+            if told["ended"] == "interrupted":
+                self.interrupted = True
+                return
+
+    @property
+    def _rerunning(self) -> Rerunning:
+        running, selected = self.running, self.collecting.selected
+        seeds = {each.suite.name: each.suite.seed for each in selected}
+        return Rerunning(self.collecting.testbench, running.requirements, running.surroundings, running.failures, seeds)
 
     def _build(self) -> Entry:
         """The report; without the code's closure, and with a problem, when a waiver in the code is wrong."""

@@ -1,0 +1,106 @@
+"""Shrinking: when all tests have run, the shortest failing one of each requirement is made as short as it can be.
+
+It is done by one process at the end, not by each worker as tests fail: which test is shrunk, and to what, then does not
+depend on how tests were spread over workers, and no requirement is shrunk twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from pytest_hricdv.case import CaseResult, HriCase
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.monitor import Requirement
+from pytest_hricdv.rerunning import Rerunning, named
+from pytest_hricdv.results import Entry
+from pytest_hricdv.search.budget import Budget
+from pytest_hricdv.search.reason import Reason, is_same, reason
+from pytest_hricdv.search.replay import Origin
+from pytest_hricdv.search.shrink import Shrunk, shrink
+
+HOW = "shrunk"
+ELSEWHERE = "it did not fail again outside of its test function: does a fixture change what the run depends on?"
+
+
+def worst(entries: Iterable[Entry], requirements: Iterable[Requirement]) -> dict[str, Entry]:
+    """Requirement -> the entry of the shortest test that failed it, by actions and then by id; where one did."""
+    found = {}
+    by_length = sorted(entries, key=lambda entry: (len(entry["abstract"]), entry["id"], entry["nodeid"]))
+    for requirement in requirements:
+        failed = (entry for entry in by_length if entry["requirements"][requirement.id]["verdict"] == "Failed")
+        if (entry := next(failed, None)) is not None:
+            found[requirement.id] = entry
+    return found
+
+
+@dataclass
+class Shrinking:
+    """Shrinks one failure: a test, and the requirement that it failed.
+
+    Args:
+        rerunning: runs tests.
+        requirement: that failed.
+        case: the test that failed it.
+        nodeid: of the pytest item that ran it.
+    """
+
+    rerunning: Rerunning
+    requirement: Requirement
+    case: HriCase
+    nodeid: str
+
+    def __post_init__(self) -> None:
+        self._wanted: Reason | None = None
+        self._best: CaseResult | None = None
+
+    def shrink(self, budget: Budget) -> dict[str, Any]:
+        """Shrink it; returns what the report has under the test's `shrunk`. Keeps the result as a replay file."""
+        try:
+            if budget.runs > 0:
+                budget.spend()
+                self._learn_reason()
+        except KeyboardInterrupt:
+            return self._told(Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "interrupted"))
+        if self._best is None:
+            return self._told(Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "done"), ELSEWHERE)
+        return self._told(shrink(self.case.concrete, self.case.ranges, self._fails, budget))
+
+    def _learn_reason(self) -> None:
+        result = self._run(self.case.concrete)
+        verdict = result and result.verdict(self.requirement.id)
+        if verdict and verdict.violations:
+            self._wanted = reason(self.requirement, verdict.violations[0])
+            self._best = result
+
+    def _fails(self, test: ConcreteTest) -> bool:
+        result = self._run(test)
+        if result is None or self._wanted is None:
+            return False
+        same = is_same(self.requirement, self._wanted, result.verdict(self.requirement.id))
+        if same:
+            self._best = result
+        return same
+
+    def _run(self, test: ConcreteTest) -> CaseResult | None:
+        # Under the id that the test will have: a run is a function of all of its test.
+        return self.rerunning.run(named(test, f"{self.requirement.id}-{HOW}"))
+
+    def _told(self, found: Shrunk, note: str = "") -> dict[str, Any]:
+        told: dict[str, Any] = {
+            "id": None,
+            "replay": None,
+            "abstract": [action.command for action in found.test.actions],
+            "actions_before": len(self.case.concrete.actions),
+            "runs": found.runs,
+            "wall_s": round(found.wall_s, 3),
+            "ended": found.ended,
+            "reason": list(self._wanted or ()),
+            "note": note,
+        }
+        if self._best is not None and found.test != self.case.concrete:
+            origin = Origin(HOW, self.case.abstract.id, self.requirement.id, found.runs)
+            made, told["replay"] = self.rerunning.keep(self.case, self._best, self.nodeid, origin)
+            told["id"] = made.abstract.id
+        return told
