@@ -27,6 +27,7 @@ class Prototype:
 
     Args:
         name: its name.
+        program: its source.
         beliefs: its initial beliefs.
         library: its plans.
         events: what it has to react to at first.
@@ -34,6 +35,7 @@ class Prototype:
     """
 
     name: str
+    program: Program
     beliefs: BeliefBase
     library: PlanLibrary
     events: list[tuple[str, Structure]]
@@ -77,7 +79,7 @@ def prototype_of(entry: AgentEntry, program: Program, library: PlanLibrary) -> P
         if base.add(own) and library.relevant("+", own.key):
             events.append(("+", own))
     events += [("+!", _own(_with_own_variables(goal))) for goal in goals]
-    return Prototype(entry.name, base, library, events)
+    return Prototype(entry.name, program, base, library, events)
 
 
 def _with_own_variables(goal: Structure) -> Structure:

@@ -114,16 +114,24 @@ class MultiAgentSystem:
         """
         return tuple(plan.label for plan in self.plans(agent) if plan.labelled)
 
-    def plans(self, agent: str) -> tuple[Plan, ...]:
-        """An agent's plans, in source order.
+    def program(self, agent: str) -> Program:
+        """An agent's source as a syntax tree.
 
         Raises:
             KeyError: there is no such agent.
         """
         for prototype in self._prototypes:
             if prototype.name == agent:
-                return tuple(plan for plan in prototype.library.plans if not plan.builtin)
+                return prototype.program
         raise KeyError(agent)
+
+    def plans(self, agent: str) -> tuple[Plan, ...]:
+        """An agent's plans, in source order.
+
+        Raises:
+            KeyError: there is no such agent.
+        """
+        return self.program(agent).plans
 
     def run(
         self,

@@ -6,8 +6,6 @@ from collections.abc import Iterable
 from functools import lru_cache
 
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure
-from pytest_hricdv.bdi.parser import read_program
-from pytest_hricdv.bdi.project import read_project
 from pytest_hricdv.bdi.syntax import children
 
 from .abstract import Plans, command_from_action
@@ -61,7 +59,7 @@ class Explorer:
                 raise GenerateError(f"{self.model.path}: no agent {agent!r} in this model{known}")
 
     def _check_beliefs(self) -> None:
-        mentioned = _mentioned(self.model)
+        mentioned = _mentioned(self._system, self.model.actor)
         for belief in self.space.beliefs:
             if belief not in mentioned and belief not in self.space.neutral:
                 raise GenerateError(
@@ -84,10 +82,7 @@ class Explorer:
             raise GenerateError(f"BDI model {self.model.path} with {' '.join(subset)}: {error}") from error
         self.runs += 1
         self.cut_off += result.ended == _CUT_OFF
-        sequence = {
-            agent: tuple(label for label in result.plans.get(agent, ()) if label in self._coverage_plans[agent])
-            for agent in self.model.covered
-        }
+        sequence = {agent: self._covered(agent, result.plans.get(agent, [])) for agent in self.model.covered}
         return Exploration(
             beliefs=subset,
             lines=tuple(_command(action) for agent, action in result.actions if agent == self.model.actor),
@@ -96,6 +91,10 @@ class Explorer:
             rounds=result.rounds,
             ended=result.ended,
         )
+
+    def _covered(self, agent: str, labels: list[str]) -> tuple[str, ...]:
+        coverage = self._coverage_plans[agent]
+        return tuple([label for label in labels if label in coverage])
 
     def notes(self) -> tuple[str, ...]:
         """What a suite should say of the runs so far: whether any had to be cut off, and so its test."""
@@ -110,10 +109,9 @@ def _command(action: str) -> str:
     return command_from_action(action)
 
 
-def _mentioned(model: Model) -> list[str]:
+def _mentioned(system: MultiAgentSystem, actor: str) -> list[str]:
     """Every name that the actor's program uses for a belief, a goal, an action or an argument."""
-    (source,) = [entry.source for entry in read_project(model.path).agents if entry.name == model.actor]
-    program = read_program(source)
+    program = system.program(actor)
     names: dict[str, None] = {}
     pending: list[object] = [*program.beliefs, *program.goals, *program.plans]
     while pending:

@@ -106,8 +106,7 @@ class BodyWriter:
     def save(self, pc: int | str) -> None:
         """Note where the activity is, and what its variables stand for."""
         self.writer.line(f"i.pc = {pc}")
-        if self._binds and self._values:
-            self.writer.line(f"i.values = ({', '.join(self._values)},)")
+        self.save_values()
 
     def mark(self, pc: int) -> None:
         """As :meth:`save`, where the statement may have to be left to the interpreter."""
@@ -130,25 +129,23 @@ class BodyWriter:
         self.writer.line("n -= 1")
         if after == self.layout.end:
             self.writer.line("return finish(a, i, n)")
-            return
-        self._suspend(after, "a.intentions.append(i)")
-        self.writer.line(f"pc = {after}")
-
-    def wait_in(self, pc: int, queue: str, at_the_end: str = "") -> None:
-        """As :meth:`go_on`, where the statement is done only when what it has brought about was dealt with."""
-        after = self.layout.after[pc]
-        self.writer.line("n -= 1")
-        self._suspend(pc, queue)
-        if at_the_end and after == self.layout.end:
-            self.writer.line(at_the_end)
         else:
+            self.leave_with(f"pause(a, i, {after})")
             self.writer.line(f"pc = {after}")
 
-    def _suspend(self, pc: int, queue: str) -> None:
-        with self.writer.block("if not n:"):
-            self.save(pc)
-            self.writer.line(queue)
-            self.writer.line("return 0")
+    def leave_with(self, call: str) -> None:
+        """If no cycle is left, leave: ``call`` puts the activity where it has to wait."""
+        if self._binds:
+            with self.writer.block("if not n:"):
+                self.save_values()
+                self.writer.line(f"return {call}")
+        else:
+            self.writer.line(f"if not n: return {call}")
+
+    def save_values(self) -> None:
+        """Note what the variables stand for, if that can have changed."""
+        if self._binds and self._values:
+            self.writer.line(f"i.values = ({', '.join(self._values)},)")
 
     def call(self, pc: int, trigger: str, args: str, annots: str) -> None:
         """Post an event that the activity waits for, and for which there may be a plan."""
@@ -168,10 +165,7 @@ class BodyWriter:
         if self.layout.end in targets:
             with writer.block(f"if pc == {self.layout.end}:"):
                 writer.line("return finish(a, i, n)")
-        with writer.block("if not n:"):
-            self.save("pc")
-            writer.line("a.intentions.append(i)")
-            writer.line("return 0")
+        self.leave_with("pause(a, i, pc)")
 
     # --- what statements are about
 

@@ -16,11 +16,14 @@ from .writer import Names
 
 _CHANGES: dict[str, object] = {
     "abolish": changes.abolish,
+    "act": effects.act,
     "add": changes.add,
     "displace": changes.displace,
     "enter": effects.enter,
     "finish": effects.finish,
     "finish_acted": effects.finish_acted,
+    "pause": effects.pause,
+    "pause_for": effects.pause_for,
     "post": effects.post,
     "remove": changes.remove,
     "replace": changes.replace,

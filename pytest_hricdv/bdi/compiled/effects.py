@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..intentions import Message, Wait
-from ..terms import Term
-from .activity import Activity, Goal, begin, returned
+from ..syntax import Act, Plan
+from ..terms import Structure, Term
+from .activity import Activity, Args, Goal, begin, returned
+from .program import Annots, TriggerCode
 from .runtime import BailError
 
 if TYPE_CHECKING:
@@ -35,6 +37,44 @@ def enter(agent: CompiledAgent, activity: Activity, goal: Goal, left: int) -> in
         raise
     begin(activity, goal, *selected)
     return left
+
+
+def pause(agent: CompiledAgent, activity: Activity, pc: int) -> int:
+    """No cycle is left: go on at a statement in the next one."""
+    activity.pc = pc
+    agent.intentions.append(activity)
+    return 0
+
+
+def pause_for(
+    agent: CompiledAgent, activity: Activity, pc: int, after: int, event: TriggerCode, args: Args, new: Annots | None
+) -> int:
+    """No cycle is left after a belief was changed: wait for the event; without a change, go on at ``after``."""
+    if new is None:
+        return pause(agent, activity, after)
+    activity.pc = pc
+    agent.events.append(((event, args, new), activity))
+    return 0
+
+
+def act(
+    agent: CompiledAgent, activity: Activity, pc: int, action: Structure, plan: Plan, statement: Act, left: int
+) -> int:
+    """Do an external action; the cycles that the activity can use before it hears of the outcome and after."""
+    run = agent.run
+    success = True
+    if agent.acts_alone:
+        run.actions.append((agent.name, str(action)))
+        run.progress += 1
+    else:
+        # Anybody may perceive something in the next round.
+        agent.unused += left - 1
+        left = 1
+        success = run.act(agent.name, action, plan, statement)
+    if left == 1:
+        activity.pc = pc
+        agent.feedback.append((activity, success))
+    return left - 1
 
 
 def finish(agent: CompiledAgent, activity: Activity, left: int) -> int:

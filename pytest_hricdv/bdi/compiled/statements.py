@@ -59,14 +59,19 @@ def _believe(body: BodyWriter, pc: int, statement: Believe, scope: Scope) -> Sco
             with writer.block(f"if displace(a, {store}, {which}, {annots}, {body.trigger('-', literal)}):"):
                 body.cut()
         writer.line(f"new = {'remove' if sign == '-' else 'add'}(a, {store}, {slot}, {annots})")
-    with writer.block("if new is None:"):
-        body.go_on(pc)
-    with writer.block("else:"):
-        event = body.trigger(event_sign, literal)
-        if body.has_plans(event_sign, literal):
+    event, after = body.trigger(event_sign, literal), body.layout.after[pc]
+    if body.has_plans(event_sign, literal):
+        with writer.block("if new is None:"):
+            body.go_on(pc)
+        with writer.block("else:"):
             body.call(pc, event, args, "new")
-        else:
-            body.wait_in(pc, f"a.events.append((({event}, {args}, new), i))")
+        return scope
+    # The activity waits for an event that no plan is for: it goes on in the next cycle, and only then is it over.
+    writer.line("n -= 1")
+    if after == body.layout.end:
+        writer.line("if new is None: return finish(a, i, n)")
+    body.leave_with(f"pause_for(a, i, {pc}, {after}, {event}, {args}, new)")
+    writer.line(f"pc = {after}")
     return scope
 
 
@@ -79,18 +84,12 @@ def _act(body: BodyWriter, pc: int, statement: Act, scope: Scope) -> Scope:
         body.mark_for(pc, done)
         writer.line(f"action = {done}")
         done = "action"
-    with writer.block("if a.acts_alone:"):
-        text = names.constant(str(action)) if action.ground else "str(action)"
-        writer.line(f"a.run.actions.append((a.name, {text}))")
-        writer.line("a.run.progress += 1")
-    with writer.block("else:"):
-        body.cut()
-        where = f"{names.constant(body.plan)}, {names.constant(statement)}"
-        with writer.block(f"if not a.run.act(a.name, {done}, {where}):"):
-            body.save(pc)
-            writer.line("a.feedback.append((i, False))")
-            writer.line("return 0")
-    body.wait_in(pc, "a.feedback.append((i, True))", at_the_end="return finish_acted(a, i, n)")
+    where = f"{names.constant(body.plan)}, {names.constant(statement)}"
+    body.save_values()
+    writer.line(f"n = act(a, i, {pc}, {done}, {where}, n)")
+    writer.line("if not n: return 0")
+    after = body.layout.after[pc]
+    writer.line("return finish_acted(a, i, n)" if after == body.layout.end else f"pc = {after}")
     return scope
 
 

@@ -40,19 +40,17 @@ class Memo:
         key = (seed, max_rounds, tuple(listed.values()))
         known = self._whole.get(key)
         if known is None:
-            known = self._put_together(listed, seed, max_rounds) or self._run_in_earnest(
-                listed, environment, seed, max_rounds
-            )
+            case = self._case(listed)
+            if case is not None:
+                known = self._put_together(case, seed, max_rounds)
+            known = known or self._run_in_earnest(case, environment, seed, max_rounds)
             if len(self._whole) >= MAX_REMEMBERED:
                 self._whole.clear()
             self._whole[key] = known
         return _copy(known)
 
-    def _put_together(self, listed: dict[str, tuple[Structure, ...]], seed: int, max_rounds: int) -> Result | None:
+    def _put_together(self, case: Case, seed: int, max_rounds: int) -> Result | None:
         """The result by what earlier runs have shown, if that is enough."""
-        case = self._case(listed)
-        if case is None:
-            return None
         forwarding, atoms = case
         root = self._nodes.get(_root(forwarding, atoms, seed))
         segments = None if root is None else follow(root, atoms)
@@ -61,11 +59,8 @@ class Memo:
         result = self._joined(segments)
         return result if result.rounds < max_rounds else None
 
-    def _run_in_earnest(
-        self, listed: dict[str, tuple[Structure, ...]], environment: Environment, seed: int, max_rounds: int
-    ) -> Result:
+    def _run_in_earnest(self, case: Case | None, environment: Environment, seed: int, max_rounds: int) -> Result:
         self.runs_in_earnest += 1
-        case = self._case(listed)
         if case is not None:
             result = self._record(case, environment, seed, max_rounds)
             if result is not None:
