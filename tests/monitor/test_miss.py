@@ -91,7 +91,7 @@ def test_only_what_was_never_triggered_is_explained() -> None:
     assert pending.to_json()["nearest_miss"] is None
 
 
-SEARCHES = settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+SEARCHES = settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def agrees(formula: Formula, trace: Trace) -> None:
@@ -110,8 +110,17 @@ def test_a_random_formula_is_missed_as_the_offline_evaluator_says(formula: Formu
     agrees(formula, trace)
 
 
+@pytest.mark.slow
+@given(formula=formulas, trace=small_traces)
+@settings(SEARCHES, max_examples=3000)
+def test_a_random_formula_is_missed_as_the_offline_evaluator_says_on_thousands_of_runs(
+    formula: Formula, trace: Trace
+) -> None:
+    agrees(formula, trace)
+
+
 @pytest.mark.parametrize("watched", [R1, R2, R3, R4], ids=lambda watched: watched.id)
 @given(trace=table_traces)
-@settings(SEARCHES, max_examples=50, suppress_health_check=list(HealthCheck))
+@settings(SEARCHES, max_examples=15, suppress_health_check=list(HealthCheck))
 def test_the_case_study_is_missed_as_the_offline_evaluator_says(watched: Requirement, trace: Trace) -> None:
     agrees(watched.formula, trace)

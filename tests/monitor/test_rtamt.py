@@ -51,7 +51,7 @@ pytest.importorskip("rtamt", reason="the oracle has no release for this Python")
 
 from tests.monitor import oracle
 
-QUICK = settings(deadline=None, suppress_health_check=list(HealthCheck), max_examples=60)
+QUICK = settings(deadline=None, suppress_health_check=list(HealthCheck), max_examples=50)
 THOROUGH = settings(QUICK, max_examples=2000)
 
 
