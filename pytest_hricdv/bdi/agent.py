@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from . import communication, failure, perception, waiting
 from .actions import Invocation, call_action, function_value
 from .beliefs import BeliefBase
+from .calling import hand_back, optimize_tail_recursion
 from .errors import BdiError, EvaluationError
 from .execution import execute
 from .inference import MAX_NESTED_QUERIES, first
@@ -16,7 +17,7 @@ from .intentions import Event, Frame, Intention, Message, Question, Wait
 from .library import PlanLibrary
 from .syntax import Formula, Plan
 from .terms import Call, Structure, Term, Variable
-from .unify import Bindings, Trail, free_variables, substitute, substitute_only, unify
+from .unify import Bindings, Trail, substitute, unify
 
 if TYPE_CHECKING:
     from .scheduler import Run
@@ -130,7 +131,17 @@ class Agent:
         self.awake = self.has_work()
 
     def work(self, rounds: int) -> int:
-        """Do cycles while every other agent is idle, at most so many; the number done."""
+        """Do cycles while every other agent is idle, at most so many; the number done.
+
+        All but the last are entered in the run's books here: what an agent does may depend on the time.
+        """
+        run = self.run
+        for _ in range(rounds - 1):
+            self.cycle()
+            if not self.awake or run.something_else_can_happen():
+                return 1
+            run.rounds += 1
+            run.ticks += 1
         self.cycle()
         return 1
 
@@ -179,7 +190,7 @@ class Agent:
         if intention is None:
             intention = self.new_intention()
         elif intention.frames:
-            _optimize_tail_recursion(intention, event)
+            optimize_tail_recursion(intention, event)
         intention.frames.append(Frame(plan, event.sign, event.literal, unifier))
         if plan.atomic:
             self._atomic = intention
@@ -191,9 +202,7 @@ class Agent:
         for plan in self.library.relevant(event.sign, literal.key):
             self._considered = plan
             unifier: Bindings = {}
-            wanted = plan.trigger.literal
-            propositional = isinstance(wanted, Structure) and not wanted.args and not wanted.annots
-            if not propositional and not unify(wanted, literal, unifier, []):
+            if not plan.plain and not unify(plan.trigger.literal, literal, unifier, []):
                 continue
             if plan.context is None:
                 return plan, unifier
@@ -263,7 +272,7 @@ class Agent:
                 self.run.note_achieved(self.name, done.literal)
             if frames:
                 if not done.literal.ground:
-                    _hand_back(self, done, frames[-1])
+                    hand_back(self, done, frames[-1])
                 frames[-1].advance()
         if self._atomic is intention and not intention.atomic:
             self._atomic = None
@@ -313,31 +322,6 @@ class Agent:
         self.post("-", belief, intention)
         return True
 
-    def everywhere(self) -> list[tuple[Intention, Event | None]]:
-        """All intentions, whatever they are doing or waiting for, and the goal events that wait for a plan."""
-        found: list[tuple[Intention, Event | None]] = []
-        found += [(event.intention or Intention(0), event) for event in self.events]
-        found += [(intention, None) for intention in self.intentions]
-        found += [(intention, None) for intention, _ in self.feedback]
-        found += [(wait.intention, None) for wait in self.waits]
-        found += [(intention, None) for intention in self.woken]
-        found += [(question.intention, None) for question in self.questions.values()]
-        found += [(intention, None) for intention in self.suspended]
-        if self.current is not None:
-            found.append((self.current, None))
-        return found
-
-    def take_out(self, intention: Intention) -> None:
-        """Take an intention out of whatever it is in; it is neither ready nor waiting any more."""
-        self.events = deque(event for event in self.events if event.intention is not intention)
-        self.intentions = deque(other for other in self.intentions if other is not intention)
-        self.feedback = deque(entry for entry in self.feedback if entry[0] is not intention)
-        self.waits = [wait for wait in self.waits if wait.intention is not intention]
-        self.woken = [other for other in self.woken if other is not intention]
-        questions = self.questions.items()
-        self.questions = {number: asked for number, asked in questions if asked.intention is not intention}
-        self.suspended = [other for other in self.suspended if other is not intention]
-
     # --- evaluation
 
     def fresh(self) -> Variable:
@@ -379,30 +363,3 @@ class Agent:
         if self._considered is not None:
             return f"in the context of plan @{self._considered.label} ({self._considered.location})"
         return "before any plan"
-
-
-def _optimize_tail_recursion(intention: Intention, event: Event) -> None:
-    """Drop a plan that ends by pursuing its own goal again, so that such loops need no memory."""
-    top = intention.frames[-1]
-    if (
-        event.sign == "+!"
-        and top.sign == "+!"
-        and top.literal.key == event.literal.key
-        and top.pc == len(top.body) - 1
-        and not top.blocks
-        and not top.plan.atomic
-        and top.literal.ground
-    ):
-        intention.frames.pop()
-
-
-def _hand_back(agent: Agent, done: Frame, caller: Frame) -> None:
-    """Bind the caller's variables that the goal's plan has bound."""
-    asked = free_variables(done.literal)
-    for variable in asked:
-        value = agent.value(variable, done.unifier)
-        if value == variable:
-            continue
-        # What the plan left unbound inside the value must not be taken for the caller's variable of that name.
-        own: Bindings = {free: agent.fresh() for free in free_variables(value) if free not in asked}
-        caller.unifier[variable] = substitute_only(value, own) if own else value

@@ -120,7 +120,9 @@ def _unified(literal: Structure, belief: Structure, bindings: Bindings) -> Bindi
     extended = dict(bindings)
     trail: Trail = []
     for left, right in zip(literal.args, belief.args, strict=True):
-        if not unify(left, right, extended, trail):
+        if type(left) is Variable and left not in extended and is_ground(right):
+            extended[left] = right
+        elif not unify(left, right, extended, trail):
             return None
     return extended if all(annot in belief.annots for annot in literal.annots) else None
 

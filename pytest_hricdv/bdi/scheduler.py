@@ -82,13 +82,19 @@ class Run:
 
     def after(self, wait_ms: float) -> float:
         """The tick at which a wait that begins now is over: waits last a whole number of ticks."""
-        if wait_ms == math.inf:
-            return math.inf
-        return self.ticks + math.ceil(round(max(0.0, wait_ms) * TICKS_PER_MS, 6))
+        length = wait_ms * TICKS_PER_MS
+        if length == math.inf or length <= 0.0:
+            return self.ticks + max(0.0, length)
+        # Rounded first: a tenth of a millisecond has no exact binary form.
+        return self.ticks + (length if length.is_integer() else math.ceil(round(length, 6)))
 
     def percept_versions(self, agent: str) -> Mapping[str, int]:
         """Where an agent looks whether its percepts have changed: a number for each agent that grows with them."""
         return self.environment.versions
+
+    def something_else_can_happen(self) -> bool:
+        """While one agent was alone: whether by the next round another has something to do, a wait or the run ends."""
+        return len(self._ready) > 1 or self.ticks + 1 >= self.earliest_deadline or bool(self._ended)
 
     def wake(self, agent: Participant) -> None:
         """An agent has something to do: in this round if it is yet to act in it, else in the next."""

@@ -224,9 +224,14 @@ class Plan:
     annots: tuple[Term, ...] = ()
     builtin: bool = False
     atomic: bool = field(init=False, compare=False)
+    plain: bool = field(init=False, compare=False)
+    """Whether every event with its trigger's key is one that the plan is for."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "atomic", Structure("atomic") in self.annots)
+        wanted = self.trigger.literal
+        plain = isinstance(wanted, Structure) and wanted.ground and not wanted.args and not wanted.annots
+        object.__setattr__(self, "plain", plain)
 
     @property
     def labelled(self) -> bool:

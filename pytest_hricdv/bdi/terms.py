@@ -98,10 +98,15 @@ class Structure:
         self.negated = negated
         self.annots_tail = annots_tail
         self.key: Key = (negated, functor, len(args))
-        self.ground = annots_tail is None and (
-            not (args or annots) or (all(map(is_ground, args)) and all(map(is_ground, annots)))
-        )
-        self.evaluable = not self.ground and (any(map(is_evaluable, args)) or any(map(is_evaluable, annots)))
+        ground = annots_tail is None
+        for term in (*args, *annots) if annots else args:
+            kind = type(term)
+            if kind is Structure or kind is ListTerm:
+                ground = ground and is_ground(term)
+            elif kind is not Number and kind is not String:
+                ground = False
+        self.ground = ground
+        self.evaluable = not ground and (any(map(is_evaluable, args)) or any(map(is_evaluable, annots)))
         self._plain: Structure | None = None
         self._hash: int | None = None
         self._text: str | None = None
@@ -305,6 +310,11 @@ def is_evaluable(term: Term) -> bool:
     if isinstance(term, (Structure, ListTerm)):
         return term.evaluable
     return isinstance(term, (Arithmetic, Call))
+
+
+def is_name(term: Term) -> bool:
+    """Whether a term is a plain name: no arguments, no annotations, not negated."""
+    return isinstance(term, Structure) and not term.args and not term.annots and not term.negated and term.ground
 
 
 def atom(name: str) -> Structure:

@@ -40,7 +40,20 @@ from .syntax import (
     While,
     variables_of,
 )
-from .terms import Annotated, Arithmetic, Call, ListTerm, Number, Quoted, String, Structure, Term, Variable
+from .terms import (
+    Annotated,
+    Arithmetic,
+    Call,
+    ListTerm,
+    Number,
+    Quoted,
+    String,
+    Structure,
+    Term,
+    Variable,
+    is_name,
+    source,
+)
 from .unify import substitute
 
 _ESCAPES = {"n": "\n", "t": "\t", "r": "\r"}
@@ -244,6 +257,9 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
         negation, functor, arguments, annotations = items
         args = tuple(self._term(meta, argument) for argument in arguments or ())
         annots, tail = annotations or ((), None)
+        if functor == "source" and not annotations and not negation and len(args) == 1 and is_name(args[0]):
+            # The one object that messages and beliefs carry: it is compared in no time.
+            return source(str(args[0]))
         return Structure(str(functor), args, (), negation is not None).annotated(annots, tail)
 
     def variable(self, meta: Meta, items: Children) -> GoalTerm:

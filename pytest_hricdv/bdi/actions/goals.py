@@ -9,6 +9,7 @@ from ..errors import EvaluationError
 from ..intentions import Event, Intention
 from ..terms import Structure, Term
 from ..unify import unify
+from ..whereabouts import everywhere, take_out
 from .registry import MANY, Invocation, Outcome, internal_action
 
 
@@ -28,7 +29,7 @@ def _fail(invocation: Invocation) -> Outcome:
 
 @internal_action("intend", 1)
 def _intend(invocation: Invocation) -> Iterator[object]:
-    for intention, _ in invocation.agent.everywhere():
+    for intention, _ in everywhere(invocation.agent):
         for frame in intention.frames:
             if frame.sign == "+!" and invocation.unify(0, frame.literal):
                 yield frame
@@ -44,11 +45,11 @@ def _desire(invocation: Invocation) -> Iterator[object]:
 
 def _settle(invocation: Invocation, succeeded: bool) -> bool:
     agent, goal = invocation.agent, invocation.literal(0)
-    for intention, event in agent.everywhere():
+    for intention, event in everywhere(agent):
         waiting = event is not None and _is_about(event, goal)
         if not waiting and not _pursues(intention, goal):
             continue
-        agent.take_out(intention)
+        take_out(agent, intention)
         if event is not None and event in agent.events:
             agent.events.remove(event)
         if intention is invocation.intention:
@@ -73,7 +74,7 @@ def _fail_goal(invocation: Invocation) -> Outcome:
 
 
 def _drop(invocation: Invocation, intention: Intention) -> None:
-    invocation.agent.take_out(intention)
+    take_out(invocation.agent, intention)
     invocation.agent.note_end(intention)
     invocation.agent.run.progress += 1
     if intention is invocation.intention:
@@ -86,7 +87,7 @@ def _drop_intention(invocation: Invocation) -> Outcome:
         _drop(invocation, invocation.own_intention())
         return True
     goal = invocation.literal(0)
-    for intention, _ in invocation.agent.everywhere():
+    for intention, _ in everywhere(invocation.agent):
         if _pursues(intention, goal):
             _drop(invocation, intention)
     return True
@@ -121,7 +122,7 @@ def _drop_all_events(invocation: Invocation) -> Outcome:
 def _drop_all_intentions(invocation: Invocation) -> Outcome:
     """Drop all intentions but the one this is a statement of."""
     agent = invocation.agent
-    for intention, event in agent.everywhere():
+    for intention, event in everywhere(agent):
         external = event is not None and event.intention is None
         if intention is not invocation.intention and not external:
             _drop(invocation, intention)
@@ -142,14 +143,14 @@ def _suspend(invocation: Invocation) -> Outcome:
         invocation.held = True
         return True
     goal = invocation.literal(0)
-    for intention, event in agent.everywhere():
+    for intention, event in everywhere(agent):
         if not _pursues(intention, goal) or intention in agent.suspended:
             continue
         if intention is invocation.intention:
             agent.suspended.append(intention)
             invocation.held = True
         elif event is None and intention in agent.intentions:
-            agent.take_out(intention)
+            take_out(agent, intention)
             agent.suspended.append(intention)
         elif intention not in agent.suspending:
             agent.suspending.append(intention)

@@ -21,7 +21,8 @@ Why it is equal
     else can happen: nothing can come between. Whatever it cannot do exactly it has not begun when it hands over.
 """
 
-from .agent import AgentCode, CompiledAgent
+from .agent import CompiledAgent
+from .code import AgentCode
 from .compiler import compile_agent, compile_program
 from .program import ProgramCode
 

@@ -8,12 +8,12 @@ left, the activity is put where the interpreter would have its intention after t
 from __future__ import annotations
 
 from ..syntax import Body, Check, For, Formula, If, Plan, Test, While, posted
-from ..terms import Key, Structure, Variable, source
+from ..terms import Key, Structure, Variable, is_name, source
 from .conditions import Conditions, binds
 from .layout import Layout, blocks, number, variables_in
 from .program import LoopCode, PlanCode, ProgramCode
 from .values import Scope, values
-from .writer import UnsupportedError, Writer, is_name
+from .writer import UnsupportedError, Writer
 
 _SOURCE: Key = (False, "source", 1)
 

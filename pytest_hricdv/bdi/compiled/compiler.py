@@ -8,7 +8,7 @@ from ..library import PlanLibrary
 from ..syntax import Rule
 from ..terms import SOURCE_PERCEPT, Structure
 from . import changes, effects
-from .agent import AgentCode
+from .code import AgentCode
 from .program import PlanCode, ProgramCode
 from .runtime import NAMES
 from .selection import SelectionWriter

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..syntax import And, Comparison, Formula, Not, Or, variables_of
-from ..terms import Arithmetic, Number, Structure, Term, Variable
+from ..terms import Arithmetic, Number, Structure, Term, Variable, is_name
 from ..terms import source as source_of
 from .layout import variables_in
 from .program import proposition
 from .values import Scope, equality, number, value, values
-from .writer import UnsupportedError, Writer, is_name
+from .writer import UnsupportedError, Writer
 
 Then = Callable[[Scope], None]
 """Writes what is to be done where a condition holds, with the variables it has bound."""

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 from ..syntax import Achieve, Act, Believe, Check, For, Formula, If, Internal, Statement, Test, While
-from ..terms import SOURCE_PERCEPT, Call, String, Structure, is_ground
+from ..terms import SOURCE_PERCEPT, Call, String, Structure, is_ground, is_name
 from .bodies import BodyWriter
 from .conditions import binds
 from .layout import blocks, variables_in
 from .program import proposition
 from .values import Scope, number, value
-from .writer import UnsupportedError, is_name
+from .writer import UnsupportedError
 
 _FORCES = frozenset({"tell", "achieve"})
 

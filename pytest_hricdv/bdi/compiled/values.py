@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..terms import Arithmetic, Number, String, Structure, Term, Variable
-from .writer import UnsupportedError, Writer, is_name
+from ..terms import Arithmetic, Number, String, Structure, Term, Variable, is_name
+from .writer import UnsupportedError, Writer
 
 Scope = dict[Variable, str]
 """The Python names of the variables that certainly have a value."""

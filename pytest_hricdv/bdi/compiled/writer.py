@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ..terms import Structure, Term
-
 MAX_DEPTH = 15
 """Nested blocks; Python itself allows twenty."""
 
@@ -82,8 +80,3 @@ class Writer:
             del self.lines[lines:]
             self._depth = depth
             raise
-
-
-def is_name(term: Term) -> bool:
-    """Whether a term is a plain name: no arguments, no annotations, not negated."""
-    return isinstance(term, Structure) and not term.args and not term.annots and not term.negated and term.ground
