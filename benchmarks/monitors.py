@@ -2,8 +2,8 @@
 
     python -m benchmarks.monitors [--repeat N]
 
-The run has 150 s at 240 Hz: 36,000 instants, at each of which three signals change, and a reading every second. All
-four requirements of the table assembly are judged. Run it on an otherwise idle machine; needs the extra `offline`, and
+The run has 150 s at 240 Hz: 36,000 instants, at each of which three signals change, and a reading every second. R1 to
+R4 of the table assembly are judged. Run it on an otherwise idle machine; needs the extra `offline`, and
 for its last line the dependency group `test`.
 """
 
@@ -30,7 +30,11 @@ DURATION_S = 150
 REQUIREMENTS = Path(__file__).parents[1] / "tests" / "hri" / "requirements.toml"
 VOCABULARY = Vocabulary(
     signals={"leg_held": bool, "leg_offset": float, "hand_closing": bool, "hand_distance": float, "arm_speed": float},
-    messages={"reading": {"gaze": bool, "pressure": bool, "location": bool}, "request": {}},
+    messages={
+        "reading": {"gaze": bool, "pressure": bool, "location": bool},
+        "request": {},
+        "table_done": {"released": float, "duration_s": float, "on_time": bool},
+    },
 )
 # The four requirements in rtamt's words, a tick being a step: a hysteresis only merges violations of one attempt.
 READY = "(reading > 0) and (gaze > 0) and (pressure > 0) and (location > 0)"
@@ -58,7 +62,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repeat", type=int, default=5, metavar="N", help="runs of each measurement (default 5)")
     repeat = parser.parse_args().repeat
-    requirements = load_requirements(REQUIREMENTS, VOCABULARY)
+    requirements = tuple(each for each in load_requirements(REQUIREMENTS, VOCABULARY) if each.id in RTAMT)
     log = made_up()
     print(f"machine: {machine()}\nmedians of {repeat}; {RATE_HZ * DURATION_S} instants, four requirements\n")
     fed = events(log)

@@ -67,7 +67,16 @@ TABLE_SIGNALS: Signals = {
     "hand_distance": st.sampled_from([0.0, 0.049, 0.05, 0.052, 0.055, 0.3]),
     "arm_speed": st.sampled_from([0.0, 0.001, 0.002, 0.005, 0.006, 0.1, 0.249, 0.25, 0.3]),
 }
-TABLE_MESSAGES: Messages = {"reading": readings, "request": st.just({}), "signal": st.just({}), "ready": st.just({})}
+reports = st.fixed_dictionaries(
+    {"released": st.sampled_from([3.0, 4.0]), "duration_s": st.sampled_from([200.0, 300.0, 301.0]), "on_time": truths}
+)
+TABLE_MESSAGES: Messages = {
+    "reading": readings,
+    "request": st.just({}),
+    "signal": st.just({}),
+    "ready": st.just({}),
+    "table_done": reports,
+}
 table_traces = st.one_of(traces(TABLE_SIGNALS, TABLE_MESSAGES), traces(TABLE_SIGNALS, TABLE_MESSAGES, last=50))
 
 

@@ -13,7 +13,7 @@ from pytest_hricdv.monitor.formula import Formula
 from tests.monitor.logs import run
 from tests.monitor.offline import TICK_S, Instant, Offline, Opinion, Trace
 from tests.monitor.strategies import formulas, small_traces, table_traces
-from tests.monitor.vocabulary import R1, R2, R3, R4
+from tests.monitor.vocabulary import R1, R2, R3, R4, R5
 
 RUNS = settings(max_examples=70, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
@@ -42,7 +42,7 @@ def agrees(formula: Formula, trace: Trace) -> None:
 # --- the case study
 
 
-@pytest.mark.parametrize("watched", [R1, R2, R3, R4], ids=lambda watched: watched.id)
+@pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
 @given(trace=table_traces)
 @RUNS
 def test_the_case_study_is_judged_as_offline(watched: Requirement, trace: Trace) -> None:

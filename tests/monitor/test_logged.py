@@ -18,7 +18,7 @@ from pytest_hricdv.monitor.logged import evaluate
 from tests.monitor.logs import Logged, log_of, run
 from tests.monitor.offline import Trace
 from tests.monitor.strategies import formulas, small_traces, table_traces
-from tests.monitor.vocabulary import R1, R2, R3, R4, SMALL, Update, judge, requirement
+from tests.monitor.vocabulary import R1, R2, R3, R4, R5, SMALL, Update, judge, requirement
 
 RUNS = settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 Series = tuple[Sequence[float], Sequence[float]]
@@ -29,7 +29,7 @@ def agrees(formula: Formula, trace: Trace, shift_s: float = 0.0) -> None:
     assert evaluate(watched, log) == explained([run(formula, trace, shift_s)], watched, log)
 
 
-@pytest.mark.parametrize("watched", [R1, R2, R3, R4], ids=lambda watched: watched.id)
+@pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
 @given(trace=table_traces)
 @RUNS
 def test_the_case_study_is_judged_as_by_the_monitors(watched: Requirement, trace: Trace) -> None:

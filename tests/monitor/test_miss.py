@@ -16,7 +16,7 @@ from pytest_hricdv.monitor.verdict import NearestMiss
 from tests.monitor.logs import Logged, log_of, run
 from tests.monitor.offline import TICK_S, Offline, Trace
 from tests.monitor.strategies import formulas, small_traces, table_traces
-from tests.monitor.vocabulary import R1, R2, R3, R4, requirement
+from tests.monitor.vocabulary import R1, R2, R3, R4, R5, requirement
 
 Series = tuple[Sequence[float], Sequence[float]]
 
@@ -119,7 +119,7 @@ def test_a_random_formula_is_missed_as_the_offline_evaluator_says_on_thousands_o
     agrees(formula, trace)
 
 
-@pytest.mark.parametrize("watched", [R1, R2, R3, R4], ids=lambda watched: watched.id)
+@pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
 @given(trace=table_traces)
 @settings(SEARCHES, max_examples=15, suppress_health_check=list(HealthCheck))
 def test_the_case_study_is_missed_as_the_offline_evaluator_says(watched: Requirement, trace: Trace) -> None:

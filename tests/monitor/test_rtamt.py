@@ -41,11 +41,12 @@ from tests.monitor.strategies import (
     SIGNALS,
     TABLE_MESSAGES,
     TABLE_SIGNALS,
+    Messages,
     Signals,
     traces,
     windows,
 )
-from tests.monitor.vocabulary import R1, R2, R3, R4
+from tests.monitor.vocabulary import R1, R2, R3, R4, R5
 
 pytest.importorskip("rtamt", reason="the oracle has no release for this Python")
 
@@ -70,8 +71,18 @@ OFF_BOUNDS: Signals = {
     "hand_distance": st.sampled_from([0.0, 0.049, 0.052, 0.056, 0.3]),
     "arm_speed": st.sampled_from([0.0, 0.0005, 0.002, 0.006, 0.1, 0.24, 0.26]),
 }
-table_traces = traces(OFF_BOUNDS, TABLE_MESSAGES) | traces(OFF_BOUNDS, TABLE_MESSAGES, last=70, busy=12)
-case_study = pytest.mark.parametrize("watched", [R1, R2, R3, R4], ids=lambda watched: watched.id)
+MESSAGES_OFF_BOUNDS: Messages = {
+    **TABLE_MESSAGES,
+    "table_done": st.fixed_dictionaries(
+        {
+            "released": st.sampled_from([3.0, 5.0]),
+            "duration_s": st.sampled_from([200.0, 301.0]),
+            "on_time": st.booleans(),
+        }
+    ),
+}
+table_traces = traces(OFF_BOUNDS, MESSAGES_OFF_BOUNDS) | traces(OFF_BOUNDS, MESSAGES_OFF_BOUNDS, last=70, busy=12)
+case_study = pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
 
 
 @case_study
