@@ -41,6 +41,7 @@ class Options:
     shrink: bool = False
     shrink_runs: int = 60
     shrink_seconds: int = 60
+    search: int = 0
     again: tuple[str, ...] = ()
     """What the command line said, beside suite and seed, on which tests there are and what fails."""
 
@@ -86,6 +87,12 @@ def add_options(parser: pytest.Parser) -> None:
     )
     group.addoption("--hri-shrink-runs", metavar="N", help="runs to shrink one test with, at most (default 60)")
     group.addoption("--hri-shrink-seconds", metavar="S", help="seconds to shrink one test in, at most (default 60)")
+    group.addoption(
+        "--hri-search",
+        metavar="N",
+        help="when all tests have run, vary the parameters of those that came nearest to violating a requirement, to "
+        "come nearer: at most N runs for each requirement",
+    )
     group.addoption("--hri-export", metavar="DIR", help="write the suites as text files that --hri-suite=DIR reads")
     group.addoption("--hri-film", action="store_true", default=None, help="film the runs of failing tests")
     group.addoption("--hri-no-cov", action="store_true", default=None, help="do not measure the code under test")
@@ -96,6 +103,7 @@ def add_options(parser: pytest.Parser) -> None:
         ("concretizations", "default of --hri-concretizations"),
         ("report", "default of --hri-report"),
         ("export", "default of --hri-export"),
+        ("search", "default of --hri-search"),
         ("shrink_runs", "default of --hri-shrink-runs"),
         ("shrink_seconds", "default of --hri-shrink-seconds"),
     ):
@@ -125,6 +133,7 @@ def read_options(config: pytest.Config) -> Options:
         coverage=not _flag(config, "no_cov"),
         film=_flag(config, "film"),
         replay=replay,
+        search=_integer(config, "search", 0, least=1) or 0,
         shrink=_flag(config, "shrink"),
         shrink_runs=_integer(config, "shrink_runs", 60, least=1) or 60,
         shrink_seconds=_integer(config, "shrink_seconds", 60, least=1) or 60,

@@ -13,6 +13,7 @@ from importlib.metadata import version
 import pytest
 
 from pytest_hricdv import filming
+from pytest_hricdv.afterwards import Afterwards
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.collecting import Collecting, case_of
 from pytest_hricdv.cover.source import CoverError
@@ -23,8 +24,6 @@ from pytest_hricdv.report.files import ReportError
 from pytest_hricdv.rerunning import Rerunning
 from pytest_hricdv.results import Entry, Rerun, Session, build_report, reached
 from pytest_hricdv.running import ATTRIBUTE, Running
-from pytest_hricdv.search.budget import Budget
-from pytest_hricdv.shrinking import Shrinking, worst
 from pytest_hricdv.suites import export
 from pytest_hricdv.testbench import TestbenchError
 
@@ -169,11 +168,10 @@ class Reporting:
     def _conclude(self, session: pytest.Session, *, stopped: bool) -> None:
         if session.config.getoption("collectonly") or not self.chosen:
             return
-        if self.options.shrink and not self.interrupted:
-            self._shrink()
+        searched = self._afterwards(stopped=stopped)
         if self.running.failures.problem:
             self.problems.append(self.running.failures.problem)
-        self.report = self._build()
+        self.report = self._build() | searched
         if not stopped:
             self.problems += self._loss() + self._gates(self.report)
         try:
@@ -183,17 +181,18 @@ class Reporting:
         if self.problems:
             session.testsfailed += 1
 
-    def _shrink(self) -> None:
-        requirements = {requirement.id: requirement for requirement in self.running.requirements}
-        for name, entry in worst(self.entries.values(), requirements.values()).items():
-            self.collecting.say(f"hricdv: shrinking {entry['id']}, which failed {name} ...")
-            case = self.chosen[entry["nodeid"]]
-            shrinking = Shrinking(self._rerunning, requirements[name], case, entry["nodeid"])
-            told = shrinking.shrink(Budget(self.options.shrink_runs, self.options.shrink_seconds))
-            entry.setdefault("shrunk", {})[name] = told
-            if told["ended"] == "interrupted":
-                self.interrupted = True
-                return
+    def _afterwards(self, *, stopped: bool) -> Entry:
+        """Shrinks and searches, where asked to; returns what the report has of the search."""
+        options = self.options
+        if self.interrupted or not (options.shrink or options.search):
+            return {}
+        after = Afterwards(self._rerunning, options, self.chosen, self.collecting.say)
+        if options.shrink:
+            after.shrink(self.entries.values())
+        found = after.search(self.entries.values()) if options.search and not stopped else {}
+        self.interrupted = after.interrupted
+        self.problems += after.problems
+        return {"search": found} if found else {}
 
     @property
     def _rerunning(self) -> Rerunning:
@@ -247,7 +246,7 @@ class Reporting:
 
     def _gates(self, report: Entry) -> list[str]:
         ids = {case.abstract.id for case in self.chosen.values()}
-        whole = ids == {case.abstract.id for case in self.collecting.cases}
+        whole = not self.collecting.replays and ids == {case.abstract.id for case in self.collecting.cases}
         problems = []
         for gate in sorted(self.options.gates, key=lambda gate: KINDS.index(gate.kind)):
             if not (gate.named or whole):

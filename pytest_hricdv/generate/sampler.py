@@ -59,9 +59,16 @@ class Range(Sampler):
     def sample(self, random: Random) -> float:
         """A value in the range; rounding never carries it over the high end."""
         share = random.random()
-        value = self.low * (1.0 - share) + self.high * share
+        return self.clipped(self.low * (1.0 - share) + self.high * share)
+
+    def clipped(self, value: float) -> float:
+        """The value in the range that is nearest to this one."""
         highest = math.nextafter(self.high, -math.inf) if self.open_high else float(self.high)
         return min(max(value, float(self.low)), highest)
+
+    def contains(self, value: float) -> bool:
+        """Whether a value is in the range."""
+        return self.low <= value <= self.high and not (self.open_high and value == self.high)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import floor, log10
 
-from pytest_hricdv.generate.sampler import Chance, Range, Sampler
+from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler
 
 _DIGITS = (1, 2, 3)
 
@@ -18,7 +18,7 @@ def simpler(value: float, sampler: Sampler) -> tuple[float, ...]:
     it in the list, so that simplifying ends.
     """
     found: list[float] = []
-    for candidate in (*_landmarks(sampler), *_rounded(value, sampler)):
+    for candidate in (*landmarks(sampler), *_rounded(value, sampler)):
         if candidate == value:
             break
         if candidate not in found:
@@ -26,22 +26,23 @@ def simpler(value: float, sampler: Sampler) -> tuple[float, ...]:
     return tuple(found)
 
 
-def _landmarks(sampler: Sampler) -> Iterator[float]:
+def landmarks(sampler: Sampler) -> tuple[float, ...]:
+    """The values that stand out, the simplest first: that a chance does not happen; a range's middle and its ends."""
     if isinstance(sampler, Chance):
-        yield 0.0
-        yield from _landmarks(sampler.then)
-    elif isinstance(sampler, Range):
-        yield _middle(sampler)
-        yield float(sampler.low)
-        if not sampler.open_high:
-            yield float(sampler.high)
+        return (0.0, *landmarks(sampler.then))
+    if isinstance(sampler, Constant):
+        return (float(sampler.value),)
+    if isinstance(sampler, Range):
+        ends = (sampler.low,) if sampler.open_high else (sampler.low, sampler.high)
+        return (_middle(sampler), *map(float, ends))
+    return ()
 
 
 def _middle(sampler: Range) -> float:
     """The middle, without the dust of binary fractions where a short number is as good."""
     exact = sampler.low + (sampler.high - sampler.low) / 2
     short = float(f"{exact:.6g}")
-    return short if _holds(sampler, short) else exact
+    return short if sampler.contains(short) else exact
 
 
 def _rounded(value: float, sampler: Sampler) -> Iterator[float]:
@@ -51,9 +52,5 @@ def _rounded(value: float, sampler: Sampler) -> Iterator[float]:
     place = floor(log10(abs(value)))
     for digits in _DIGITS:
         short = round(value, digits - 1 - place)
-        if _holds(inside, short):
+        if inside.contains(short):
             yield short
-
-
-def _holds(sampler: Range, value: float) -> bool:
-    return sampler.low <= value <= sampler.high and not (sampler.open_high and value == sampler.high)
