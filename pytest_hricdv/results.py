@@ -11,8 +11,10 @@ from pytest_hricdv.case import CaseResult, HriCase
 from pytest_hricdv.cover.closure import TestCover, code_closure, curve, files, percent, plan_closure, union
 from pytest_hricdv.cover.source import Bits, CodeMap
 from pytest_hricdv.monitor import Requirement, Verdict
+from pytest_hricdv.sources import code_texts, model_texts
 from pytest_hricdv.suites import Selected
 from pytest_hricdv.testbench import Testbench
+from pytest_hricdv.timeline import timeline
 
 SCHEMA = "hricdv-report/1"
 Entry = dict[str, Any]
@@ -38,7 +40,7 @@ def measured(result: CaseResult | None, code: CodeMap | None, requirements: Sequ
     """What a run adds; a run that never came to an end has checked and covered nothing."""
     if result is None:
         unchecked = {requirement.id: _verdict(None) for requirement in requirements}
-        figures = {"sim_s": 0.0, "frozen_s": 0.0, "ended": "", "fidelity": "", "code": None}
+        figures = {"sim_s": 0.0, "frozen_s": 0.0, "ended": "", "fidelity": "", "code": None, "timeline": None}
         return {"requirements": unchecked, "legs": [], "plans": {}} | figures
     bits = result.code
     share = None
@@ -59,6 +61,7 @@ def measured(result: CaseResult | None, code: CodeMap | None, requirements: Sequ
         "record_sha256": result.record.sha256,
         "cross": [list(hit) for hit in result.outcome.cross],
         "code": share,
+        "timeline": timeline(result.record, result.verdicts, result.sim_s),
     }
 
 
@@ -142,6 +145,8 @@ def build_report(
         "rerun": {"suite": session.rerun.suite, "options": list(session.rerun.options)},
         "requirements": {r.id: {"title": r.title, "source": r.source, "text": r.text} for r in session.requirements},
         "code_under_test": _code_under_test(session, total),
+        "sources": _sources(session),
+        "state": session.testbench.film.state if session.testbench.film else "",
         "suites": [_suite(session, selected, entries) for selected in session.selected],
         "tests": entries,
     }
@@ -175,6 +180,16 @@ def _code_under_test(session: Session, total: Bits | None) -> Entry:
         "reason": session.unmeasured if total is None or total.branches is None else "",
         "waivers": [{"file": w.file, "line": w.line, "reason": w.reason} for w in code.waivers] if code else [],
         "files": files(code, total) if code else [],
+    }
+
+
+def _sources(session: Session) -> Entry:
+    plans: dict[str, Sequence[str]] = {}
+    for each in session.selected:
+        plans |= each.suite.generation.declared_plans
+    return {
+        "code": code_texts(session.code) if session.code else [],
+        "models": model_texts(session.testbench.model, plans),
     }
 
 

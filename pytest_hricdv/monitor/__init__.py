@@ -31,10 +31,11 @@ from pytest_hricdv.monitor.log import Log
 from pytest_hricdv.monitor.miss import explained
 from pytest_hricdv.monitor.monitor import MonitorSet
 from pytest_hricdv.monitor.requirement import Requirement, check_requirement, load_requirements, parse_formula
-from pytest_hricdv.monitor.verdict import NearestMiss, Verdict, Violation
+from pytest_hricdv.monitor.verdict import Attempt, NearestMiss, Verdict, Violation
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 __all__ = [
+    "Attempt",
     "Formula",
     "Log",
     "MonitorError",

@@ -109,7 +109,7 @@ class EpisodeMonitor(AttemptMonitor):
         view = self._view
         if not self._antecedent(view.values, arrived, outputs):
             if self.active:
-                self._end()
+                self._end(now_ns)
             return
         if not self.active:
             self._begin(now_ns)
@@ -141,17 +141,14 @@ class EpisodeMonitor(AttemptMonitor):
             self._tally.violate(self._trigger_ns, breach.time_ns, breach.values, breach.margin)
             self._breach = None
 
-    def _end(self) -> None:
+    def _end(self, now_ns: Nanoseconds) -> None:
         self.active = False
         self._end_breach()
-        if self._failed:
-            self._tally.failures += 1
-        else:
-            self._tally.passes += 1
+        self._tally.decide(self._trigger_ns, now_ns, passed=not self._failed)
 
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
         if self.active:
-            self._end()
+            self._end(now_ns)
         return self._tally.verdict(requirement, pending=0)
 
 
@@ -206,18 +203,17 @@ class ObligationMonitor(AttemptMonitor):
     def _judge_due(self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs) -> None:
         """Decide attempts, and close those that are decided, now that their windows are open."""
 
-    def _close(self, owed: _Obligation, *, passed: bool) -> None:
+    def _close(self, owed: _Obligation, now_ns: Nanoseconds, *, passed: bool) -> None:
         self._open.remove(owed)
-        if passed:
-            self._tally.passes += 1
-        else:
-            self._tally.failures += 1
+        self._tally.decide(owed.trigger_ns, now_ns, passed=passed)
 
     def _obligation_wake_ns(self, now_ns: Nanoseconds) -> Nanoseconds:
         times = (time for owed in self._open for time in (owed.opens_ns, owed.closes_ns) if time > now_ns)
         return min(times, default=math.inf)
 
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
+        for owed in self._open:
+            self._tally.leave(owed.trigger_ns, now_ns)
         return self._tally.verdict(requirement, pending=len(self._open))
 
 
@@ -228,13 +224,13 @@ class EventuallyMonitor(ObligationMonitor):
         if self._condition(self._view.values, arrived, outputs):
             for owed in due:
                 self._tally.observe((owed.closes_ns - now_ns) / NS_PER_S, now_ns)
-                self._close(owed, passed=True)
+                self._close(owed, now_ns, passed=True)
             return
         for owed in due:
             if now_ns >= owed.closes_ns:
                 self._tally.observe(0.0, now_ns)
                 self._tally.violate(owed.trigger_ns, now_ns, self._snapshot(), 0.0)
-                self._close(owed, passed=False)
+                self._close(owed, now_ns, passed=False)
 
     def deadline_ns(self) -> Nanoseconds | None:
         return max((owed.closes_ns for owed in self._open), default=None)
@@ -247,7 +243,7 @@ class SafetyMonitor(ObligationMonitor):
         release = self.program.release
         if release is not None and release(self._view.values, arrived, outputs):
             for owed in due:
-                self._close(owed, passed=True)
+                self._close(owed, now_ns, passed=True)
             return
         holds = self._condition(self._view.values, arrived, outputs)
         margin = self._margin(arrived, outputs)
@@ -255,13 +251,13 @@ class SafetyMonitor(ObligationMonitor):
         for owed in due:
             if not holds:
                 self._tally.violate(owed.trigger_ns, now_ns, self._snapshot(), margin)
-                self._close(owed, passed=False)
+                self._close(owed, now_ns, passed=False)
             elif now_ns >= owed.closes_ns:
-                self._close(owed, passed=True)
+                self._close(owed, now_ns, passed=True)
 
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
         for owed in [owed for owed in self._open if owed.opens_ns <= now_ns]:
-            self._close(owed, passed=True)
+            self._close(owed, now_ns, passed=True)
         return super().finish(requirement, now_ns)
 
 

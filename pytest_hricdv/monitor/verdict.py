@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 from pytest_hricdv.monitor.view import Nanoseconds, seconds
@@ -49,6 +49,22 @@ class NearestMiss:
 
 
 @dataclass(frozen=True)
+class Attempt:
+    """One attempt: the requirement's antecedent triggered, and its response was owed.
+
+    Attributes:
+        begin_s: when it triggered (s).
+        end_s: when it was decided: for a state response when the antecedent ceased to hold; else, and for a pending
+            one, the end of the run (s).
+        outcome: how.
+    """
+
+    begin_s: float
+    end_s: float
+    outcome: Literal["passed", "failed", "pending"]
+
+
+@dataclass(frozen=True)
 class Verdict:
     """One requirement's verdict on a run.
 
@@ -71,6 +87,8 @@ class Verdict:
             It is a figure beside the verdict: at 0.0 the comparison's own `<` or `<=` decides.
         margin_time_s: when the margin occurred first (s).
         nearest_miss: if the antecedent never held: how near it came (see `miss.explained`, which adds this).
+        history: the attempts by the time they began; of a monitor that watched the run, not of a log judged later, so
+            no part of what makes verdicts equal.
     """
 
     requirement: str
@@ -84,11 +102,13 @@ class Verdict:
     margin: float | None
     margin_time_s: float | None
     nearest_miss: NearestMiss | None = None
+    history: tuple[Attempt, ...] = field(default=(), compare=False)
 
     def to_json(self) -> dict[str, Any]:
         """The same as plain data for JSON: dicts, lists, numbers, strings."""
         plain = asdict(self)
         plain["violations"] = list(plain["violations"])
+        plain["history"] = list(plain["history"])
         if self.nearest_miss is not None:
             plain["nearest_miss"]["missing"] = list(self.nearest_miss.missing)
         return plain
@@ -102,6 +122,7 @@ class Tally:
         self.passes = 0
         self.failures = 0
         self.violations: list[Violation] = []
+        self.history: list[Attempt] = []
         self.margin = math.inf
         self._margin_ns: Nanoseconds = 0
 
@@ -116,6 +137,18 @@ class Tally:
     ) -> None:
         """Record one violation; that its attempt failed is counted by `failures`."""
         self.violations.append(Violation(seconds(trigger_ns), seconds(time_ns), values, _finite_or_none(margin)))
+
+    def decide(self, begin_ns: Nanoseconds, end_ns: Nanoseconds, *, passed: bool) -> None:
+        """Count an attempt that is over."""
+        if passed:
+            self.passes += 1
+        else:
+            self.failures += 1
+        self.history.append(Attempt(seconds(begin_ns), seconds(end_ns), "passed" if passed else "failed"))
+
+    def leave(self, begin_ns: Nanoseconds, end_ns: Nanoseconds) -> None:
+        """Note an attempt that the end of the run left undecided."""
+        self.history.append(Attempt(seconds(begin_ns), seconds(end_ns), "pending"))
 
     def verdict(self, requirement: str, pending: int) -> Verdict:
         """The verdict, with `pending` attempts still undecided."""
@@ -132,6 +165,7 @@ class Tally:
             violations=tuple(self.violations),
             margin=margin,
             margin_time_s=None if margin is None else seconds(self._margin_ns),
+            history=tuple(sorted(self.history, key=lambda attempt: attempt.begin_s)),
         )
 
 

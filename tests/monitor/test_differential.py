@@ -20,6 +20,10 @@ RUNS = settings(max_examples=70, deadline=None, suppress_health_check=[HealthChe
 
 def opinion(verdict: Verdict) -> Opinion:
     assert verdict.attempts == verdict.passes + verdict.failures + verdict.pending
+    outcomes = [attempt.outcome for attempt in verdict.history]
+    counted = {"passed": verdict.passes, "failed": verdict.failures, "pending": verdict.pending}
+    assert {outcome: outcomes.count(outcome) for outcome in counted} == counted
+    assert all(attempt.begin_s <= attempt.end_s for attempt in verdict.history)
     times = [violation.time_s for violation in verdict.violations]
     assert times == sorted(times)
     return Opinion(
