@@ -11,7 +11,6 @@ from pytest_hricdv.case import CaseResult, HriCase
 from pytest_hricdv.cover.closure import TestCover, code_closure, curve, files, percent, plan_closure, union
 from pytest_hricdv.cover.source import Bits, CodeMap
 from pytest_hricdv.monitor import Requirement, Verdict
-from pytest_hricdv.sources import code_texts, model_texts
 from pytest_hricdv.suites import Selected
 from pytest_hricdv.testbench import Testbench
 from pytest_hricdv.timeline import timeline
@@ -145,7 +144,6 @@ def build_report(
         "rerun": {"suite": session.rerun.suite, "options": list(session.rerun.options)},
         "requirements": {r.id: {"title": r.title, "source": r.source, "text": r.text} for r in session.requirements},
         "code_under_test": _code_under_test(session, total),
-        "sources": _sources(session),
         "state": session.testbench.film.state if session.testbench.film else "",
         "suites": [_suite(session, selected, entries) for selected in session.selected],
         "tests": entries,
@@ -180,16 +178,6 @@ def _code_under_test(session: Session, total: Bits | None) -> Entry:
         "reason": session.unmeasured if total is None or total.branches is None else "",
         "waivers": [{"file": w.file, "line": w.line, "reason": w.reason} for w in code.waivers] if code else [],
         "files": files(code, total) if code else [],
-    }
-
-
-def _sources(session: Session) -> Entry:
-    plans: dict[str, Sequence[str]] = {}
-    for each in session.selected:
-        plans |= each.suite.generation.declared_plans
-    return {
-        "code": code_texts(session.code) if session.code else [],
-        "models": model_texts(session.testbench.model, plans),
     }
 
 

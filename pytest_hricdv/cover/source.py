@@ -40,11 +40,10 @@ class Waiver:
 
 @dataclass(frozen=True)
 class SourceFile:
-    """One file: its name for people, where it lies, its text, its statements (first lines) and branches."""
+    """One file: its name for people, where it lies, its statements (first lines) and branches (line to line)."""
 
     name: str
     path: Path
-    text: str
     statements: tuple[int, ...]
     branches: tuple[Arc, ...]
     waivers: tuple[Waiver, ...]
@@ -103,7 +102,7 @@ class CodeMap:
 
     @cached_property
     def _parsers(self) -> dict[str, PythonParser]:
-        return {str(file.path): parse(file.text, file.path) for file in self.files}
+        return {str(file.path): parse(file.path.read_text(encoding="utf-8"), file.path) for file in self.files}
 
     def waived(self) -> Bits:
         """Statements under a waiver, and branches that lead to or from one."""
@@ -195,7 +194,7 @@ def _read(name: str, path: Path, text: str) -> SourceFile:
     exits = parser.exit_counts()
     branches = sorted((a, b) for a, b in parser.arcs() if exits[a] > 1)
     waivers = tuple(_waivers(name, text, frozenset(parser.statements), parser.first_line))
-    return SourceFile(name, path, text, tuple(sorted(parser.statements)), tuple(branches), waivers)
+    return SourceFile(name, path, tuple(sorted(parser.statements)), tuple(branches), waivers)
 
 
 def _waivers(name: str, text: str, statements: frozenset[int], first_line: Callable[[int], int]) -> Iterable[Waiver]:
