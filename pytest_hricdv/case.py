@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from pytest_hricdv.cover.debugger import debugger
 from pytest_hricdv.cover.measure import Measurement
 from pytest_hricdv.cover.source import Bits
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -85,6 +87,11 @@ class CaseResult:
     verdicts: tuple[Verdict, ...]
     code: Bits | None
 
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """The requirements that the run violated."""
+        return tuple(verdict.requirement for verdict in self.verdicts if verdict.verdict == "Failed")
+
     def verdict(self, requirement: str) -> Verdict:
         """The verdict of one requirement. Raises KeyError for one that does not exist."""
         return {verdict.requirement: verdict for verdict in self.verdicts}[requirement]
@@ -114,7 +121,8 @@ def execute(
     recorder = Recorder()
     monitors = MonitorSet(requirements)
     recorder.listeners.append(MonitorFeed(monitors, testbench.vocabulary()))
-    kernel = Kernel()
+    # Who steps through a node takes his time: that it hangs is not to be concluded then.
+    kernel = Kernel(stuck_after_s=math.inf if debugger() else None)
     run = Run(
         test=test,
         kernel=kernel,

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pytest
 
 if TYPE_CHECKING:
+    from pytest_hricdv.handmade import HriRun
     from pytest_hricdv.options import Options
 
 NO_SUITE = "no suite is active: choose one with --hri-suite=NAME|PATH, or with hri_suite in the ini file"
@@ -62,8 +64,31 @@ def _register(config: pytest.Config, options: Options) -> None:
         config.pluginmanager.register(Reporting(collecting, running), "hricdv-reporting")
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection(session: pytest.Session) -> Iterator[None]:
+    """Where pytest did not find a generated test that was named, says on what it depends that there is one."""
+    try:
+        return (yield)
+    except pytest.UsageError as error:
+        from pytest_hricdv.absent import hint
+        from pytest_hricdv.options import read_options
+
+        active = session.config.pluginmanager.hasplugin("hricdv-collecting")
+        more = hint(session.config.args, read_options(session.config) if active else None)
+        error.args = (*error.args[:-1], f"{error.args[-1]}{more}")
+        raise
+
+
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Without a suite, a test that asks for `hri_case` is skipped with a word on how to choose one."""
     if "hri_case" in metafunc.fixturenames and not metafunc.config.pluginmanager.hasplugin("hricdv-collecting"):
         skip = pytest.mark.skip(reason=NO_SUITE)
         metafunc.parametrize("hri_case", [pytest.param(None, marks=skip)], ids=["no-suite"])
+
+
+@pytest.fixture
+def hri_run(request: pytest.FixtureRequest) -> HriRun:
+    """Runs an abstract test given as text, and returns its result: verdicts, outcome, record. Needs no suite."""
+    from pytest_hricdv.handmade import hri_run
+
+    return hri_run(request)

@@ -13,6 +13,7 @@ from importlib.metadata import version
 import pytest
 
 from pytest_hricdv import filming
+from pytest_hricdv.absent import hint
 from pytest_hricdv.afterwards import Afterwards
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.collecting import Collecting, case_of
@@ -52,6 +53,7 @@ class Reporting:
         self.report: Entry | None = None
         self.problems: list[str] = []
         self.interrupted = False
+        self.absent = ""
         self._began = time.perf_counter()
 
     def pytest_report_header(self) -> str | list[str]:
@@ -167,6 +169,8 @@ class Reporting:
 
     def _conclude(self, session: pytest.Session, *, stopped: bool) -> None:
         if session.config.getoption("collectonly") or not self.chosen:
+            # xdist says nothing of node ids that its workers did not find.
+            self.absent = "" if self.chosen else hint(session.config.args, self.options)
             return
         searched = self._afterwards(stopped=stopped)
         if self.running.failures.problem:
@@ -216,6 +220,8 @@ class Reporting:
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """One section at the end."""
+        if self.absent:
+            terminalreporter.write_line(f"hricdv: {self.absent.strip()}", red=True)
         if self.report is None and not self.problems:
             return
         terminalreporter.write_sep("=", "human-robot interaction")

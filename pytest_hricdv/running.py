@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TypedDict
@@ -13,6 +13,7 @@ import pytest
 
 from pytest_hricdv.case import CaseResult, HriCase, execute
 from pytest_hricdv.collecting import Collecting, case_of
+from pytest_hricdv.cover.debugger import debugger
 from pytest_hricdv.cover.measure import Measurement, NoMeasurement, choose
 from pytest_hricdv.cover.source import CodeMap, CoverError, map_code
 from pytest_hricdv.filming import Filming, told
@@ -42,6 +43,7 @@ class Running:
     def __init__(self, collecting: Collecting) -> None:
         self.collecting = collecting
         self.options = collecting.options
+        self._used: Measurement = NoMeasurement("nothing has run")
 
     @cached_property
     def requirements(self) -> tuple[Requirement, ...]:
@@ -52,6 +54,16 @@ class Running:
         except (RequirementError, ValueError) as error:
             raise pytest.UsageError(str(error)) from None
 
+    @property
+    def known(self) -> Mapping[str, str]:
+        """Requirements whose violation is known, with the reasons; none in a strict run."""
+        return {} if self.options.strict else self.options.known
+
+    @property
+    def texts(self) -> dict[str, dict[str, str]]:
+        """Requirement -> what people read of it."""
+        return {each.id: {"title": each.title, "source": each.source, "text": each.text} for each in self.requirements}
+
     @cached_property
     def code(self) -> CodeMap:
         """What can be covered. Raises pytest.UsageError for code that is not there or a waiver without reason."""
@@ -60,11 +72,21 @@ class Running:
         except CoverError as error:
             raise pytest.UsageError(str(error)) from None
 
-    @cached_property
+    @property
     def measurement(self) -> Measurement:
-        """How the code under test is measured in this process."""
+        """How the code under test is measured now: not at all while somebody debugs, and he may begin at any time."""
         if not self.options.coverage:
             return NoMeasurement("switched off with --hri-no-cov")
+        stepping = self._stepping() or debugger()
+        return NoMeasurement(stepping) if stepping else self._chosen
+
+    def _stepping(self) -> str:
+        given = self.collecting.config.option
+        asked = [name for name, use in (("--pdb", "usepdb"), ("--trace", "trace")) if getattr(given, use, False)]
+        return f"{asked[0]} was given: measuring would get in its way" if asked else ""
+
+    @cached_property
+    def _chosen(self) -> Measurement:
         by_test = getattr(self.collecting.config.option, "cov_context", None) == "test"
         return choose(self.code, contexts_by_test=by_test)
 
@@ -123,14 +145,14 @@ class Running:
         report.sections.append(("film", told(entry["film"], Path(folder))))
 
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
-        testbench, measurement = self.collecting.testbench, self.measurement
+        testbench, self._used = self.collecting.testbench, self.measurement
         try:
-            return execute(testbench, self.requirements, case.concrete, measurement, f"hricdv|{nodeid}")
+            return execute(testbench, self.requirements, case.concrete, self._used, f"hricdv|{nodeid}")
         except Exception as error:
             # The author's own exception, from his own line, says more than that a node failed.
             failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error
             what = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
-        failure.add_note("\n" + terminal.aborted(describe(case, self._shown(nodeid)), what, **self._again(case)))
+        failure.add_note("\n" + terminal.aborted(describe(case, self.shown(nodeid)), what, **self._again(case)))
         raise failure
 
     def _see_that_it_was_checked(self, case: HriCase) -> None:
@@ -140,18 +162,16 @@ class Running:
             case.check(case.result)
 
     def _judge(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
-        failed = [verdict.requirement for verdict in result.verdicts if verdict.verdict == "Failed"]
-        known = {} if self.options.strict else self.options.known
+        failed, known = result.failed, self.known
         astray = strayed(self._entry(case, nodeid).get("replayed"))
         if not failed and not astray:
             return
         if not astray and all(requirement in known for requirement in failed):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed))
-        texts = {each.id: {"title": each.title, "source": each.source, "text": each.text} for each in self.requirements}
-        entry = self._entry(case, nodeid) | {"nodeid": self._shown(nodeid), "failure": astray}
-        pytest.fail(terminal.failure(entry, texts, known=known, **self._again(case)), pytrace=False)
+        entry = self._entry(case, nodeid) | {"nodeid": self.shown(nodeid), "failure": astray}
+        pytest.fail(terminal.failure(entry, self.texts, known=known, **self._again(case)), pytrace=False)
 
-    def _shown(self, nodeid: str) -> str:
+    def shown(self, nodeid: str) -> str:
         """The node id as it can be given to pytest in the folder where the run was started."""
         config = self.collecting.config
         path, colons, rest = nodeid.partition("::")
@@ -167,7 +187,7 @@ class Running:
         result = case.result
         entry = describe(case, nodeid) | measured(result, self.code, self.requirements)
         unmeasured = result is not None and (result.code is None or result.code.branches is None)
-        entry["unmeasured"] = self.measurement.reason if unmeasured else ""
+        entry["unmeasured"] = self._used.reason if unmeasured else ""
         given = self.collecting.replays.get(case.abstract.id)
         if given is not None:
             entry["replay"] = given.name

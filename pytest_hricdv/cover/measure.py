@@ -16,6 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
+from pytest_hricdv.cover.debugger import debugger
 from pytest_hricdv.cover.imports import import_bits
 from pytest_hricdv.cover.source import Bits, CodeMap, CoverError
 from pytest_hricdv.cover.tracing import kept_to_this_greenlet
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from coverage.sqldata import CoverageData
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
+TAKEN_OVER = "a debugger took the trace function over while the code under test ran"
 
 
 class Measurement(Protocol):
@@ -79,9 +82,11 @@ class OwnMeasurement:
         )
         # Dynamic contexts come back empty from the sys.monitoring core.
         self._coverage.set_option("run:core", "ctrace")
+        self._taken_over = False
 
     def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """See `Measurement`."""
+        self._taken_over = False
 
         def traced() -> None:
             with kept_to_this_greenlet():
@@ -90,12 +95,16 @@ class OwnMeasurement:
                     self._coverage.switch_context(context)
                     body()
                 finally:
+                    self._taken_over |= not _is_coverages(sys.gettrace())
                     self._coverage.stop()
 
         return traced
 
     def take(self, context: str) -> Bits | None:
-        """See `Measurement`."""
+        """See `Measurement`. Half a measurement is none: of a run that a debugger was in, nothing is taken."""
+        self.reason = TAKEN_OVER if self._taken_over else ""
+        if self._taken_over:
+            return None
         return self._imported | read(self._coverage.get_data(), self._code, exactly(context))
 
 
@@ -114,9 +123,11 @@ class JoinedMeasurement:
         self._current = current
         self._contexts_by_test = contexts_by_test
         self._tracer = users_tracer()
+        self._taken_over = False
 
     def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """See `Measurement`."""
+        self._taken_over = False
 
         def traced() -> None:
             previous = None if self._contexts_by_test else self._switch(context)
@@ -125,6 +136,7 @@ class JoinedMeasurement:
                 try:
                     body()
                 finally:
+                    self._taken_over |= not _is_coverages(sys.gettrace())
                     if not self._contexts_by_test:
                         self._switch(previous)
 
@@ -132,6 +144,9 @@ class JoinedMeasurement:
 
     def take(self, context: str) -> Bits | None:
         """See `Measurement`."""
+        if self._taken_over:
+            self.reason = TAKEN_OVER
+            return None
         nodeid = context.partition("|")[2]
         pattern = f"{exactly(context)}|{exactly(nodeid + '|run')}"
         bits = read(self._data(), self._code, pattern)
@@ -167,6 +182,12 @@ def users_tracer() -> Any:
     return threading.gettrace() or sys.gettrace()
 
 
+def _is_coverages(tracer: Any) -> bool:
+    """Whether a trace function is coverage's: its tracer in C, or a function or method of its package."""
+    module = getattr(tracer, "__module__", None) or type(tracer).__module__
+    return str(module).partition(".")[0] == "coverage"
+
+
 def exactly(context: str) -> str:
     """A pattern for `CoverageData.set_query_contexts`."""
     return f"^{re.escape(context)}$"
@@ -189,8 +210,8 @@ def choose(code: CodeMap, *, contexts_by_test: bool) -> Measurement:
     import coverage
 
     current = coverage.Coverage.current()
-    if current is None and sys.gettrace() is not None:
-        return NoMeasurement("a debugger holds the trace function")
+    if reason := debugger():
+        return NoMeasurement(reason)
     if current is not None and users_tracer() is None:
         return NoMeasurement("the running measurement uses sys.monitoring: set core = 'ctrace' for coverage")
     try:

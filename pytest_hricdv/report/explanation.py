@@ -16,7 +16,7 @@ def failure(
     test: Mapping[str, Any],
     requirements: Mapping[str, Any],
     *,
-    seed: int,
+    seed: int | None,
     suite: str | None = None,
     known: Mapping[str, str] | None = None,
     more: Sequence[str] = (),
@@ -27,7 +27,7 @@ def failure(
     Args:
         test: a test of the report; `outcome` and `wall_s` are not read, as they are not known yet when a test fails.
         requirements: the report's `requirements`: name to `title`, `source`, `text`.
-        seed: the suite's seed, for the line that runs the test again.
+        seed: the suite's seed, for the line that runs the test again; None for a test that no suite has.
         suite: what `--hri-suite` was given, for the same; the suite's name where not said, empty in a replay.
         known: violations that are known, name to reason; they are told last and do not count as the cause.
         more: further options for the line that runs the test again.
@@ -67,6 +67,12 @@ def aborted(
     """
     lines = [f"{what}; nothing was checked", "", *_actions(test), "", *told(test, suite, seed, more, file)]
     return "\n".join(visible(line) for line in lines)
+
+
+def course(test: Mapping[str, Any]) -> str:
+    """What happened in a run, whatever is wrong with it: verdicts, turns, and what the human did."""
+    lines = [f"{name} {_verdict(test, name)['verdict']} ({counts(_verdict(test, name))})" for name in _named(test)]
+    return "\n".join(visible(line) for line in [*lines, *_course(test), "", *_actions(test)])
 
 
 def violation(found: Mapping[str, Any]) -> str:

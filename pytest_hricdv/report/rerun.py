@@ -33,17 +33,19 @@ def replay(file: str, more: Sequence[str] = ()) -> str:
 
 
 def told(
-    test: Mapping[str, Any], suite: str | None, seed: int, more: Sequence[str] = (), file: str | None = None
+    test: Mapping[str, Any], suite: str | None, seed: int | None, more: Sequence[str] = (), file: str | None = None
 ) -> list[str]:
     """How to run a test again, in a few lines for people.
 
     Args:
         test: a test of the report.
         suite: as for `command`; empty for a test that came out of a replay file, None for the suite of the test.
-        seed: as for `command`.
+        seed: as for `command`; None for a test function that somebody wrote, which no suite has.
         more: as for `command`.
         file: the test's replay file, where there is one.
     """
+    if seed is None:
+        return ["run it again:", f"  pytest {_quoted(test['nodeid'])}"]
     again = file if suite == "" else None
     if again:
         return ["run it again:", f"  {replay(again, more)}"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -21,9 +22,10 @@ def watching(progress: Callable[[], object], stuck: Callable[[], Exception], per
     Args:
         progress: called once a period; any value that changes when something goes on.
         stuck: makes the error.
-        period_s: seconds of this process's processor time.
+        period_s: seconds of this process's processor time; infinity for no look at all.
     """
-    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+    can = hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
+    if math.isinf(period_s) or not can:
         yield
         return
     seen = progress()

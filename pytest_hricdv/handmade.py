@@ -1,0 +1,150 @@
+"""Tests that a user writes as functions of his own: `hri_run` runs what he says, and gives back what came of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import pytest
+
+from pytest_hricdv.case import CaseResult, HriCase, execute
+from pytest_hricdv.collecting import Collecting
+from pytest_hricdv.cover.measure import NoMeasurement
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, concretize
+from pytest_hricdv.generate.error import GenerateError, nearest
+from pytest_hricdv.generate.text import parse_tests
+from pytest_hricdv.options import read_options
+from pytest_hricdv.report import explanation, terminal
+from pytest_hricdv.results import Entry, describe, measured
+from pytest_hricdv.running import Running
+from pytest_hricdv.testbench import TestbenchError
+
+if TYPE_CHECKING:
+    from pytest_hricdv.generate.concrete import Concretization
+
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
+SUITE = "handmade"
+UNMEASURED = NoMeasurement("no test of a suite")
+_RUNNING = pytest.StashKey[Running]()
+
+
+class HriRun:
+    """What a test function gets as `hri_run`.
+
+    >>> def test_a_leg_is_handed_over(hri_run):     # doctest: +SKIP
+    ...     result = hri_run('''
+    ...         tell leg
+    ...         set_param gaze = 1
+    ...     ''', sensing_timeout_s=12.0)
+    ...     assert result.verdict("R4").verdict == "Passed"
+
+    No suite needs to be active. What is run this way is not in the report, and is measured by `--cov` only.
+    """
+
+    def __init__(self, running: Running, item: pytest.Item) -> None:
+        self._running = running
+        self._item = item
+        self._entries: list[tuple[CaseResult, Entry]] = []
+
+    def __call__(
+        self, test: str | Iterable[str] | ConcreteTest, /, *, seed: int = 0, **parameters: float
+    ) -> CaseResult:
+        """Run one test in the simulated world, watched by the monitors. It may be called several times.
+
+        Args:
+            test: the commands, one a line or one an item; or a concrete test, which is run as it is.
+            seed: parameters that are not given are drawn from their declared ranges with it.
+            parameters: values for parameters by their declared names, outside of their ranges, too; each holds for
+                every command that has it, and for the run.
+
+        Returns:
+            Verdicts (`.verdict("R1")`, `.failed`), outcome, record, and simulated seconds. Nothing is judged: say what
+            must hold with `assert`, or give the result to `check`.
+
+        Raises:
+            GenerateError: a command or a parameter that the testbench does not declare, or a value that is no number.
+            KernelError: a node failed; the text names it and the simulated time.
+        """
+        testbench = self._running.collecting.testbench
+        try:
+            case = self._case(test, seed, parameters)
+        except GenerateError as error:
+            raise GenerateError(str(error)) from None  # from here, so that only its author's line is shown
+        result = execute(testbench, self._running.requirements, case.concrete, UNMEASURED, "handmade")
+        entry = describe(case, self._running.shown(self._item.nodeid))
+        entry |= measured(result, None, self._running.requirements)
+        self._entries.append((result, entry))
+        # pytest shows sections of tests that fail, for whatever reason.
+        self._item.add_report_section("call", "hri_run", explanation.course(entry))
+        return result
+
+    def check(self, result: CaseResult) -> None:
+        """Fail, with every violation explained, when a requirement failed that is not a known violation."""
+        entry = next((entry for known, entry in self._entries if known is result), None)
+        if entry is None:
+            raise ValueError(f"hri_run.check: expected what hri_run returned in this test, got {result!r:.60}")
+        known = self._running.known
+        if result.failed and all(requirement in known for requirement in result.failed):
+            pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in result.failed))
+        if result.failed:
+            text = terminal.failure(entry, self._running.texts, seed=None, known=known)
+            pytest.fail(text, pytrace=False)
+
+    def __repr__(self) -> str:
+        return "<hri_run>"
+
+    def _case(self, test: str | Iterable[str] | ConcreteTest, seed: int, parameters: Mapping[str, float]) -> HriCase:
+        ranges = self._running.collecting.testbench.concretization
+        if isinstance(test, ConcreteTest):
+            lines = tuple(action.command for action in test.actions)
+            abstract = AbstractTest(test.id, test.suite, "given", (), lines, seed=test.seed)
+            return HriCase(test.suite, abstract, ranges, fixed=_with(test, parameters, ranges))
+        abstract = _parsed(test, seed, ranges)
+        return HriCase(SUITE, abstract, ranges, fixed=_with(concretize(abstract, ranges), parameters, ranges))
+
+
+def hri_run(request: pytest.FixtureRequest) -> HriRun:
+    """The fixture's value. A testbench that is missing or wrong fails the test with one located message."""
+    config = request.config
+    running = config.pluginmanager.get_plugin("hricdv-running") or config.stash.get(_RUNNING, None)
+    try:
+        if running is None:
+            running = config.stash[_RUNNING] = Running(Collecting(config, read_options(config)))
+        _ = running.collecting.testbench, running.requirements
+    except (pytest.UsageError, TestbenchError) as error:
+        pytest.fail(f"hri_run: {error}", pytrace=False)
+    return HriRun(running, request.node)
+
+
+def _parsed(test: str | Iterable[str], seed: int, ranges: Concretization) -> AbstractTest:
+    text = test if isinstance(test, str) else "\n".join(test)
+    found = parse_tests(text, file="hri_run", suite=SUITE, master_seed=seed, known=tuple(ranges.commands))
+    if len(found) != 1:
+        raise GenerateError(
+            f"hri_run: {len(found)} tests in the text; expected one: commands on lines of their own, no blank line "
+            "between them"
+        )
+    return found[0]
+
+
+def _with(test: ConcreteTest, parameters: Mapping[str, float], ranges: Concretization) -> ConcreteTest:
+    """The test with these values for its parameters."""
+    there = set(test.run).union(*(action.parameters for action in test.actions))
+    for name, value in parameters.items():
+        if name not in there:
+            declared = set(ranges.run).union(*ranges.commands.values())
+            why = "none of these commands has it" if name in declared else "the testbench declares none such"
+            known = ", ".join(sorted(there)) or "none"
+            raise GenerateError(f"hri_run: parameter {name!r}: {why}{nearest(name, there)}; there are: {known}")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise GenerateError(f"hri_run: parameter {name!r} is {value!r}; expected a finite number")
+    actions = tuple(ConcreteAction(each.command, _given(each.parameters, parameters)) for each in test.actions)
+    return replace(test, actions=actions, run=_given(test.run, parameters))
+
+
+def _given(declared: Mapping[str, float], parameters: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(parameters.get(name, value)) for name, value in declared.items()}

@@ -1,0 +1,210 @@
+"""What an IDE does: find the tests with nothing on the command line, run and debug one by its node id."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.plugin.project import MODES, change, nodeids, report
+
+DEFAULT = ("hri_known_violations =", "hri_suite = by-hand\nhri_known_violations =")
+GENERATING = "hricdv: generating *"
+
+
+@pytest.fixture
+def default(lamps: pytest.Pytester) -> pytest.Pytester:
+    """The lamps project with a default suite in its ini."""
+    change(lamps.path, "pytest.ini", *DEFAULT)
+    return lamps
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_a_node_id_found_is_a_node_id_that_runs_and_nothing_is_generated_twice(
+    default: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    default.runpytest_inprocess("--collect-only").stdout.fnmatch_lines([GENERATING])
+    first, *_others, own = nodeids(default.runpytest_inprocess("--collect-only", "-q"))
+    assert first == "test_lamps.py::test_lamps[by-hand-hall-polite-5a5e8c87]"  # the suite and the aim can be read
+    assert own == "test_lamps.py::test_of_their_own"
+    for selection in (first, str(default.path / first)):
+        result = default.runpytest_inprocess(selection, *options)
+        result.stdout.no_fnmatch_line(GENERATING)
+        assert [test["nodeid"] for test in report(default.path)["tests"]] == [first]
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_a_node_id_that_is_not_there_is_explained(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    saved = "test_lamps.py::test_lamps[by-hand-hall-polite-5a5e8c87]"
+    other = lamps.runpytest_inprocess(saved, "--hri-suite=by-hand", "--hri-seed=1", *options)
+    text = other.stdout.str() + other.stderr.str()
+    assert "5a5e8c87 is the id of a generated test, and is not among those of --hri-suite=by-hand --hri-seed=1" in text
+    assert other.ret in (pytest.ExitCode.USAGE_ERROR, pytest.ExitCode.NO_TESTS_COLLECTED)
+
+
+def test_a_node_id_without_a_suite_is_explained(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess("test_lamps.py::test_lamps[by-hand-hall-polite-5a5e8c87]")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["by-hand-hall-polite-5a5e8c87 is the id of a generated test, and no suite is active*"])
+    plain = lamps.runpytest_inprocess("test_lamps.py::test_nothing[by-hand]")
+    assert "generated test" not in plain.stderr.str()
+
+
+BDB = '''
+"""A debugger as the standard library has it: sets a trace function, and stops at a line."""
+
+import bdb
+import os
+import sys
+import threading
+
+import pytest
+
+
+class Debugger(bdb.Bdb):
+    def user_line(self, frame):
+        if self.break_here(frame):
+            stops.append(f"stopped in {frame.f_code.co_name}: {frame.f_locals.get('level')}")
+        self.set_continue()
+
+    def set_continue(self):
+        self._set_stopinfo(self.botframe, None, -1)
+
+
+stops = []
+debugger = Debugger()
+debugger.set_break(os.path.abspath(sys.argv[1]), int(sys.argv[2]))
+debugger.reset()
+threading.settrace(debugger.trace_dispatch)
+sys.settrace(debugger.trace_dispatch)
+code = pytest.main(sys.argv[3:])
+sys.settrace(None)
+for stop in stops:
+    print(stop)
+sys.exit(code)
+'''
+
+
+def line_of(folder: Path, name: str, text: str) -> int:
+    """The number of the only line with this text."""
+    (number,) = [n for n, line in enumerate((folder / name).read_text().splitlines(), 1) if line.strip() == text]
+    return number
+
+
+def test_breakpoints_stop_in_the_controller_and_measuring_says_that_it_stood_aside(lamps: pytest.Pytester) -> None:
+    script = lamps.makepyfile(debugger=BDB)
+    line = line_of(lamps.path, "lamps/guide.py", "lamp.set(level)")
+    result = lamps.run(sys.executable, script, "lamps/guide.py", str(line), "--hri-suite=by-hand", "--hri-tests=2")
+    assert result.ret == 0
+    assert [each for each in result.outlines if each.startswith("stopped")] == [
+        "stopped in serve: 100.0",
+        "stopped in serve: 10.0",
+    ]
+    result.stdout.fnmatch_lines(["  statements * unmeasured: a debugger holds the trace function"])
+    assert [test["outcome"] for test in report(lamps.path)["tests"]].count("error") == 0
+
+
+STOP = """        if wish.level == 100.0:
+            breakpoint()
+        level = level_for(wish)
+"""
+
+
+@pytest.mark.parametrize("cov", [(), ("--cov=lamps", "--cov-branch", "--cov-report=")], ids=["alone", "beside --cov"])
+def test_a_breakpoint_in_the_code_leaves_that_run_unmeasured_and_the_next_one_measured(
+    lamps: pytest.Pytester, cov: tuple[str, ...]
+) -> None:
+    change(lamps.path, "lamps/guide.py", "        level = level_for(wish)\n", STOP)
+    result = lamps.run(
+        sys.executable, "-m", "pytest", "--hri-suite=by-hand", "--hri-tests=2", *cov, stdin=b"p wish\nc\n"
+    )
+    result.stdout.fnmatch_lines(["(Pdb) Wish(level=100.0, cellar=False)"])
+    other, stopped = sorted(report(lamps.path)["tests"], key=lambda test: test["outcome"] == "known-violation")
+    assert stopped["code"] is None
+    assert other["code"]["statements"] > 20
+    assert stopped["unmeasured"] == "a debugger took the trace function over while the code under test ran"
+
+
+@pytest.mark.parametrize("option", ["--pdb", "--trace"])
+def test_pytests_own_debugger_is_left_alone(lamps: pytest.Pytester, option: str) -> None:
+    command = (sys.executable, "-m", "pytest", "--hri-suite=by-hand", "--hri-tests=1", option)
+    result = lamps.run(*command, stdin=b"b lamps/guide.py:19\nc\np level\nc\n")
+    if option == "--trace":
+        result.stdout.fnmatch_lines(["> *guide.py(19)serve()", "(Pdb) 100.0"])
+    result.stdout.fnmatch_lines([f"  statements * unmeasured: {option} was given: *"])
+
+
+class Client:
+    """An IDE as a debug adapter sees it (Debug Adapter Protocol): counts where the program stops, and goes on."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._stream = connection.makefile("rwb")
+        self._number = 0
+
+    def ask(self, command: str, **arguments: Any) -> None:
+        """Send a request."""
+        self._number += 1
+        body = {"seq": self._number, "type": "request", "command": command, "arguments": arguments}
+        text = json.dumps(body).encode()
+        self._stream.write(b"Content-Length: %d\r\n\r\n%s" % (len(text), text))
+        self._stream.flush()
+
+    def told(self) -> Iterator[dict[str, Any]]:
+        """What the adapter says, to the end of the program."""
+        while header := self._stream.readline():
+            if header.startswith(b"Content-Length"):
+                self._stream.readline()
+                yield json.loads(self._stream.read(int(header.split()[1])))
+
+
+def test_an_ides_debugger_stops_in_the_controller(lamps: pytest.Pytester) -> None:
+    pytest.importorskip("debugpy")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    run = ("-m", "pytest", "--hri-suite=by-hand", "--hri-tests=2")
+    arguments = (sys.executable, "-Xfrozen_modules=off", "-m", "debugpy", "--listen", str(port), "--wait-for-client")
+    with subprocess.Popen(
+        [*arguments, *run], cwd=lamps.path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    ) as program:
+        with _connected(port, program) as connection:
+            stops = _stops(Client(connection), lamps.path / "lamps" / "guide.py", 19)
+        assert program.stdout is not None
+        text = program.stdout.read().decode()
+    assert stops == [("serve", 19), ("serve", 19)]
+    assert "unmeasured: the IDE's debugger (pydevd) is attached" in text
+
+
+def _connected(port: int, program: subprocess.Popen[bytes]) -> socket.socket:
+    while program.poll() is None:
+        try:
+            return socket.create_connection(("127.0.0.1", port))
+        except ConnectionRefusedError:
+            continue
+    pytest.fail("the debugger did not start")
+
+
+def _stops(client: Client, file: Path, line: int) -> list[tuple[str, int]]:
+    client.ask("initialize", adapterID="tests", pathFormat="path", linesStartAt1=True)
+    client.ask("attach", justMyCode=True)
+    stops = []
+    for message in client.told():
+        kind, body = message.get("event") or message.get("command"), message.get("body") or {}
+        if kind == "initialized":
+            client.ask("setBreakpoints", source={"path": str(file)}, breakpoints=[{"line": line}])
+            client.ask("configurationDone")
+        elif kind == "stopped":
+            client.ask("stackTrace", threadId=body["threadId"])
+        elif kind == "stackTrace":
+            top = body["stackFrames"][0]
+            stops.append((top["name"], top["line"]))
+            client.ask("continue", threadId=1)
+        elif kind == "terminated":
+            break
+    return stops
