@@ -88,10 +88,12 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             moments={"request": "request", "grasp": "leg_held", "offer": "leg_ready", "decision": "reading"},
             state="state.name",
         ),
-        cross=CrossProduct(
-            {"reading": (*POSES, "none"), "outcome": OUTCOMES},
-            impossible={(pose, out): "a turn that timed out has no reading" for pose in POSES for out in OUTCOMES[2:]},
-        ),
+        cross={
+            "decision": CrossProduct(
+                {"reading": (*POSES, "none"), "outcome": OUTCOMES},
+                impossible={(pose, out): "a turn that timed out has none" for pose in POSES for out in OUTCOMES[2:]},
+            ),
+        },
     )
 
 
@@ -123,4 +125,4 @@ def run(run: Run) -> Outcome:
         shop.start(run.measured(control))
         ended = run.go(LIMIT_S)
         done = turns(run.recorder.messages)
-        return Outcome(ended, tuple(outcome for _, outcome in done), shop.world.frozen_s, done, FIDELITY)
+        return Outcome(ended, tuple(outcome for _, outcome in done), shop.world.frozen_s, {"decision": done}, FIDELITY)

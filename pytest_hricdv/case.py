@@ -8,9 +8,10 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from pytest_hricdv.cover.cross import Bin
 from pytest_hricdv.cover.debugger import debugger
 from pytest_hricdv.cover.measure import Measurement
-from pytest_hricdv.cover.source import Bits
+from pytest_hricdv.cover.source import Bits, CoverError
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Verdict, Vocabulary, explained
@@ -86,6 +87,8 @@ class CaseResult:
     sim_s: float
     verdicts: tuple[Verdict, ...]
     code: Bits | None
+    cross: Mapping[str, tuple[Bin, ...]] = field(default_factory=dict)
+    """The bins that the run hit, by cross product, verdicts included."""
 
     @property
     def failed(self) -> tuple[str, ...]:
@@ -116,7 +119,7 @@ def execute(
     Raises:
         KernelError: a node failed; the text names it and the simulated time.
         TestbenchError: the testbench's `run` returned no Outcome.
-        CoverError: the outcome has a bin that the cross product has not.
+        CoverError: the outcome has a bin that its cross product has not.
     """
     recorder = Recorder()
     monitors = MonitorSet(requirements)
@@ -135,12 +138,23 @@ def execute(
     outcome = testbench.run(run)
     if not isinstance(outcome, Outcome):
         raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
-    if testbench.cross is not None:
-        testbench.cross.check(outcome.cross)
     record = recorder.finish()
     log = Log(record.signals, record.messages, kernel.now_s)
     verdicts = explained(monitors.finish(kernel.now_s), requirements, log)
-    return CaseResult(test, outcome, record, kernel.now_s, verdicts, measurement.take(context))
+    cross = _crossed(testbench, outcome, verdicts)
+    return CaseResult(test, outcome, record, kernel.now_s, verdicts, measurement.take(context), cross)
+
+
+def _crossed(testbench: Testbench, outcome: Outcome, verdicts: tuple[Verdict, ...]) -> dict[str, tuple[Bin, ...]]:
+    for name in outcome.cross:
+        if name not in testbench.cross:
+            known = ", ".join(testbench.cross) or "none"
+            raise CoverError(f"cross product: run told bins of {name!r}, but declared are: {known}")
+    judged = {verdict.requirement: verdict.verdict for verdict in verdicts}
+    return {
+        name: product.check(product.with_verdicts(outcome.cross.get(name, ()), judged), f"cross product {name!r}")
+        for name, product in testbench.cross.items()
+    }
 
 
 @dataclass(repr=False)

@@ -16,14 +16,18 @@ from pytest_hricdv import filming
 from pytest_hricdv.absent import hint
 from pytest_hricdv.afterwards import Afterwards
 from pytest_hricdv.case import HriCase
+from pytest_hricdv.closing import Entry, reached
 from pytest_hricdv.collecting import Collecting, case_of
+from pytest_hricdv.cover.crossed import list_product
 from pytest_hricdv.cover.source import CoverError
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.listing import list_model
 from pytest_hricdv.options import KINDS
 from pytest_hricdv.replaying import LEAVE_A_FILE
 from pytest_hricdv.report import files, found, terminal
 from pytest_hricdv.report.files import ReportError
 from pytest_hricdv.rerunning import Rerunning
-from pytest_hricdv.results import Entry, Rerun, Session, build_report, reached
+from pytest_hricdv.results import Rerun, Session, build_report
 from pytest_hricdv.running import ATTRIBUTE, Running
 from pytest_hricdv.suites import export
 from pytest_hricdv.testbench import TestbenchError
@@ -248,7 +252,16 @@ class Reporting:
             wall_s=time.perf_counter() - self._began,
             workers=self.workers,
             rerun=Rerun(self.options.suites, self.options.again),
+            models=self._models(),
+            products={name: list_product(each, {}, {}) for name, each in self.collecting.testbench.cross.items()},
         )
+
+    def _models(self) -> Entry:
+        """The models' text. A suite that came from files does without them, and says nothing when they are broken."""
+        try:
+            return list_model(self.collecting.testbench.model, self.collecting.config.rootpath)
+        except GenerateError:
+            return {}
 
     def _gates(self, report: Entry) -> list[str]:
         ids = {case.abstract.id for case in self.chosen.values()}

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from pytest_hricdv.case import CaseResult, HriCase
-from pytest_hricdv.cover.closure import TestCover, code_closure, curve, files, percent, plan_closure, union
-from pytest_hricdv.cover.source import Bits, CodeMap
+from pytest_hricdv.closing import SCHEMA, Entry, close
+from pytest_hricdv.cover.assertions import COUNTS
+from pytest_hricdv.cover.closure import percent
+from pytest_hricdv.cover.listing import list_bits, list_code
+from pytest_hricdv.cover.source import CodeMap
 from pytest_hricdv.monitor import Requirement, Verdict
 from pytest_hricdv.suites import Selected
 from pytest_hricdv.testbench import Testbench
 from pytest_hricdv.timeline import timeline
-
-SCHEMA = "hricdv-report/1"
-Entry = dict[str, Any]
 
 
 def describe(case: HriCase, nodeid: str) -> Entry:
@@ -48,7 +46,7 @@ def measured(result: CaseResult | None, code: CodeMap | None, requirements: Sequ
         share = {
             "statements": count,
             "percent": percent(count, code.statements),
-            "bits": [hex(bits.statements), None if bits.branches is None else hex(bits.branches)],
+            "bits": list_bits(bits),
         }
     return {
         "requirements": {verdict.requirement: _verdict(verdict) for verdict in result.verdicts},
@@ -58,7 +56,7 @@ def measured(result: CaseResult | None, code: CodeMap | None, requirements: Sequ
         "fidelity": result.outcome.fidelity,
         "ended": result.outcome.ended,
         "record_sha256": result.record.sha256,
-        "cross": [list(hit) for hit in result.outcome.cross],
+        "cross": {name: [list(hit) for hit in hits] for name, hits in result.cross.items()},
         "code": share,
         "timeline": timeline(result.record, result.verdicts, result.sim_s),
     }
@@ -66,7 +64,8 @@ def measured(result: CaseResult | None, code: CodeMap | None, requirements: Sequ
 
 def _verdict(verdict: Verdict | None) -> Entry:
     if verdict is None:
-        return {"verdict": "NC", "triggers": 0, "violations": [], "pending": 0, "margin": None}
+        none = dict.fromkeys(COUNTS, 0)
+        return {"verdict": "NC", **none, "violations": [], "margin": None}
     miss = verdict.nearest_miss
     return {
         "verdict": verdict.verdict,
@@ -108,6 +107,8 @@ class Session:
     wall_s: float
     workers: int
     rerun: Rerun
+    models: Entry
+    products: Entry
 
 
 def build_report(
@@ -124,34 +125,26 @@ def build_report(
     Raises:
         CoverError: a waived statement ran.
     """
-    reported = {entry["nodeid"] for entry in entries}
-    lost = sorted(set(chosen) - reported)
-    entries = [*entries, *(_not_run(session, name, chosen[name], reasons.get(name, "")) for name in lost)]
-    entries.sort(key=_order)
-    total = union(cover_of(entry) for entry in entries) if session.code else None
-    return {
+    lost = sorted(chosen.keys() - {entry["nodeid"] for entry in entries})
+    unrun = [_not_run(session, nodeid, chosen[nodeid], reasons.get(nodeid, "")) for nodeid in lost]
+    report = {
         "schema": SCHEMA,
         "version": session.version,
         "testbench": session.testbench.name,
-        "selected": len(chosen),
-        "reported": len(reported),
-        "not_run": len(lost),
-        "not_run_tests": lost,
         "wall_s": round(session.wall_s, 3),
         "workers": session.workers,
         "known_violations": dict(session.known),
         "strict": session.strict,
         "rerun": {"suite": session.rerun.suite, "options": list(session.rerun.options)},
         "requirements": {r.id: {"title": r.title, "source": r.source, "text": r.text} for r in session.requirements},
-        "code_under_test": _code_under_test(session, total),
         "state": session.testbench.film.state if session.testbench.film else "",
-        "suites": [_suite(session, selected, entries) for selected in session.selected],
-        "tests": entries,
+        "code_under_test": {"packages": list(session.testbench.code), **list_code(session.code)},
+        "models": session.models,
+        "cross_products": session.products,
+        "suites": [_suite(selected) for selected in session.selected],
+        "tests": [*entries, *unrun],
     }
-
-
-def _order(entry: Entry) -> tuple[str, str, str]:
-    return entry["suite"], entry["id"], entry["nodeid"]
+    return close(report, session.unmeasured)
 
 
 def _not_run(session: Session, nodeid: str, case: HriCase, reason: str) -> Entry:
@@ -159,39 +152,11 @@ def _not_run(session: Session, nodeid: str, case: HriCase, reason: str) -> Entry
     return describe(case, nodeid) | outcome | measured(None, None, session.requirements)
 
 
-def cover_of(entry: Entry) -> TestCover:
-    """What an entry covered, as bits again."""
-    code = None
-    if entry["code"] is not None:
-        statements, branches = entry["code"]["bits"]
-        code = Bits(int(statements, 16), None if branches is None else int(branches, 16))
-    plans = {agent: frozenset(labels) for agent, labels in entry["plans"].items()}
-    return TestCover(entry["id"], code, plans)
-
-
-def _code_under_test(session: Session, total: Bits | None) -> Entry:
-    code = session.code
+def _suite(selected: Selected) -> Entry:
+    generation = selected.suite.generation
     return {
-        "packages": list(session.testbench.code),
-        "sha256": code.sha256 if code else "",
-        "measured": total is not None,
-        "reason": session.unmeasured if total is None or total.branches is None else "",
-        "waivers": [{"file": w.file, "line": w.line, "reason": w.reason} for w in code.waivers] if code else [],
-        "files": files(code, total) if code else [],
-    }
-
-
-def _suite(session: Session, selected: Selected, entries: Iterable[Entry]) -> Entry:
-    suite = selected.suite
-    mine = [entry for entry in entries if entry["suite"] == suite.name]
-    covers = [cover_of(entry) for entry in mine]
-    bits = union(covers)
-    generation = suite.generation
-    return {
-        "name": suite.name,
-        "seed": suite.seed,
-        "tests": len(mine),
-        "fidelity": " and ".join(sorted({entry["fidelity"] for entry in mine} - {""})),
+        "name": selected.suite.name,
+        "seed": selected.suite.seed,
         "generation": {
             "wall_s": round(selected.wall_s, 3),
             "cached": selected.cached,
@@ -202,52 +167,5 @@ def _suite(session: Session, selected: Selected, entries: Iterable[Entry]) -> En
             "distinct_texts": generation.distinct_texts,
             "notes": list(generation.notes),
         },
-        "requirements": {r.id: _tally(r.id, mine) for r in session.requirements},
-        "code": code_closure(session.code, bits) if session.code else {"statements": None, "branches": None},
-        "plans": plan_closure(covers, generation.declared_plans),
-        "cross": _cross(session.testbench, mine),
-        "curve": curve(covers),
+        "plans": {agent: {"declared": list(labels)} for agent, labels in generation.declared_plans.items()},
     }
-
-
-def _tally(requirement: str, entries: Iterable[Entry]) -> Entry:
-    verdicts = [entry["requirements"][requirement] for entry in entries]
-    count = Counter(verdict["verdict"] for verdict in verdicts)
-    triggers = sum(verdict["triggers"] for verdict in verdicts)
-    return {"passed": count["Passed"], "failed": count["Failed"], "nc": count["NC"], "triggers": triggers}
-
-
-def _cross(testbench: Testbench, entries: Iterable[Entry]) -> Entry:
-    if testbench.cross is None:
-        return {"bins": 0, "hit": 0, "impossible": 0, "missing": []}
-    hits = set(testbench.cross.check(tuple(hit) for entry in entries for hit in entry.get("cross", ())))
-    possible = [each for each in testbench.cross.bins() if each not in testbench.cross.impossible]
-    return {
-        "bins": len(testbench.cross.bins()),
-        "hit": len(hits),
-        "impossible": len(testbench.cross.impossible),
-        "missing": [" x ".join(each) for each in possible if each not in hits],
-    }
-
-
-def reached(report: Entry, kind: str) -> list[tuple[str, float | None]]:
-    """Per suite, the percentage that a gate of this kind is held against; None where nothing was measured.
-
-    Statements and branches: of what is reachable. Assertions: requirements that were checked. Cross: of what is
-    possible.
-    """
-    return [(suite["name"], _reached(suite, kind)) for suite in report["suites"]]
-
-
-def _reached(suite: Entry, kind: str) -> float | None:
-    if kind in ("statements", "branches"):
-        closure = suite["code"][kind]
-        return None if closure is None else float(closure["percent_reachable"])
-    if kind == "plans":
-        plans = suite["plans"].values()
-        return percent(sum(len(each["covered"]) for each in plans), sum(each["total"] for each in plans))
-    if kind == "assertions":
-        tallies = suite["requirements"].values()
-        return percent(sum(tally["passed"] + tally["failed"] > 0 for tally in tallies), len(tallies))
-    cross = suite["cross"]
-    return percent(cross["hit"], cross["bins"] - cross["impossible"])

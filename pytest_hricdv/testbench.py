@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_type_hints
@@ -52,14 +52,15 @@ class Outcome:
         ended: why it ended, for instance "table done".
         legs: how each turn ended, in order.
         frozen_s: simulated seconds that passed without physics steps.
-        cross: the bins of the declared cross product that the run hit.
+        cross: the bins that the run hit, by the name of the declared cross product: one bin for each coordinate, but
+            none for those that are named after a requirement.
         fidelity: how the world was simulated, where there are several ways; every report shows it.
     """
 
     ended: str
     legs: tuple[str, ...] = ()
     frozen_s: float = 0.0
-    cross: tuple[Bin, ...] = ()
+    cross: Mapping[str, Sequence[Bin]] = field(default_factory=dict, hash=False)
     fidelity: str = ""
 
 
@@ -78,7 +79,7 @@ class Testbench:
         code: importable names of the packages under test.
         run: builds world, human, sensors and controller around the given `Run`, runs it, and says how it went.
         by_hand: TOML file of belief subsets for the suite `by-hand`; None where there is none.
-        cross: the cross product to cover; None where there is none.
+        cross: the cross products to cover, by name.
         requires: modules that `run` imports, such as the simulator's; imported once before the first test, so that
             what is not installed is said once, and not by every test.
         film: how runs are filmed; None where they are not.
@@ -96,7 +97,7 @@ class Testbench:
     code: tuple[str, ...]
     run: Callable[[Run], Outcome]
     by_hand: Path | None = None
-    cross: CrossProduct | None = None
+    cross: Mapping[str, CrossProduct] = field(default_factory=dict, hash=False)
     requires: tuple[str, ...] = ()
     film: Film | None = None
 
@@ -129,6 +130,7 @@ PARTS: Mapping[str, str] = {
     "requirements": "the path of a TOML file of requirement texts, or a tuple of requirements",
     "messages": "the dataclasses of the messages on the bus",
     "signals": "the physical signals, name -> bool or float",
+    "cross": "a mapping of names to cross products (CrossProduct)",
     "code": "the names of the packages under test",
     "run": "a function that runs one concrete test and returns an Outcome",
 }
@@ -164,6 +166,11 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
             raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {PARTS[name]}")
     if not isinstance(testbench.signals, Mapping):
         raise TestbenchError(f"{where}: signals is {testbench.signals!r}; expected {PARTS['signals']}")
+    if not isinstance(testbench.cross, Mapping):
+        raise TestbenchError(f"{where}: cross is {testbench.cross!r}; expected {PARTS['cross']}")
+    for name, product in testbench.cross.items():
+        if not isinstance(product, CrossProduct):
+            raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
     if not callable(testbench.run):
         raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
     if isinstance(testbench.code, str) or not testbench.code:

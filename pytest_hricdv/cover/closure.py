@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -12,13 +13,14 @@ from pytest_hricdv.cover.source import Bits, CodeMap, CoverError
 
 @dataclass(frozen=True)
 class TestCover:
-    """What one test covered: code bits (None where unmeasured) and plans (agent -> labels)."""
+    """What one test covered: code bits (None: unmeasured), plans (agent -> labels); and the beliefs it came from."""
 
     __test__ = False
 
     id: str
     code: Bits | None
     plans: Mapping[str, frozenset[str]]
+    beliefs: tuple[str, ...] = ()
 
 
 def union(tests: Iterable[TestCover]) -> Bits | None:
@@ -74,14 +76,32 @@ def percent(part: int, whole: int) -> float:
 
 
 def plan_closure(tests: Sequence[TestCover], labels: Mapping[str, Sequence[str]]) -> dict[str, dict[str, Any]]:
-    """Per agent: the plans that the tests' beliefs triggered, in source order, and those that none did."""
+    """Per agent: the plans that the tests' beliefs triggered, in source order, and those that none did.
+
+    `reached` says of each plan how many tests and belief sets reach it, the smallest of these, and a test that has it.
+    """
     closure = {}
     for agent, plans in labels.items():
-        hit = frozenset[str]().union(*(test.plans.get(agent, frozenset()) for test in tests))
-        covered = [plan for plan in plans if plan in hit]
-        missing = [plan for plan in plans if plan not in hit]
-        closure[agent] = {"covered": covered, "missing": missing, "total": len(plans)}
+        reached = {plan: _reached([t for t in tests if plan in t.plans.get(agent, ())]) for plan in plans}
+        closure[agent] = {
+            "covered": [plan for plan in plans if reached[plan]["tests"]],
+            "missing": [plan for plan in plans if not reached[plan]["tests"]],
+            "total": len(plans),
+            "declared": list(plans),
+            "reached": {plan: each for plan, each in reached.items() if each["tests"]},
+        }
     return closure
+
+
+def _reached(tests: Sequence[TestCover]) -> dict[str, Any]:
+    sets = {test.beliefs for test in tests if test.beliefs}
+    first = min(tests, key=lambda test: (len(test.beliefs) or math.inf, test.beliefs, test.id), default=None)
+    return {
+        "tests": len(tests),
+        "belief_sets": len(sets),
+        "shortest": list(first.beliefs) if first else [],
+        "test": first.id if first else "",
+    }
 
 
 def curve(tests: Iterable[TestCover]) -> list[dict[str, int]]:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import product
+from math import prod
 
 from pytest_hricdv.cover.source import CoverError
 
 Bin = tuple[str, ...]
+
+ANY = "*"
+MAX_BINS = 100_000
+"""More would be neither covered nor read by anybody."""
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -17,36 +23,94 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 class CrossProduct:
     """A declared cross product.
 
+    A coordinate that has the name of a requirement (with bins among Passed, Failed, NC) is filled in from the
+    requirement's verdict on the run; the others are told by the testbench's `run`.
+
     Args:
         coordinates: name -> its bins, for instance {"gpl": ("000", ...), "outcome": ("released", ...)}.
-        impossible: combinations that cannot occur, each with the reason.
+        impossible: combinations that cannot occur, each with the reason; "*" stands for any bin of a coordinate.
+        illegal: combinations that must not occur, each with the reason: a test that hits one fails. "*" as above.
+        planned: from the lines of an abstract test, the combinations of the first coordinates that it aims at.
+            What no beliefs make the model plan is then impossible, as far as the model is small enough to explore.
 
     Raises:
-        CoverError: an empty coordinate, or an impossible bin that is not in the product.
+        CoverError: no or an empty coordinate, a bin twice, too many bins, or a combination that is not in the product.
     """
 
     coordinates: Mapping[str, tuple[str, ...]]
-    impossible: Mapping[Bin, str]
+    impossible: Mapping[Bin, str] = field(default_factory=dict)
+    illegal: Mapping[Bin, str] = field(default_factory=dict)
+    planned: Callable[[Sequence[str]], Iterable[Bin]] | None = None
 
     def __post_init__(self) -> None:
+        if not self.coordinates:
+            raise CoverError("cross product: it has no coordinates")
         for name, bins in self.coordinates.items():
             if not bins:
                 raise CoverError(f"cross product: coordinate {name!r} has no bins")
-        unknown = set(self.impossible) - set(self.bins())
-        if unknown:
-            raise CoverError(f"cross product: {min(unknown)} is declared impossible but is no bin of it")
+            if len(set(bins)) != len(bins) or ANY in bins:
+                raise CoverError(f"cross product: coordinate {name!r} has a bin twice, or one named {ANY!r}: {bins}")
+        if prod(map(len, self.coordinates.values())) > MAX_BINS:
+            raise CoverError(f"cross product of {', '.join(self.coordinates)}: more than {MAX_BINS} bins")
+        for what, patterns in (("impossible", self.impossible), ("illegal", self.illegal)):
+            for pattern in patterns:
+                if not any(True for _ in self._matching(pattern)):
+                    raise CoverError(f"cross product: {pattern} is declared {what} but is no bin of it")
 
     def bins(self) -> tuple[Bin, ...]:
         """All combinations, impossible ones included."""
         return tuple(product(*self.coordinates.values()))
 
-    def check(self, hits: Iterable[Bin]) -> tuple[Bin, ...]:
-        """The hits, each once and in order. Raises CoverError for a hit that is no bin or was declared impossible."""
-        known = set(self.bins())
-        found = sorted({tuple(hit) for hit in hits})
+    @cached_property
+    def ruled_out(self) -> dict[Bin, str]:
+        """Every bin that is declared impossible -> the reason."""
+        return self._spread(self.impossible)
+
+    @cached_property
+    def forbidden(self) -> dict[Bin, str]:
+        """Every bin that is declared illegal -> the reason."""
+        return self._spread(self.illegal)
+
+    def check(self, hits: Iterable[Bin], name: str = "cross product") -> tuple[Bin, ...]:
+        """The hits in order. Raises CoverError for a hit that is no bin or was declared impossible."""
+        found = sorted(tuple(hit) for hit in hits)
+        kinds = tuple(self.coordinates.values())
         for hit in found:
-            if hit not in known:
-                raise CoverError(f"cross product: {hit} is no bin; coordinates are {', '.join(self.coordinates)}")
-            if hit in self.impossible:
-                raise CoverError(f"cross product: {hit} was hit but is declared impossible: {self.impossible[hit]}")
+            if len(hit) != len(kinds) or any(each not in bins for each, bins in zip(hit, kinds, strict=True)):
+                raise CoverError(f"{name}: {hit} is no bin; coordinates are {', '.join(self.coordinates)}")
+            if hit in self.ruled_out:
+                raise CoverError(f"{name}: {hit} was hit but is declared impossible: {self.ruled_out[hit]}")
         return tuple(found)
+
+    def with_verdicts(self, hits: Iterable[Bin], verdicts: Mapping[str, str]) -> tuple[Bin, ...]:
+        """The hits that a run told, with the verdict at every coordinate that is named after a requirement.
+
+        Raises:
+            CoverError: a hit has not as many bins as there are other coordinates.
+        """
+        judged = [verdicts.get(name) for name in self.coordinates]
+        told = judged.count(None)
+        completed = []
+        for hit in hits:
+            if len(hit) != told:
+                names = ", ".join(name for name in self.coordinates if name not in verdicts)
+                raise CoverError(f"cross product: {hit} is no bin; coordinates are {names}")
+            rest = iter(hit)
+            completed.append(tuple(next(rest) if verdict is None else verdict for verdict in judged))
+        return tuple(completed)
+
+    def _spread(self, patterns: Mapping[Bin, str]) -> dict[Bin, str]:
+        found: dict[Bin, str] = {}
+        for pattern, reason in patterns.items():
+            for each in self._matching(pattern):
+                found.setdefault(each, reason)
+        return found
+
+    def _matching(self, pattern: Bin) -> Iterable[Bin]:
+        kinds = tuple(self.coordinates.values())
+        if len(pattern) != len(kinds):
+            return ()
+        allowed = [
+            bins if each == ANY else (each,) if each in bins else () for each, bins in zip(pattern, kinds, strict=True)
+        ]
+        return product(*allowed)

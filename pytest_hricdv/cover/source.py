@@ -40,13 +40,14 @@ class Waiver:
 
 @dataclass(frozen=True)
 class SourceFile:
-    """One file: its name for people, where it lies, its statements (first lines) and branches (line to line)."""
+    """One file: its name for people, where it lies, its statements (first lines), branches (line to line), and text."""
 
     name: str
     path: Path
     statements: tuple[int, ...]
     branches: tuple[Arc, ...]
     waivers: tuple[Waiver, ...]
+    text: str = ""
 
 
 @dataclass(frozen=True)
@@ -194,7 +195,7 @@ def _read(name: str, path: Path, text: str) -> SourceFile:
     exits = parser.exit_counts()
     branches = sorted((a, b) for a, b in parser.arcs() if exits[a] > 1)
     waivers = tuple(_waivers(name, text, frozenset(parser.statements), parser.first_line))
-    return SourceFile(name, path, tuple(sorted(parser.statements)), tuple(branches), waivers)
+    return SourceFile(name, path, tuple(sorted(parser.statements)), tuple(branches), waivers, text)
 
 
 def _waivers(name: str, text: str, statements: frozenset[int], first_line: Callable[[int], int]) -> Iterable[Waiver]:

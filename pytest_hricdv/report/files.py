@@ -51,31 +51,47 @@ def prepare(directory: Path) -> None:
 def write(report: Mapping[str, Any], directory: Path) -> tuple[Path, ...]:
     """Write a report into a folder; returns the files, `report.json` first.
 
-    Both files are written aside and then renamed, so a reader sees the old report or the new one, never a part.
+    Each file is written aside and then renamed, so a reader sees the old one or the new one, never a part. What a run
+    found out is safe in `report.json` before the page is made of it.
 
     Raises:
-        ReportError: the report breaks its contract (NaN included), or the folder cannot be written.
+        ReportError: the report breaks its contract (NaN included), the folder cannot be written, or no page can be made
+            of the report, which is then written without one.
     """
-    from pytest_hricdv.report.html import render  # jinja2 is loaded only where a page is made
-
     broken = faults(report)
     if broken:
         raise ReportError(f"cannot write a report that breaks {SCHEMA}: {_first(broken)}")
-    contents = {REPORT_NAME: canonical(report), PAGE_NAME: render(report)}
-    paths = tuple(directory / name for name in contents)
+    return write_text(directory / REPORT_NAME, canonical(report)), write_text(directory / PAGE_NAME, _page(report))
+
+
+def _page(report: Mapping[str, Any]) -> str:
+    from pytest_hricdv.report.html import render  # jinja2 is loaded only where a page is made
+
     try:
-        for path, text in zip(paths, contents.values(), strict=True):
-            # A lone surrogate in a name has no UTF-8: show its number rather than lose the report.
-            _aside(path).write_bytes(text.encode("utf-8", "backslashreplace"))
-        for path in paths:
-            _aside(path).replace(path)
+        return render(report)
+    except Exception as error:  # whatever is wrong with the page must not look as if the run had been lost
+        what = f"{type(error).__name__}: {error}"
+        raise ReportError(f"{REPORT_NAME} is written, but {PAGE_NAME} could not be made of it: {what}") from error
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a file aside and rename it.
+
+    Raises:
+        ReportError: the folder cannot be written.
+    """
+    aside = _aside(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # A lone surrogate in a name has no UTF-8: show its number rather than lose the report.
+        aside.write_bytes(text.encode("utf-8", "backslashreplace"))
+        aside.replace(path)
     except OSError as error:
-        raise _refused(directory, error) from error
+        raise _refused(path.parent, error) from error
     finally:
-        for path in paths:
-            with contextlib.suppress(OSError):
-                _aside(path).unlink(missing_ok=True)
-    return paths
+        with contextlib.suppress(OSError):
+            aside.unlink(missing_ok=True)
+    return path
 
 
 def canonical(report: Mapping[str, Any]) -> str:

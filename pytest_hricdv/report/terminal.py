@@ -104,7 +104,7 @@ def _code(kind: str, figures: Mapping[str, Any] | None, report: Mapping[str, Any
 
 
 def _cross(cross: Mapping[str, Any]) -> str:
-    possible = cross["bins"] - cross["impossible"]
+    possible = cross["bins"] - cross["impossible"] - cross.get("illegal", 0)
     text = f"{percent(share(cross['hit'], possible))} ({cross['hit']} of {plural(possible, 'bin')})"
     return f"{text}, {cross['impossible']} impossible" if cross["impossible"] else text
 

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.cover.closure import TestCover, code_closure, curve, files, plan_closure, union
-from pytest_hricdv.cover.cross import CrossProduct
 from pytest_hricdv.cover.source import Bits, CodeMap, CoverError, map_code
 from tests.cover.project import write_package
 
@@ -76,19 +75,23 @@ def test_the_curve_never_falls_and_ends_at_the_total(tests: list[TestCover]) -> 
         assert points[-1]["statements"] == (total.statements.bit_count() if total else 0)
 
 
-def test_plans_are_listed_in_source_order_with_the_missing_ones() -> None:
-    tests = [TestCover("a", None, {"human": frozenset({"plan2"})}), TestCover("b", None, {})]
+def test_plans_are_listed_in_source_order_with_who_reaches_them() -> None:
+    tests = [
+        TestCover("a", None, {"human": frozenset({"plan2"})}, ("bored", "leg1")),
+        TestCover("b", None, {"human": frozenset({"plan2", "plan1"})}, ("leg1",)),
+        TestCover("c", None, {"human": frozenset({"plan1"})}),
+        TestCover("d", None, {}),
+    ]
     closure = plan_closure(tests, {"human": ["plan1", "plan2", "plan10"]})
-    assert closure == {"human": {"covered": ["plan2"], "missing": ["plan1", "plan10"], "total": 3}}
-
-
-def test_cross_products_know_their_bins_and_refuse_what_cannot_be() -> None:
-    cross = CrossProduct({"reading": ("1", "0"), "outcome": ("kept", "given")}, {("0", "given"): "forbidden by R2"})
-    assert len(cross.bins()) == 4
-    assert cross.check([("1", "given"), ("1", "given"), ("0", "kept")]) == (("0", "kept"), ("1", "given"))
-    with pytest.raises(CoverError, match="declared impossible: forbidden by R2"):
-        cross.check([("0", "given")])
-    with pytest.raises(CoverError, match="is no bin"):
-        cross.check([("2", "given")])
-    with pytest.raises(CoverError, match="has no bins"):
-        CrossProduct({"empty": ()}, {})
+    assert closure == {
+        "human": {
+            "covered": ["plan1", "plan2"],
+            "missing": ["plan10"],
+            "total": 3,
+            "declared": ["plan1", "plan2", "plan10"],
+            "reached": {
+                "plan1": {"tests": 2, "belief_sets": 1, "shortest": ["leg1"], "test": "b"},
+                "plan2": {"tests": 2, "belief_sets": 2, "shortest": ["leg1"], "test": "b"},
+            },
+        }
+    }

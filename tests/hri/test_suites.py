@@ -20,7 +20,7 @@ def assert_whole(result: CaseResult) -> None:
     assert result.outcome.ended in ENDS
     assert len(result.outcome.legs) <= 4
     assert set(result.outcome.legs) <= OUTCOMES
-    assert len(result.outcome.cross) == len(result.outcome.legs)
+    assert len(result.outcome.cross["decision"]) == len(result.outcome.legs)
     assert result.sim_s <= bench.LONGEST_S
     assert 0.0 <= result.outcome.frozen_s <= result.sim_s
     assert result.verdict("R4").verdict != "Failed"
@@ -64,7 +64,7 @@ def test_silent_sensors_end_the_turn_with_a_sensing_timeout_and_the_next_one_goe
     result = bench.run(bench.concrete(lines, outage_turn=1.5, sensing_timeout_s=90.0))
     assert_whole(result)
     assert result.outcome.legs == ("sensing-timeout", "released")
-    assert result.outcome.cross[0] == ("none", "sensing-timeout")
+    assert result.outcome.cross["decision"][0] == ("none", "sensing-timeout")
     sensing_s = bench.times(result, "state", name="Sensing")[0]
     (timeout_s,) = bench.times(result, "state", name="Timeout3")
     assert timeout_s - sensing_s == pytest.approx(90.0, abs=0.1)

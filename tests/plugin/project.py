@@ -67,7 +67,7 @@ def pytest_hricdv_testbench(config):
         code=("lamps",),
         run=run,
         by_hand=HERE / "by_hand.toml",
-        cross=CrossProduct({"place": ("hall", "cellar"), "level": levels}, impossible={}),
+        cross={"light": CrossProduct({"place": ("hall", "cellar"), "level": levels})},
     )
 
 
@@ -102,7 +102,7 @@ def run(run):
     run.kernel.spawn("guide", run.measured(robot))
     ended = run.go(LIMIT_S)
     levels = [command.split()[-1] for command in commands if command.startswith("set_lamp")]
-    return Outcome(ended, legs=("released",), cross=tuple((place, level) for level in levels or ["none"]))
+    return Outcome(ended, legs=("released",), cross={"light": [(place, level) for level in levels or ["none"]]})
 '''
 
 HOST_TEST = '''

@@ -62,8 +62,8 @@ def filmed(lamps: pytest.Pytester) -> pytest.Pytester:
     change(
         lamps.path,
         "conftest.py",
-        '        cross=CrossProduct({"place"',
-        f'        {film}\n        cross=CrossProduct({{"place"',
+        '        cross={"light": CrossProduct({"place"',
+        f'        {film}\n        cross={{"light": CrossProduct({{"place"',
     )
     lamp = "        def set(self, level):\n"
     change(lamps.path, "conftest.py", lamp, f"{lamp}            self.level = level\n")

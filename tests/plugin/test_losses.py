@@ -64,7 +64,7 @@ def test_full_trace_shows_the_frames_of_the_plugin(lamps: pytest.Pytester) -> No
         ("conftest.py", '"lamp_level", level', '"lamplevel", level', "*signal 'lamplevel' is recorded but not*"),
         ("conftest.py", '"lamp_level", level', '"lamp_level", float("nan")', "*expected a finite number*"),
         ("conftest.py", "    return Outcome(", "    Outcome(", "*run returned None; expected a pytest_hricdv*Outcome*"),
-        ("conftest.py", 'levels or ["none"]', '["99"]', "*cross product: ('hall', '99') is no bin*"),
+        ("conftest.py", 'levels or ["none"]', '["99"]', "*cross product 'light': ('hall', '99') is no bin*"),
     ],
     ids=["negative sleep", "undeclared message", "undeclared signal", "NaN", "no outcome", "no bin"],
 )

@@ -43,6 +43,7 @@ def test_the_report_says_what_was_judged_and_covered(lamps: pytest.Pytester) -> 
     lamps.runpytest_inprocess("--hri-suite=rl").assert_outcomes(passed=32, xfailed=2, deselected=1)
     written = report(lamps.path)
     (suite,) = written["suites"]
+    tallies = suite["requirements"].items()
     assert {name: (t["passed"], t["failed"], t["nc"]) for name, t in suite["requirements"].items()} == {
         "R1": (28, 0, 6),
         "R2": (24, 2, 8),
@@ -55,7 +56,19 @@ def test_the_report_says_what_was_judged_and_covered(lamps: pytest.Pytester) -> 
     statements, branches = suite["code"]["statements"], suite["code"]["branches"]
     assert (statements["covered"], statements["total"]) == (40, 41)
     assert (branches["covered"], branches["total"]) == (10, 10)
-    assert suite["cross"] | {"missing": []} == {"bins": 8, "hit": 8, "impossible": 0, "missing": []}
+    assert [suite["cross"][key] for key in ("bins", "hit", "impossible", "illegal")] == [8, 8, 0, 0]
+    assert suite["cross"]["missing"] == suite["cross"]["products"]["light"]["missing"] == []
+    assert {
+        name: [t[key] for key in ("triggers", "passes", "failures", "pending", "vacuous")] for name, t in tallies
+    } == {
+        "R1": [28, 28, 0, 0, 6],
+        "R2": [26, 24, 2, 0, 8],
+        "R3": [23, 23, 0, 0, 11],
+    }
+    dark = suite["plans"]["visitor"]["reached"]["v5"]
+    assert {"curt", "dark"} < set(dark["shortest"])
+    model = written["models"]["visitor"]
+    assert model["source"].splitlines()[model["plans"]["v5"] - 1].startswith("@v5 ")
     assert suite["curve"][-1] == {"tests": 34, "statements": 40, "branches": 10, "plans": 9}
     assert suite["generation"]["converged_at"] is not None
     (guide,) = [file for file in written["code_under_test"]["files"] if file["missing_lines"]]

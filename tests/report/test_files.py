@@ -74,23 +74,38 @@ def test_the_same_report_gives_the_same_bytes(tmp_path: Path) -> None:
     assert contents[0] == contents[1]
 
 
-def test_a_failed_write_leaves_the_old_files_and_no_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("full_at", [1, 2])
+def test_a_failed_write_leaves_whole_files_and_no_parts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, full_at: int
+) -> None:
     old = [path.read_bytes() for path in write(sample.report(tests=1), tmp_path)]
+    new = [path.read_bytes() for path in write(sample.report(tests=2), tmp_path / "new")]
     written: list[Path] = []
     really = Path.write_bytes
 
-    def full_at_the_second(path: Path, data: bytes) -> int:
+    def full(path: Path, data: bytes) -> int:
         written.append(path)
-        really(path, data[:100])
-        if len(written) == 2:
+        if len(written) == full_at:
+            really(path, data[:100])
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
-        return 100
+        return really(path, data)
 
-    monkeypatch.setattr(Path, "write_bytes", full_at_the_second)
+    monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(ReportError, match="disk is full"):
         write(sample.report(tests=2), tmp_path)
-    assert [(tmp_path / name).read_bytes() for name in ("report.json", "index.html")] == old
-    assert len(list(tmp_path.iterdir())) == 2
+    assert (tmp_path / "report.json").read_bytes() == (old if full_at == 1 else new)[0]
+    assert (tmp_path / "index.html").read_bytes() == old[1]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["index.html", "new", "report.json"]
+
+
+def test_a_page_that_cannot_be_made_does_not_lose_the_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(report: object) -> str:
+        raise ZeroDivisionError("no pixels")
+
+    monkeypatch.setattr("pytest_hricdv.report.html.render", broken)
+    with pytest.raises(ReportError, match=r"report\.json is written, but index\.html .*: ZeroDivisionError: no pixels"):
+        write(sample.report(tests=2), tmp_path)
+    assert load(tmp_path) == sample.report(tests=2)
 
 
 def test_an_exception_while_writing_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,99 @@
+"""Closing a report: everything in it that follows from the rest, worked out from plain data.
+
+A session's report and one merged from many are closed by the same function. So a merge is exact: it adds up tests, and
+whatever is told of suites and of the whole is worked out anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from pytest_hricdv.cover import assertions, crossed
+from pytest_hricdv.cover.closure import TestCover, code_closure, curve, files, percent, plan_closure, union
+from pytest_hricdv.cover.listing import bits_of, code_of
+from pytest_hricdv.cover.source import Bits, CodeMap
+
+SCHEMA = "hricdv-report/1"
+Entry = dict[str, Any]
+
+
+def close(report: Entry, unmeasured: str) -> Entry:
+    """The report with all that follows from its declarations and its tests; what was there of it is replaced.
+
+    Args:
+        report: with what was declared (code, models, requirements, cross products, suites) and `tests`.
+        unmeasured: why the code was not measured, for a report in which it was not.
+
+    Raises:
+        CoverError: a waived statement ran.
+    """
+    tests = sorted(report["tests"], key=_order)
+    lost = [test["nodeid"] for test in tests if test["outcome"] == "not-run"]
+    code = code_of(report["code_under_test"])
+    total = union(map(cover_of, tests)) if code else None
+    return report | {
+        "selected": len(tests),
+        "reported": len(tests) - len(lost),
+        "not_run": len(lost),
+        "not_run_tests": sorted(lost),
+        "code_under_test": report["code_under_test"] | _reached_code(code, total, unmeasured),
+        "suites": [_suite(report, suite, code, tests) for suite in report["suites"]],
+        "tests": tests,
+    }
+
+
+def _order(test: Entry) -> tuple[str, str, str]:
+    return test["suite"], test["id"], test["nodeid"]
+
+
+def cover_of(test: Entry) -> TestCover:
+    """What a test covered, as bits again."""
+    plans = {agent: frozenset(labels) for agent, labels in test["plans"].items()}
+    return TestCover(test["id"], bits_of(test["code"]), plans, tuple(test["beliefs"]))
+
+
+def _reached_code(code: CodeMap | None, total: Bits | None, unmeasured: str) -> Entry:
+    return {
+        "measured": total is not None,
+        "reason": unmeasured if total is None or total.branches is None else "",
+        "files": files(code, total) if code else [],
+    }
+
+
+def _suite(report: Entry, suite: Entry, code: CodeMap | None, tests: Iterable[Entry]) -> Entry:
+    mine = [test for test in tests if test["suite"] == suite["name"]]
+    covers = [cover_of(test) for test in mine]
+    declared = {agent: plans["declared"] for agent, plans in suite["plans"].items()}
+    return suite | {
+        "tests": len(mine),
+        "fidelity": " and ".join(sorted({test["fidelity"] for test in mine} - {""})),
+        "requirements": {name: assertions.tally(name, mine) for name in report["requirements"]},
+        "code": code_closure(code, union(covers)) if code else {"statements": None, "branches": None},
+        "plans": plan_closure(covers, declared),
+        "cross": crossed.closure(report["cross_products"], mine),
+        "curve": curve(covers),
+    }
+
+
+def reached(report: Entry, kind: str) -> list[tuple[str, float | None]]:
+    """Per suite, the percentage that a gate of this kind is held against; None where nothing was measured.
+
+    Statements and branches: of what is reachable. Assertions: requirements that were checked. Cross: of what is
+    possible.
+    """
+    return [(suite["name"], _reached(suite, kind)) for suite in report["suites"]]
+
+
+def _reached(suite: Entry, kind: str) -> float | None:
+    if kind in ("statements", "branches"):
+        closure = suite["code"][kind]
+        return None if closure is None else float(closure["percent_reachable"])
+    if kind == "plans":
+        plans = suite["plans"].values()
+        return percent(sum(len(each["covered"]) for each in plans), sum(each["total"] for each in plans))
+    if kind == "assertions":
+        tallies = suite["requirements"].values()
+        return percent(sum(tally["passed"] + tally["failed"] > 0 for tally in tallies), len(tallies))
+    cross = suite["cross"]
+    return percent(cross["hit"], crossed.possible(cross))

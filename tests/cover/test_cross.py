@@ -1,0 +1,87 @@
+"""Cross products: what is a bin, what is ruled out, and what a suite hit of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.cover.cross import Bin, CrossProduct
+from pytest_hricdv.cover.crossed import closure, list_product, possible
+from pytest_hricdv.cover.source import CoverError
+
+KINDS = {"reading": ("1", "0", "none"), "outcome": ("kept", "given")}
+
+
+def test_a_hit_is_a_bin_that_is_not_ruled_out() -> None:
+    cross = CrossProduct(KINDS, {("none", "*"): "nothing was read", ("0", "given"): "forbidden by R2"})
+    assert len(cross.bins()) == 6
+    assert cross.ruled_out.keys() == {("none", "kept"), ("none", "given"), ("0", "given")}
+    assert cross.check([("1", "given"), ("1", "given"), ("0", "kept")]) == (
+        ("0", "kept"),
+        ("1", "given"),
+        ("1", "given"),
+    )
+    with pytest.raises(CoverError, match=r"'x': .* declared impossible: forbidden by R2"):
+        cross.check([("0", "given")], "'x'")
+    for no_bin in (("2", "given"), ("1",), ("1", "given", "given")):
+        with pytest.raises(CoverError, match="is no bin; coordinates are reading, outcome"):
+            cross.check([no_bin])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (({},), "has no coordinates"),
+        (({"empty": ()},), "'empty' has no bins"),
+        (({"twice": ("a", "a")},), "'twice' has a bin twice"),
+        (({"star": ("*",)},), "'star' has a bin twice, or one named"),
+        (({str(n): ("a", "b") for n in range(17)},), "more than 100000 bins"),
+        ((KINDS, {("1", "lost"): "?"}), "declared impossible but is no bin"),
+        ((KINDS, {("1",): "?"}), "declared impossible but is no bin"),
+        ((KINDS, {}, {("*", "lost"): "?"}), "declared illegal but is no bin"),
+    ],
+)
+def test_a_product_that_makes_no_sense_is_refused(arguments: tuple[Any, ...], message: str) -> None:
+    with pytest.raises(CoverError, match=message):
+        CrossProduct(*arguments)
+
+
+def test_coordinates_named_after_requirements_get_their_verdicts() -> None:
+    cross = CrossProduct({"R1": ("Passed", "NC"), "outcome": ("kept", "given"), "R2": ("Passed", "Failed")})
+    verdicts = {"R1": "NC", "R2": "Failed", "R3": "Passed"}
+    assert cross.with_verdicts([("kept",), ("given",)], verdicts) == (
+        ("NC", "kept", "Failed"),
+        ("NC", "given", "Failed"),
+    )
+    with pytest.raises(CoverError, match=r"is no bin; coordinates are outcome$"):
+        cross.with_verdicts([("NC", "kept", "Failed")], verdicts)
+
+
+hits = st.lists(st.lists(st.sampled_from(CrossProduct(KINDS).bins()), max_size=4), max_size=5)
+
+
+@given(hits)
+def test_every_bin_is_hit_missing_impossible_or_illegal(runs: list[list[Bin]]) -> None:
+    product = CrossProduct(KINDS, illegal={("0", "given"): "forbidden"})
+    listed = {"turn": list_product(product, {}, {("none", "given"): "the model never does"})}
+    entries = [{"cross": {"turn": [list(hit) for hit in run]}} for run in runs]
+    told = closure(listed, entries)
+    turn = told["products"]["turn"]
+    assert turn["hit"] + len(turn["missing"]) == possible(told) == possible(turn)
+    assert turn["bins"] == 6
+    assert turn["illegal"] == 1
+    seen = {hit for run in runs for hit in run}
+    assert turn["impossible"] == (("none", "given") not in seen)
+    assert {tuple(hit["bin"]) for hit in turn["hits"]} == seen
+    assert sum(hit["hits"] for hit in turn["hits"]) == sum(map(len, runs))
+    assert all(hit["tests"] <= hit["hits"] for hit in turn["hits"])
+
+
+def test_several_products_are_added_up_by_name() -> None:
+    listed = {name: list_product(CrossProduct(KINDS), {}, {}) for name in ("first", "second")}
+    told = closure(listed, [{"cross": {"first": [["1", "kept"]]}}, {}])
+    assert (told["bins"], told["hit"], len(told["missing"])) == (12, 1, 11)
+    assert told["missing"][0] == "first: 1 x given"
