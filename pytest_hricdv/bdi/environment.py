@@ -10,6 +10,9 @@ from .errors import BdiError
 from .parser import parse_literal
 from .terms import SOURCE_PERCEPT, Structure
 
+Perceived = tuple[tuple[str, tuple[Structure, ...]], ...]
+"""Agents, and what they perceive, in the order added, with ``source(percept)``."""
+
 
 class Environment:
     """The environment of a multi-agent system; override :meth:`execute` to give actions an effect.
@@ -95,6 +98,11 @@ class Environment:
     def percepts(self, agent: str) -> tuple[Structure, ...]:
         """What an agent perceives now, in the order added, with ``source(percept)``."""
         return tuple(self._percepts.get(agent, ()))
+
+    @property
+    def perceived(self) -> Perceived:
+        """What those agents perceive now that perceive anything."""
+        return tuple([(agent, tuple(percepts)) for agent, percepts in self._percepts.items() if percepts])
 
     def _note_change(self, agent: str) -> None:
         self._versions[agent] = self._versions.get(agent, 0) + 1

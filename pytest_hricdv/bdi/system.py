@@ -41,6 +41,7 @@ class MultiAgentSystem:
     def __init__(self, project: Project, prototypes: tuple[Prototype, ...], environment: Environment) -> None:
         self._project = project
         self._prototypes = prototypes
+        self._names = tuple(prototype.name for prototype in prototypes)
         self._memo: Memo | None = None
         self._warnings = project.warnings
         self.environment = environment
@@ -99,7 +100,7 @@ class MultiAgentSystem:
     @property
     def agents(self) -> tuple[str, ...]:
         """The names of the agents, in the order of their cycles."""
-        return tuple(prototype.name for prototype in self._prototypes)
+        return self._names
 
     @property
     def compiled(self) -> tuple[str, ...]:
@@ -180,7 +181,7 @@ class MultiAgentSystem:
         return Result.of(run, run.go(max_rounds))
 
     def _known(self, agent: str) -> None:
-        if agent not in self.agents:
+        if agent not in self._names:
             raise ValueError(f"no agent {agent!r} in {self.name}; there are {', '.join(self.agents)}")
 
 

@@ -180,6 +180,12 @@ class CompiledAgent:
             self._believe(percept, percept.annots)
         return True
 
+    def note_seen(self) -> None:
+        """It has come to this state after perceiving what its environment lists."""
+        self.seen_percepts = self._versions.get(self.name, 0)
+        self._listens = not self.acts_alone
+        self.awake = self.has_work()
+
     def _receive(self, message: Message) -> bool:
         """Act on a message; False if that is left to the interpreter."""
         content = message.content

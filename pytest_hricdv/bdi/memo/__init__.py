@@ -11,8 +11,8 @@ How it works
     and how many rounds it took. Within a segment, the questions that a receiver asks of its beliefs, whether it
     holds an atom that might be one of those forwarded, are noted with their answers.
     They decide by which edge a run leaves a node. So the nodes are a decision diagram over the set of atoms.
-    A run follows it from the root for its number of atoms; where it has no edge yet, the model is run in earnest
-    and its segments are added.
+    A run follows it from the root for its number of atoms. Where it has no edge yet, the agents are put into the
+    state of that node and the model is run in earnest, up to the next node only: so each segment is run once.
 
 Why it is equal
     Let S be the set of atoms. The state at a node is a function of the node and of S: a receiver's belief is either
@@ -25,7 +25,7 @@ Why it is equal
     - the beliefs of receivers: every look at one that is still as S says is noted as a question.
 
     Two sets that answer the questions of a segment equally thus have equal segments, and states at its end that
-    are the same node. A run is only added if this is certain. It is not if
+    are the same node. A segment is only added if this is certain. It is not if
 
     - a receiver asks before all atoms have arrived, or an atom arrives twice;
     - an atom has a meaning for the receiver when it comes: there is a plan for it, or it is believed at first;
@@ -35,7 +35,7 @@ Why it is equal
       happens at certain rounds of a run and so depends on how long it took before;
     - the round limit is reached.
 
-    Such runs, and runs with other percepts, are remembered as a whole, by all that they are given.
+    Such runs, and runs with other percepts, are run and remembered as a whole, by all that they are given.
     An environment of one's own may do anything: with it nothing is remembered.
 """
 

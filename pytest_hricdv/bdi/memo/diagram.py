@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Container
 from dataclasses import dataclass, field
 
+from .state import MentalState
+
 
 @dataclass(slots=True, eq=False)
 class Node:
-    """A mental state of all agents, up to the atoms forwarded; where a run goes from it."""
+    """Where a run is between two segments, and where it goes from there.
 
+    Args:
+        states: the mental states of all agents in order, up to the atoms forwarded; None at the beginning of a run.
+    """
+
+    states: tuple[MentalState, ...] | None = None
     way: Way = None
 
 
@@ -22,7 +29,7 @@ class Question:
     no: Way = None
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Segment:
     """What happens from one node to the next.
 
@@ -33,59 +40,67 @@ class Segment:
         actions: the external actions.
         warnings: the warnings.
         plans: the agents that execute plans, and the labels of those.
-        questions: the atoms that it depends on, and whether they are among those forwarded.
         ended: how the run ends with it, or empty.
+        then: the node it leads to; None if the run ends.
     """
 
     rounds: int
     ticks: int
-    prints: tuple[str, ...]
-    actions: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
-    plans: tuple[tuple[str, tuple[str, ...]], ...]
-    questions: tuple[tuple[str, bool], ...]
+    prints: list[str]
+    actions: list[tuple[str, str]]
+    warnings: list[str]
+    plans: list[tuple[str, list[str]]]
     ended: str = ""
-    then: Node = field(default_factory=Node, repr=False)
+    then: Node | None = field(default=None, repr=False)
 
 
 Way = Question | Segment | None
 """None where no run has gone yet."""
 
 
-def follow(node: Node, atoms: Container[str]) -> list[Segment] | None:
-    """The segments of the run with a set of atoms; None if one of them is not known yet."""
-    segments: list[Segment] = []
-    while True:
-        way = node.way
-        while isinstance(way, Question):
-            way = way.yes if way.atom in atoms else way.no
-        if way is None:
-            return None
-        segments.append(way)
-        if way.ended:
-            return segments
-        node = way.then
+def follow(node: Node, atoms: Container[str], segments: list[Segment], most: int) -> Node | None:
+    """Go on from a node as far as is known.
 
-
-def add(node: Node, segment: Segment) -> Segment | None:
-    """Add a segment that leaves a node.
+    Args:
+        node: the node.
+        atoms: those that are forwarded.
+        segments: those of the run so far; the ones that follow are added.
+        most: how many there may be in the end.
 
     Returns:
-        The segment that is there now: the same if it was there already. None if the diagram has a segment that
-        ends elsewhere: then what follows is there, too, in other pieces.
+        The node reached; None if the run ends.
+    """
+    while len(segments) < most:
+        way = node.way
+        while type(way) is Question:
+            way = way.yes if way.atom in atoms else way.no
+        if way is None:
+            break
+        assert type(way) is Segment
+        segments.append(way)
+        if way.then is None:
+            return None
+        node = way.then
+    return node
+
+
+def add(node: Node, questions: dict[str, bool], segment: Segment) -> None:
+    """Add a segment that leaves a node.
+
+    Args:
+        node: the node.
+        questions: the atoms asked about in the segment, in order, and whether they are among those forwarded. What
+            is asked next is a function of the node and the answers so far: so far it is asked here, too.
+        segment: the segment.
     """
     place: Node | Question = node
     branch = "way"
-    for atom, answer in segment.questions:
+    for atom, answer in questions.items():
         question = getattr(place, branch)
         if question is None:
             question = Question(atom)
             setattr(place, branch, question)
-        if not isinstance(question, Question) or question.atom != atom:
-            return None
+        assert isinstance(question, Question)
+        assert question.atom == atom
         place, branch = question, "yes" if answer else "no"
-    there = getattr(place, branch)
-    if there is None:
-        setattr(place, branch, segment)
-        return segment
-    return there if isinstance(there, Segment) and there.rounds == segment.rounds else None
+    setattr(place, branch, segment)

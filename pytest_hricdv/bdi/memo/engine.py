@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from dataclasses import replace
+from functools import lru_cache
 
-from ..environment import Environment
+from ..environment import Environment, Perceived
 from ..prototype import Prototype
 from ..result import Result
 from ..scheduler import Run
 from ..terms import SOURCE_PERCEPT, Key, Structure
 from .diagram import Node, Segment, add, follow
 from .forwarding import Forwarding, forwarding_of
-from .recording import KNOWN, Notes, RecordingRun
+from .recording import RecordingRun
+from .watching import Notes
 
 Case = tuple[Forwarding, frozenset[str]]
 """How atoms are forwarded, and the atoms."""
+Segments = list[Segment]
 MAX_REMEMBERED = 50_000
-"""Whole runs that are remembered; when there are more, all are forgotten."""
+"""Runs that are remembered; when there are more, all are forgotten."""
 
 
 class Memo:
@@ -28,86 +32,75 @@ class Memo:
 
     def __init__(self, prototypes: tuple[Prototype, ...]) -> None:
         self._prototypes = prototypes
+        self._names = [prototype.name for prototype in prototypes]
         self._forwarding: dict[tuple[str, Key], Forwarding | None] = {}
         self._nodes: dict[Hashable, Node] = {}
-        self._whole: dict[Hashable, Result] = {}
-        self.runs_in_earnest = 0
-        """How often the model had to be run."""
+        self._known: dict[Hashable, Segments | Result] = {}
+        """Runs by all that they are given: their segments, or what has been found by running them as a whole."""
 
     def run(self, environment: Environment, seed: int, max_rounds: int) -> Result:
-        """The result of a run with what the environment lists now, which must be a plain one."""
-        listed = {prototype.name: environment.percepts(prototype.name) for prototype in self._prototypes}
-        key = (seed, max_rounds, tuple(listed.values()))
-        known = self._whole.get(key)
+        """The result of a run with what the environment lists now, which must be a plain one.
+
+        Raises:
+            BdiError: an agent cannot go on.
+        """
+        perceived = environment.perceived
+        key = (perceived, seed, max_rounds)
+        known = self._known.get(key)
         if known is None:
-            case = self._case(listed)
-            if case is not None:
-                known = self._put_together(case, seed, max_rounds)
-            known = known or self._run_in_earnest(case, environment, seed, max_rounds)
-            if len(self._whole) >= MAX_REMEMBERED:
-                self._whole.clear()
-            self._whole[key] = known
-        return _copy(known)
+            known = self._find(perceived, environment, seed, max_rounds)
+            if len(self._known) >= MAX_REMEMBERED:
+                self._known.clear()
+            self._known[key] = known
+        return _copy(known) if isinstance(known, Result) else self._joined(known)
 
-    def _put_together(self, case: Case, seed: int, max_rounds: int) -> Result | None:
-        """The result by what earlier runs have shown, if that is enough."""
-        forwarding, atoms = case
-        root = self._nodes.get(_root(forwarding, atoms, seed))
-        segments = None if root is None else follow(root, atoms)
-        if segments is None:
-            return None
-        result = self._joined(segments)
-        return result if result.rounds < max_rounds else None
-
-    def _run_in_earnest(self, case: Case | None, environment: Environment, seed: int, max_rounds: int) -> Result:
-        self.runs_in_earnest += 1
+    def _find(self, perceived: Perceived, environment: Environment, seed: int, max_rounds: int) -> Segments | Result:
+        case = self._case(perceived)
         if case is not None:
-            result = self._record(case, environment, seed, max_rounds)
-            if result is not None:
-                return result
+            segments = self._segments(case, environment, seed, max_rounds)
+            if segments is not None:
+                return segments
+        return self._run_as_a_whole(environment, seed, max_rounds)
+
+    def _run_as_a_whole(self, environment: Environment, seed: int, max_rounds: int) -> Result:
         run = Run(environment, seed, None)
         for prototype in self._prototypes:
             run.agents[prototype.name] = prototype.agent(run)
         return Result.of(run, run.go(max_rounds))
 
-    def _record(self, case: Case, environment: Environment, seed: int, max_rounds: int) -> Result | None:
-        """The result, with the segments added that are certain; None if the round limit does not allow for it."""
+    def _segments(self, case: Case, environment: Environment, seed: int, max_rounds: int) -> Segments | None:
+        """The segments of a run; those not known yet are run in earnest. None if that does not work out."""
+        forwarding, atoms = case
+        node = self._nodes.setdefault((forwarding.steering, forwarding.key, len(atoms), seed), Node())
+        reached = None
+        segments: Segments = []
+        while True:
+            # A run that comes to more nodes than there are has been at one of them twice: it will never end.
+            following = follow(node, atoms, segments, len(self._nodes) + 1)
+            rounds = sum([segment.rounds for segment in segments])
+            if rounds >= max_rounds or len(segments) > len(self._nodes):
+                return None
+            if following is None:
+                return segments
+            node = following
+            if node is not reached:
+                run = RecordingRun(environment, seed, self._prototypes, Notes(*case), node.states)
+            recorded = run.record(max_rounds - rounds)
+            if recorded is None:
+                return None
+            segment, states = recorded
+            if states is not None:
+                segment.then = reached = self._nodes.setdefault((seed, states), Node(states))
+            add(node, run.notes.questions, segment)
 
-        def known(state: Hashable) -> list[Segment] | None:
-            node = self._nodes.get((seed, state))
-            return None if node is None else follow(node, case[1])
-
-        run = RecordingRun(environment, seed, self._prototypes, Notes(*case), known)
-        ended = run.go(max_rounds)
-        segments = run.segments
-        if ended == KNOWN:
-            self._add(self._nodes.setdefault(_root(*case, seed), Node()), segments, seed)
-            result = self._joined([*(segment for _, segment in segments), *run.ahead])
-            return result if result.rounds < max_rounds else None
-        if run.notes.certain and ended == "idle" and run.rounds < max_rounds:
-            run.finish(ended)
-            self._add(self._nodes.setdefault(_root(*case, seed), Node()), segments, seed)
-        return Result.of(run, ended)
-
-    def _add(self, node: Node, segments: list[tuple[Hashable, Segment]], seed: int) -> None:
-        for state, segment in segments:
-            if not segment.ended:
-                segment.then = self._nodes.setdefault((seed, state), Node())
-            there = add(node, segment)
-            if there is None:
-                return
-            node = there.then
-
-    def _case(self, listed: dict[str, tuple[Structure, ...]]) -> Case | None:
+    def _case(self, perceived: Perceived) -> Case | None:
         """How the atoms are forwarded, and the atoms; None if the percepts are not of this kind."""
-        showing = [name for name, percepts in listed.items() if percepts]
-        if len(showing) != 1:
+        if len(perceived) != 1:
             return None
-        (steering,) = showing
-        percepts = listed[steering]
+        (steering, percepts) = perceived[0]
         key = percepts[0].key
-        atoms = frozenset(_atom(percept, key) for percept in percepts)
-        if "" in atoms:
+        atoms = frozenset(map(_atom, percepts))
+        if "" in atoms or len({percept.key for percept in percepts}) > 1:
             return None
         if (steering, key) not in self._forwarding:
             self._forwarding[steering, key] = self._find_forwarding(steering, key)
@@ -132,31 +125,28 @@ class Memo:
             special |= code.propositions.keys() | {functor for _, functor, _ in code.program.noticed}
         return Forwarding(steering, key, found.receivers, frozenset(special))
 
-    def _joined(self, segments: list[Segment]) -> Result:
+    def _joined(self, segments: Segments) -> Result:
         prints: list[str] = []
         actions: list[tuple[str, str]] = []
         warnings: list[str] = []
-        plans: dict[str, list[str]] = {prototype.name: [] for prototype in self._prototypes}
+        plans: dict[str, list[str]] = {name: [] for name in self._names}
         rounds = ticks = 0
         for segment in segments:
             rounds += segment.rounds
             ticks += segment.ticks
             actions += segment.actions
+            for name, labels in segment.plans:
+                plans[name] += labels
             if segment.prints or segment.warnings:
                 prints += segment.prints
                 warnings += segment.warnings
-            for name, labels in segment.plans:
-                plans[name] += labels
         return Result(prints, plans, actions, rounds, segments[-1].ended, warnings, Run.ms(ticks))
 
 
-def _root(forwarding: Forwarding, atoms: frozenset[str], seed: int) -> Hashable:
-    return forwarding.steering, forwarding.key, len(atoms), seed
-
-
-def _atom(percept: Structure, key: Key) -> str:
-    """The atom that a percept is about; empty if it is about something else."""
-    if percept.key != key or percept.annots != (SOURCE_PERCEPT,) or len(percept.args) != 1:
+@lru_cache(maxsize=4096)
+def _atom(percept: Structure) -> str:
+    """The atom that a percept ``f(b)`` is about; empty if it is about something else."""
+    if percept.annots != (SOURCE_PERCEPT,) or len(percept.args) != 1:
         return ""
     (about,) = percept.args
     if not isinstance(about, Structure) or about.args or about.annots or about.negated:
@@ -167,12 +157,5 @@ def _atom(percept: Structure, key: Key) -> str:
 def _copy(result: Result) -> Result:
     """A result whose lists are the caller's own."""
     plans = {name: labels.copy() for name, labels in result.plans.items()}
-    return Result(
-        result.prints.copy(),
-        plans,
-        result.actions.copy(),
-        result.rounds,
-        result.ended,
-        result.warnings.copy(),
-        result.time_ms,
-    )
+    lists = result.prints.copy(), result.actions.copy(), result.warnings.copy()
+    return replace(result, plans=plans, prints=lists[0], actions=lists[1], warnings=lists[2])

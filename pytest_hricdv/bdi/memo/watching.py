@@ -1,0 +1,164 @@
+"""Noting on what a run depends: who looks at which of the atoms forwarded."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..compiled import CompiledAgent
+from ..compiled.activity import Slot, Store
+from ..compiled.code import AgentCode
+from ..compiled.program import Annots
+from ..scheduler import Run
+from ..terms import Structure, source
+from .forwarding import Forwarding
+
+
+class Notes:
+    """What is noted.
+
+    Args:
+        forwarding: how the atoms are forwarded.
+        atoms: the atoms.
+    """
+
+    def __init__(self, forwarding: Forwarding, atoms: frozenset[str]) -> None:
+        self.forwarding = forwarding
+        self.atoms = atoms
+        self.certain = True
+        """Whether other runs may rely on what is noted."""
+        self.missing = len(atoms) * len(forwarding.receivers)
+        """Atoms that are still to arrive."""
+        self.looks = 0
+        """How often the steering agent has looked at its percepts."""
+        self.questions: dict[str, bool] = {}
+        """What has been asked in the current segment."""
+
+    @property
+    def forwarded(self) -> bool:
+        """Whether the steering agent has done its part."""
+        return not self.missing and self.looks == 1
+
+    def ask(self, atom: str, answer: bool) -> None:
+        """A receiver has looked whether it holds an atom that could only have been forwarded to it."""
+        if self.missing:
+            self.certain = False
+        self.questions.setdefault(atom, answer)
+
+
+class WatchedBeliefs(dict[str, Annots]):
+    """A receiver's beliefs without arguments: looking at one that could be forwarded is noted."""
+
+    def __init__(self, beliefs: dict[str, Annots], notes: Notes) -> None:
+        super().__init__(beliefs)
+        self._notes = notes
+        self.settled = set(beliefs)
+        """The beliefs that no longer depend on the atoms forwarded."""
+
+    def _look(self, slot: str) -> None:
+        if slot not in self.settled:
+            self._notes.ask(slot, super().__contains__(slot))
+
+    def __contains__(self, slot: object) -> bool:
+        self._look(str(slot))
+        return super().__contains__(slot)
+
+    def __getitem__(self, slot: str) -> Annots:
+        self._look(slot)
+        return super().__getitem__(slot)
+
+    def get(self, slot: str, default: Any = None) -> Any:
+        """The annotations of a belief."""
+        self._look(slot)
+        return super().get(slot, default)
+
+    def __setitem__(self, slot: str, annots: Annots) -> None:
+        self._look(slot)
+        self.settled.add(slot)
+        super().__setitem__(slot, annots)
+
+    def __delitem__(self, slot: str) -> None:
+        self._look(slot)
+        self.settled.add(slot)
+        super().__delitem__(slot)
+
+    def pop(self, slot: str, default: Any = None) -> Any:
+        """Take a belief out."""
+        self._look(slot)
+        self.settled.add(slot)
+        return super().pop(slot, default)
+
+    def holds(self, slot: str) -> bool:
+        """Whether there is such a belief; nobody else asks."""
+        return super().__contains__(slot)
+
+    def arrive(self, atom: str, annots: Annots) -> None:
+        """An atom has been forwarded."""
+        super().__setitem__(atom, annots)
+
+    def settled_content(self) -> list[tuple[str, Annots | None]]:
+        """What no longer depends on the atoms; None for what is not held."""
+        held = super().get
+        return [(slot, held(slot)) for slot in self.settled]
+
+    def settle(self, content: frozenset[tuple[str, Annots | None]]) -> None:
+        """Hold this, whatever has been forwarded."""
+        for slot, annots in content:
+            self.settled.add(slot)
+            if annots is not None:
+                super().__setitem__(slot, annots)
+            else:
+                super().pop(slot, None)
+
+
+class WatchedTable(dict[Slot, Annots]):
+    """The steering agent's percepts to be forwarded."""
+
+    def __init__(self, table: Store, notes: Notes) -> None:
+        super().__init__(table)
+        self._notes = notes
+
+    def items(self) -> Any:
+        """All of them, as a loop asks for them."""
+        self._notes.looks += 1
+        if self._notes.looks > 1:
+            self._notes.certain = False
+        return super().items()
+
+
+class Receiver(CompiledAgent):
+    """An agent to which atoms are forwarded.
+
+    Args:
+        name: its name.
+        run: the run it takes part in.
+        code: its program and how it begins.
+        notes: where to note at what it looks.
+    """
+
+    def __init__(self, name: str, run: Run, code: AgentCode, notes: Notes) -> None:
+        super().__init__(name, run, code)
+        self._notes = notes
+        self._annots: Annots = (source(notes.forwarding.steering),)
+        self._awaited = set(notes.atoms)
+        self.watched = WatchedBeliefs(self.p, notes)
+        self.p = self.watched
+
+    def _believe(self, literal: Structure, annots: Annots) -> None:
+        atom = literal.functor
+        if atom not in self._notes.atoms or literal.args or literal.negated or annots != self._annots:
+            super()._believe(literal, annots)
+        elif atom in self._awaited and not self.watched.holds(atom):
+            self._awaited.remove(atom)
+            self._notes.missing -= 1
+            self.watched.arrive(atom, annots)
+            self.run.progress += 1
+        else:
+            # It has come twice, or the agent has come to believe it by itself.
+            self._notes.certain = False
+            super()._believe(literal, annots)
+
+    def receive_all(self) -> None:
+        """All atoms have been forwarded."""
+        for atom in self._awaited:
+            self.watched.arrive(atom, self._annots)
+        self._awaited.clear()
