@@ -53,6 +53,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv.collecting import Collecting, worker_input
+    from pytest_hricdv.progress import Progress
     from pytest_hricdv.reporting import Reporting
     from pytest_hricdv.running import Running
 
@@ -61,7 +62,9 @@ def _register(config: pytest.Config, options: Options) -> None:
     config.pluginmanager.register(collecting, "hricdv-collecting")
     config.pluginmanager.register(running, "hricdv-running")
     if worker_input(config) is None:
-        config.pluginmanager.register(Reporting(collecting, running), "hricdv-reporting")
+        reporting = Reporting(collecting, running)
+        config.pluginmanager.register(reporting, "hricdv-reporting")
+        config.pluginmanager.register(Progress(config, reporting.chosen), "hricdv-progress")
 
 
 @pytest.hookimpl(wrapper=True)

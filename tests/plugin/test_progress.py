@@ -1,0 +1,99 @@
+"""Progress on a terminal, and none elsewhere. Each run has a pseudo-terminal of its own."""
+
+from __future__ import annotations
+
+import os
+import pty
+import re
+import subprocess
+import sys
+
+import pytest
+
+from tests.plugin.project import MODES, change
+from tests.report.screen import Screen
+
+STATUS = re.compile(
+    r"hri: (\d+) of 4(, a few seconds left)?(: (by-hand-(hall|cellar)-\w+-[0-9a-f]{8}(, | and 1 more)?)+)?"
+)
+RUN = (sys.executable, "-m", "pytest", "--hri-suite=by-hand")
+
+
+def on_a_terminal(project: pytest.Pytester, *options: str, **environment: str) -> tuple[list[str], list[str]]:
+    """Every lowest line that was ever shown, once each, in order; and all lines that are left in the end."""
+    ours, theirs = pty.openpty()
+    environment = dict(os.environ) | {"TERM": "xterm", "COLUMNS": "80", "LINES": "24"} | environment
+    with subprocess.Popen(
+        [*RUN, *options], cwd=project.path, env=environment, stdin=theirs, stdout=theirs, stderr=theirs
+    ) as process:
+        os.close(theirs)
+        written = b""
+        try:
+            while part := os.read(ours, 65536):
+                written += part
+        except OSError:  # the other side is closed: all is read
+            pass
+        assert process.wait() == 0
+    os.close(ours)
+    screen, lowest = Screen(), [""]
+    for piece in re.split(r"(?<=\x1b\[A)", written.decode()):
+        screen.feed(piece)
+        if screen.lines[-1] != lowest[-1]:
+            lowest.append(screen.lines[-1])
+    return lowest, screen.lines
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_a_terminal_shows_how_far_and_what_is_running_and_keeps_nothing_of_it(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    lowest, left = on_a_terminal(lamps, *options)
+    statuses = [match for line in lowest if (match := STATUS.fullmatch(line))]
+    assert {int(match[1]) for match in statuses} >= {0, 1, 2, 3}
+    assert any(match[2] for match in statuses)  # how long it will take
+    assert any(match[3] for match in statuses)  # what is running
+    (dots,) = [line for line in left if line.endswith("[100%]")]
+    assert sorted(dots.partition("py")[2].split("[")[0].strip() or dots.split("[")[0].strip()) == [".", ".", ".", "x"]
+    assert [line for line in left if line.startswith("hri: ")] == ["hri: lamps, suite by-hand, seed 0, 4 tests"]
+    assert "expected 4, reported 4" in left
+
+
+GREEN = """
+
+def pytest_sessionfinish(session):
+    session.exitstatus = 0
+"""
+
+
+def test_it_counts_failures(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "pytest.ini", "    R2: the hall has no dimmer", "")
+    change(
+        lamps.path,
+        "test_lamps.py",
+        "hri_case.check(hri_case.run())",
+        "assert 'hall' not in repr(hri_case)\n    hri_case.run()",
+    )
+    conftest = (lamps.path / "conftest.py").read_text()
+    (lamps.path / "conftest.py").write_text(conftest + GREEN)
+    lowest, _ = on_a_terminal(lamps)
+    assert any(" failed, a few seconds left: by-hand-" in line for line in lowest)
+
+
+@pytest.mark.parametrize(
+    ("options", "environment"),
+    [(("-q",), {}), (("-s",), {}), (("-o", "console_output_style=classic"), {}), ((), {"TERM": "dumb"})],
+    ids=["quiet", "with the tests' own output", "with pytest's classic output", "on a terminal that can do nothing"],
+)
+def test_it_stays_away_where_it_is_not_wanted(
+    lamps: pytest.Pytester, options: tuple[str, ...], environment: dict[str, str]
+) -> None:
+    lowest, _ = on_a_terminal(lamps, *options, **environment)
+    assert not any(STATUS.fullmatch(line) for line in lowest)
+
+
+@pytest.mark.parametrize("options", [*MODES.values(), ("--color=yes",)], ids=[*MODES.keys(), "in colour"])
+def test_a_pipe_gets_no_control_characters(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    run = subprocess.run([*RUN, *options], cwd=lamps.path, capture_output=True, check=True)
+    text = re.sub(r"\x1b\[[\d;]*m", "", run.stdout.decode()) if "--color=yes" in options else run.stdout.decode()
+    assert text.isprintable() or set(text) - {"\n"} == {char for char in text if char.isprintable()}
+    assert "hri: 1 of" not in text
