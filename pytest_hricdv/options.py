@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from pytest_hricdv import learning
+from pytest_hricdv.learning import LearningOptions
 
 KINDS = ("statements", "branches", "plans", "assertions", "cross")
 
@@ -42,6 +45,7 @@ class Options:
     shrink_runs: int = 60
     shrink_seconds: int = 60
     search: int = 0
+    learning: LearningOptions = field(default_factory=LearningOptions)
     again: tuple[str, ...] = ()
     """What the command line said, beside suite and seed, on which tests there are and what fails."""
 
@@ -93,6 +97,7 @@ def add_options(parser: pytest.Parser) -> None:
         help="when all tests have run, vary the parameters of those that came nearest to violating a requirement, to "
         "come nearer: at most N runs for each requirement",
     )
+    learning.add_options(parser, group)
     group.addoption("--hri-export", metavar="DIR", help="write the suites as text files that --hri-suite=DIR reads")
     group.addoption("--hri-film", action="store_true", default=None, help="film the runs of failing tests")
     group.addoption("--hri-no-cov", action="store_true", default=None, help="do not measure the code under test")
@@ -137,6 +142,7 @@ def read_options(config: pytest.Config) -> Options:
         shrink=_flag(config, "shrink"),
         shrink_runs=_integer(config, "shrink_runs", 60, least=1) or 60,
         shrink_seconds=_integer(config, "shrink_seconds", 60, least=1) or 60,
+        learning=learning.read_options(config),
         again=_again(config),
     )
 
@@ -157,7 +163,8 @@ def _again(config: pytest.Config) -> tuple[str, ...]:
     single = [(name, config.getoption(f"hri_{name}")) for name in ("tests", "concretizations")]
     known = [f"--hri-known={requirement}" for requirement in config.getoption("hri_known") or ()]
     strict = ["--hri-strict"] if config.getoption("hri_strict") else []
-    return (*(f"--hri-{name}={value}" for name, value in single if value is not None), *known, *strict)
+    learned = learning.read_options(config).again
+    return (*(f"--hri-{name}={value}" for name, value in single if value is not None), *learned, *known, *strict)
 
 
 def _text(config: pytest.Config, name: str) -> str:

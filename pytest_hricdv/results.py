@@ -11,6 +11,8 @@ from pytest_hricdv.cover.assertions import COUNTS
 from pytest_hricdv.cover.closure import percent
 from pytest_hricdv.cover.listing import list_bits, list_code
 from pytest_hricdv.cover.source import CodeMap
+from pytest_hricdv.generate.diagnosis import diagnose
+from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.monitor import Requirement, Verdict
 from pytest_hricdv.suites import Selected
 from pytest_hricdv.testbench import Testbench
@@ -152,6 +154,17 @@ def _not_run(session: Session, nodeid: str, case: HriCase, reason: str) -> Entry
     return describe(case, nodeid) | outcome | measured(None, None, session.requirements)
 
 
+def _diagnosis(suite: Suite) -> Entry:
+    found = diagnose(suite)
+    return {
+        "distinct_subsets": found.distinct_subsets,
+        "belief_entropy_bits": found.belief_entropy_bits,
+        "belief_entropy_most_bits": found.belief_entropy_most_bits,
+        "plans_executed": {agent: len(labels) for agent, labels in found.plans.items()},
+        "last_new_plan": {"iteration": suite.generation.news_at, "test": found.last_news},
+    }
+
+
 def _suite(selected: Selected) -> Entry:
     generation = selected.suite.generation
     return {
@@ -165,6 +178,8 @@ def _suite(selected: Selected) -> Entry:
             "converged_at": generation.converged_at,
             "q_delta": list(generation.q_delta),
             "distinct_texts": generation.distinct_texts,
+            "reward": generation.reward,
+            "diagnosis": _diagnosis(selected.suite),
             "notes": list(generation.notes),
         },
         "plans": {agent: {"declared": list(labels)} for agent, labels in generation.declared_plans.items()},

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from pytest_hricdv import learning
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.generate.concrete import expand
 from pytest_hricdv.generate.error import GenerateError
@@ -47,16 +48,9 @@ def selected_suites(
     Raises:
         pytest.UsageError: an unknown suite, a missing path, a model or a file that is wrong, or two equal names.
     """
-    context = Context(
-        model=testbench.model,
-        space=testbench.beliefs,
-        commands=tuple(testbench.concretization.commands),
-        seed=options.seed,
-        tests=options.tests,
-        by_hand=testbench.by_hand,
-    )
     try:
         methods = select(options.suites, root)
+        context = _context(options, testbench, learns=any(method.name == learning.METHOD for method in methods))
         selected = [_generate(method, context, cache, say) for method in methods]
     except GenerateError as error:
         raise pytest.UsageError(f"--hri-suite: {error}") from None
@@ -69,12 +63,36 @@ def selected_suites(
     return selected
 
 
+def _context(options: Options, testbench: Testbench, *, learns: bool) -> Context:
+    """What the suites are generated from."""
+    if options.learning.named and not learns:
+        raise pytest.UsageError(f"{options.learning.named[0]}: nothing is learned; select the suite {learning.METHOD}")
+    context = Context(
+        model=testbench.model,
+        space=testbench.beliefs,
+        commands=tuple(testbench.concretization.commands),
+        seed=options.seed,
+        tests=options.tests,
+        by_hand=testbench.by_hand,
+        lengths=testbench.lengths,
+    )
+    if not learns:
+        return context
+    return replace(
+        context,
+        learning=learning.parameters(options.learning, testbench),
+        start=learning.warm_start(options.learning, testbench),
+        save=options.learning.save,
+    )
+
+
 def _generate(method: Method, context: Context, cache: Any | None, say: Callable[[str], None]) -> Selected:
     if isinstance(method, Files):  # reading files is as quick as reading the cache
         return Selected(method.generate(context), 0.0, cached=False)
     key = f"{CACHE_FOLDER}/{context.fingerprint(method.name)}"
     text = cache.get(key, None) if cache is not None else None
-    if isinstance(text, str):
+    learned_anew = method.name == learning.METHOD and context.save is not None  # the cache keeps suites, not tables
+    if isinstance(text, str) and not learned_anew:
         try:
             return Selected(Suite.from_json(text), 0.0, cached=True)
         except GenerateError:

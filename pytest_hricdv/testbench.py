@@ -12,7 +12,9 @@ from pytest_hricdv.cover.cross import Bin, CrossProduct
 from pytest_hricdv.film.film import Camera, Film
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
+from pytest_hricdv.generate.method import LENGTHS
 from pytest_hricdv.generate.model import Model
+from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
 from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.runtime import topic_of
@@ -31,6 +33,7 @@ __all__ = [
     "Film",
     "Model",
     "Outcome",
+    "QLearning",
     "Range",
     "Testbench",
     "TestbenchError",
@@ -83,6 +86,8 @@ class Testbench:
         requires: modules that `run` imports, such as the simulator's; imported once before the first test, so that
             what is not installed is said once, and not by every test.
         film: how runs are filmed; None where they are not.
+        learning: the constants of Q-learning, for the suite `rl`.
+        lengths: fewest and most actions of a test of the suite `pseudorandom`.
     """
 
     __test__ = False
@@ -100,6 +105,8 @@ class Testbench:
     cross: Mapping[str, CrossProduct] = field(default_factory=dict, hash=False)
     requires: tuple[str, ...] = ()
     film: Film | None = None
+    learning: QLearning = field(default_factory=QLearning)
+    lengths: tuple[int, int] = LENGTHS
 
     def vocabulary(self) -> Vocabulary:
         """The names that requirements may use: signals, topics, and the bool and numeric fields of messages."""
@@ -164,6 +171,8 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, kind in expected.items():
         if not isinstance(getattr(testbench, name), kind):
             raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {PARTS[name]}")
+    if not isinstance(testbench.learning, QLearning):
+        raise TestbenchError(f"{where}: learning is {testbench.learning!r}; expected constants of learning (QLearning)")
     if not isinstance(testbench.signals, Mapping):
         raise TestbenchError(f"{where}: signals is {testbench.signals!r}; expected {PARTS['signals']}")
     if not isinstance(testbench.cross, Mapping):

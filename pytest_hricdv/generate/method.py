@@ -15,11 +15,15 @@ from .identity import Draft
 from .model import Model
 from .qlearning import QLearning
 from .suite import Suite, fingerprint
+from .warm_start import COLD, WarmStart
 
 if TYPE_CHECKING:
     from .explorer import Explorer
 
 T = TypeVar("T")
+
+#: Fewest and most actions of a pseudorandom test in the original experiment.
+LENGTHS = (4, 19)
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,9 @@ class Context:
         tests: how many tests to generate, in place of the method's own number.
         by_hand: the TOML file of belief subsets written by hand.
         learning: the parameters of Q-learning.
-        lengths: fewest and most actions of a pseudorandom test; 4 and 19 are those of the original experiment.
+        start: what Q-learning begins with.
+        save: the file that the table learned is written to; no suite depends on it.
+        lengths: fewest and most actions of a pseudorandom test.
 
     Raises:
         GenerateError: `tests` or `lengths` make no sense.
@@ -47,7 +53,9 @@ class Context:
     tests: int | None = None
     by_hand: Path | None = None
     learning: QLearning = field(default_factory=QLearning)
-    lengths: tuple[int, int] = (4, 19)
+    start: WarmStart = COLD
+    save: Path | None = field(default=None, compare=False)
+    lengths: tuple[int, int] = LENGTHS
 
     def __post_init__(self) -> None:
         if self.tests is not None and self.tests < 1:
@@ -89,8 +97,9 @@ class Context:
         """
         files = [] if self.model is None else list(self.model.files())
         files += [] if self.by_hand is None else [self.by_hand]
-        parts = None if self.model is None else {**asdict(self.model), "path": self.model.path.name}
-        parameters = [method, parts, self.commands, self.tests, asdict(self.learning), self.lengths]
+        parts = None if self.model is None else self.model.parts()
+        learning = [asdict(self.learning), self.start.digest]
+        parameters = [method, parts, self.commands, self.tests, learning, self.lengths]
         return fingerprint(files, self.space, parameters, self.seed)
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import hashlib
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from .error import GenerateError
+from .stream import Json, digest
 
 #: Enough for any run that ends by itself, few enough that one that does not is noticed at once.
 MAX_ROUNDS = 20_000
@@ -57,3 +60,33 @@ class Model:
         except (BdiError, OSError) as error:
             raise GenerateError(f"BDI model {self.path}: {error}") from error
         return (self.path, *sorted(sources | set(self.path.parent.rglob("*.asl"))))
+
+    def parts(self) -> list[list[Json]]:
+        """All that is declared here, as plain data; of the path only the file's name."""
+        declared = {**asdict(self), "path": self.path.name}
+        return [[name, declared[name]] for name in sorted(declared)]
+
+    def sha256(self) -> str:
+        """Hash (hex) of its files and of what is declared here: models with the same hash behave the same.
+
+        Folders do not count, so that a checkout elsewhere has the same hash.
+
+        Raises:
+            GenerateError: a file cannot be read.
+        """
+        return digest("model", self.parts(), contents(self.files()))
+
+
+def contents(files: Iterable[Path]) -> list[list[str]]:
+    """Name and SHA-256 (hex) of each file, sorted; their folders do not count.
+
+    Raises:
+        GenerateError: a file cannot be read.
+    """
+    found = []
+    for path in files:
+        try:
+            found.append([path.name, hashlib.sha256(path.read_bytes()).hexdigest()])
+        except OSError as error:
+            raise GenerateError(f"{path}: {error.strerror or error}; expected a readable file") from error
+    return sorted(found)

@@ -13,9 +13,10 @@ from .abstract import AbstractTest, Plans
 from .beliefs import BeliefSpace
 from .error import GenerateError
 from .identity import Draft, identify
+from .model import contents
 from .stream import canonical
 
-SCHEMA = "hricdv-suite/1"
+SCHEMA = "hricdv-suite/2"
 #: Part of every fingerprint: raised whenever the same inputs come to give other tests.
 GENERATOR_VERSION = "1"
 
@@ -29,6 +30,9 @@ class Generation:
         iterations: iterations of learning.
         converged_at: the iteration at which no cell of Q changed any more, or None.
         q_delta: the largest change of a cell of Q in each iteration.
+        news_at: the last iteration of learning in which a plan was executed that no run before had executed; None
+            where nothing was learned.
+        reward: the name of the reward; empty where nothing was learned.
         distinct_texts: how many of the suite's tests differ as text.
         declared_plans: the coverage plans the model has, by agent; what coverage is measured against.
         notes: what a reader should know: entries left out, fewer tests than asked for.
@@ -38,6 +42,8 @@ class Generation:
     iterations: int = 0
     converged_at: int | None = None
     q_delta: tuple[float, ...] = ()
+    news_at: int | None = None
+    reward: str = ""
     distinct_texts: int = 0
     declared_plans: Plans = field(default_factory=dict, hash=False)
     notes: tuple[str, ...] = ()
@@ -154,13 +160,7 @@ def fingerprint(
     Raises:
         GenerateError: a file cannot be read.
     """
-    contents = []
-    for path in files:
-        try:
-            contents.append([path.name, hashlib.sha256(path.read_bytes()).hexdigest()])
-        except OSError as error:
-            raise GenerateError(f"{path}: {error.strerror or error}; expected a readable file") from error
     beliefs = None if space is None else [space.start, list(space.groups.items()), space.naming, space.neutral]
     plain = asdict(parameters) if hasattr(type(parameters), "__dataclass_fields__") else parameters  # type: ignore[call-overload]
-    key = canonical([version, sorted(contents), beliefs, plain, seed])
+    key = canonical([version, contents(files), beliefs, plain, seed])
     return hashlib.sha256(key.encode("ascii")).hexdigest()

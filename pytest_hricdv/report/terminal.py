@@ -120,7 +120,23 @@ def _generation(generation: Mapping[str, Any], columns: int) -> Iterator[Line]:
     if generation.get("distinct_texts") is not None:
         parts.append(plural(generation["distinct_texts"], "distinct text"))
     parts.append("cached" if generation.get("cached") else seconds(generation["wall_s"]))
-    return _row("learned in" if generation["iterations"] else "generated in", ", ".join(parts), columns, "dim")
+    yield from _row("learned in" if generation["iterations"] else "generated in", ", ".join(parts), columns, "dim")
+    if found := generation.get("diagnosis"):
+        yield from _row("variety", _variety(found), columns, "dim")
+    for note in generation.get("notes", ()):
+        yield from _row("note", note, columns, "warn")
+
+
+def _variety(found: Mapping[str, Any]) -> str:
+    parts = []
+    if found["distinct_subsets"]:
+        parts.append(plural(found["distinct_subsets"], "belief set"))
+        bits, most = found["belief_entropy_bits"], found["belief_entropy_most_bits"]
+        parts.append(f"{bits:.2f} of {most:.2f} bits of beliefs")
+    news = found.get("last_new_plan", {})
+    ends = [f"{name} {news[name]}" for name in ("iteration", "test") if news.get(name)]
+    parts.append("no new plan after " + " and ".join(ends) if ends else "no plans of a model")
+    return ", ".join(parts)
 
 
 def _gaps(report: Mapping[str, Any], columns: int) -> Iterator[Line]:

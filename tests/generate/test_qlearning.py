@@ -14,6 +14,7 @@ from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.qlearning import Learned, QLearning, boltzmann, learn, softmax
 from pytest_hricdv.generate.stream import stream
+from pytest_hricdv.generate.warm_start import WarmStart
 from tests.generate.table import SPACE
 from tests.generate.toy import Fake
 
@@ -32,7 +33,7 @@ def test_the_defaults_are_published() -> None:
     ("covered", "reward"), [(13, 100.0), (12, 100.0), (11, 5.0), (10, 1.0), (9, -100.0), (0, -100.0)]
 )
 def test_reward_tiers(covered: int, reward: float) -> None:
-    assert QLearning().reward(covered, maximum=12) == reward
+    assert QLearning().tier(covered, maximum=12) == reward
 
 
 def test_subsets_have_six_and_a_half_beliefs_on_average() -> None:
@@ -152,13 +153,68 @@ def test_the_boltzmann_choice_follows_its_probabilities() -> None:
         {"temperature_kt": 0.0}, {"temperature_kt": math.inf}, {"rewards": ()}, {"rewards": (math.nan,)},
         {"reward_otherwise": math.inf},
         {"min_beliefs": 1}, {"max_beliefs": 1}, {"iterations": 0}, {"tolerance": -1.0}, {"tolerance": math.nan},
-        {"quiet_iterations": 0}, {"suite_size": 0}, {"candidates": 0},
+        {"quiet_iterations": 0}, {"suite_size": 0}, {"candidates": 0}, {"model_runs": -1}, {"rounds": -1},
+        {"alternatives": 0}, {"patience": 0},
     ],
 )  # fmt: skip
 def test_parameters_out_of_range_are_errors(parameters: dict[str, Any]) -> None:
     (name,) = parameters
     with pytest.raises(GenerateError, match=f"QLearning: {name} = .*; expected"):
         QLearning(**parameters)
+
+
+def test_an_unknown_reward_names_the_nearest() -> None:
+    with pytest.raises(GenerateError, match="no reward 'uncoverd'; nearest: uncovered"):
+        QLearning(reward="uncoverd")
+
+
+@pytest.mark.parametrize("runs", [1, 2, 7, 100])
+def test_runs_of_the_model_are_bounded_to_the_run(runs: int) -> None:
+    fake = Fake(lambda subset: {"a": set(subset)})
+    learned = learn(fake, SPACE, QLearning(model_runs=runs, stop_when_converged=False), seed=2)
+    assert learned.bdi_runs == len(fake.asked) == runs
+
+
+def test_rounds_share_runs_and_tests() -> None:
+    shares = QLearning(reward="uncovered", model_runs=25).in_rounds(134)
+    assert len(shares) == 10
+    assert sum(each.model_runs for each in shares) == 25
+    assert sum(each.suite_size for each in shares) == 134
+    assert [each.suite_size for each in QLearning(reward="uncovered").in_rounds(3)] == [1, 1, 1]
+    assert QLearning().in_rounds(134) == (QLearning(),)
+
+
+def test_the_last_iteration_with_news_is_told() -> None:
+    """Both orders of x and y bring a plan of their own: the second of them is the last news."""
+    seen: dict[frozenset[str], None] = {}
+
+    def plans(subset: frozenset[str]) -> dict[str, set[str]]:
+        seen[subset] = None
+        return {"a": {f"p{len(seen)}" if len(seen) < 4 else "p3"}}
+
+    learned = learn(Fake(plans), TWO, QLearning(iterations=40, stop_when_converged=False), seed=0)
+    asked = [frozenset({"s", "x"}), frozenset({"s", "y"}), frozenset({"s", "x", "y"})]
+    assert set(asked) <= set(seen)
+    assert 1 <= learned.news_at < 40
+    again = learn(Fake(plans), TWO, QLearning(iterations=40), seed=0, suite={("a", "p3"): 1})
+    assert again.news_at == 0
+
+
+def test_a_start_that_was_learned_goes_on_from_it() -> None:
+    fake = Fake(lambda subset: {"a": {"p", "q"}, "b": {"p"}})
+    learned = learn(fake, ONE_WAY, QLearning(iterations=1), 0, start=WarmStart(q={"s": {"x": 100.0}}, maxima={"a": 3}))
+    assert learned.q["s"]["x"] == pytest.approx(0.9 * 100 + 0.1 * (5 + 100))
+    assert learned.maxima == {"a": 3, "b": 1}
+
+
+def test_belief_sets_are_gone_through_first() -> None:
+    fake = Fake(lambda subset: {"a": set(subset)})
+    start = WarmStart(subsets=(("s", "x", "y"), ("s", "y")))
+    learned = learn(fake, TWO, QLearning(iterations=1, min_beliefs=2, max_beliefs=2, model_runs=2), 0, start=start)
+    assert [len(subset) for subset in fake.asked] == [1, 2, 3, 1, 2, 1, 2]
+    assert fake.asked[4] == ("s", "y")
+    assert learned.bdi_runs == 7
+    assert len(learned.q_delta) == 1
 
 
 def test_a_space_without_a_choice_is_an_error() -> None:

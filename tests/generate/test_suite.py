@@ -54,8 +54,8 @@ def test_two_tests_with_one_id_are_an_error(test: object) -> None:
     [
         ("[]", "not a suite"),
         ("{", "not a suite"),
-        ('{"schema": "hricdv-suite/0"}', "schema 'hricdv-suite/0'; expected 'hricdv-suite/1'"),
-        ('{"schema": "hricdv-suite/1", "tests": [{}]}', "not a suite"),
+        ('{"schema": "hricdv-suite/0"}', "schema 'hricdv-suite/0'; expected 'hricdv-suite/2'"),
+        ('{"schema": "hricdv-suite/2", "tests": [{}]}', "not a suite"),
     ],
 )
 def test_other_text_is_no_suite(text: str, message: str) -> None:

@@ -1,0 +1,184 @@
+"""Saved tables: a table of Q as a file, with all that says whether it can be used again."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from .beliefs import BeliefSpace
+from .by_hand import read_aims
+from .error import GenerateError
+from .model import Model
+from .qlearning import Learned, QLearning
+from .stream import canonical, digest
+from .warm_start import QTable, WarmStart
+
+SCHEMA = "hricdv-qtable/1"
+
+
+@dataclass(frozen=True)
+class SavedTable:
+    """What was learned, and on what.
+
+    Args:
+        model: file name of the model.
+        model_sha256: of the model's files and of who plays which part (`Model.sha256`).
+        beliefs: group -> its beliefs, the start beliefs first.
+        learning: the constants, by name.
+        seed: the master seed.
+        iterations: iterations done.
+        converged_at: the iteration at which it converged, or None.
+        maxima: the most plans covered in one run, by agent.
+        q: the table.
+    """
+
+    model: str
+    model_sha256: str
+    beliefs: Mapping[str, tuple[str, ...]] = field(hash=False)
+    learning: Mapping[str, Any] = field(hash=False)
+    seed: int
+    iterations: int
+    converged_at: int | None
+    maxima: Mapping[str, int] = field(hash=False)
+    q: QTable = field(hash=False)
+
+    @classmethod
+    def of(cls, learned: Learned, model: Model, space: BeliefSpace, parameters: QLearning, seed: int) -> SavedTable:
+        """What is to be saved of learning."""
+        made = (learned.iterations, learned.converged_at, learned.maxima, learned.q)
+        return cls(model.path.name, model.sha256(), _groups(space), asdict(parameters), seed, *made)
+
+    def to_json(self) -> str:
+        """The file's text; floats are exact, equal tables give equal texts."""
+        plain = {"schema": SCHEMA, **asdict(self)}
+        return json.dumps(plain, sort_keys=True, indent=1, allow_nan=False) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str, where: str) -> SavedTable:
+        """The table that `to_json` wrote; `where` is how its file is called in errors.
+
+        Raises:
+            GenerateError: cut off, of another version, or not what `to_json` writes.
+        """
+        try:
+            data = json.loads(text)
+        except json.JSONDecodeError as error:
+            place = f"{where}:{error.lineno}:{error.colno}"
+            raise GenerateError(f"{place}: not JSON, perhaps cut off ({error.msg}); expected a saved table") from None
+        found = data.get("schema") if isinstance(data, dict) else None
+        if found != SCHEMA:
+            raise GenerateError(
+                f"{where}: expected schema {SCHEMA!r}, found {found!r}; "
+                "expected a file that --hri-rl-save wrote, with this version of the plugin"
+            )
+        try:
+            return cls(
+                model=str(data["model"]),
+                model_sha256=str(data["model_sha256"]),
+                beliefs={str(name): tuple(map(str, group)) for name, group in data["beliefs"].items()},
+                learning=dict(data["learning"]),
+                seed=int(data["seed"]),
+                iterations=int(data["iterations"]),
+                converged_at=None if data["converged_at"] is None else int(data["converged_at"]),
+                maxima={str(agent): int(most) for agent, most in data["maxima"].items()},
+                q={str(state): _row(row) for state, row in data["q"].items()},
+            )
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise GenerateError(f"{where}: not a saved table: {error!r}; expected what --hri-rl-save writes") from None
+
+    def write(self, path: Path) -> None:
+        """Write the file, aside first and then renamed.
+
+        Raises:
+            GenerateError: it cannot be written.
+        """
+        aside = path.with_name(f".{path.name}.{os.getpid()}.part")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                aside.write_text(self.to_json(), encoding="utf-8")
+                aside.replace(path)
+            finally:
+                aside.unlink(missing_ok=True)
+        except OSError as error:
+            raise GenerateError(f"cannot write {path}: {error.strerror or error}; choose another file") from None
+
+    def check(self, model: Model, space: BeliefSpace, where: str) -> None:
+        """See whether it was learned on this model and on these beliefs.
+
+        Raises:
+            GenerateError: it was not; names both hashes, or the groups that differ.
+        """
+        sha256 = model.sha256()
+        if self.model_sha256 != sha256:
+            raise GenerateError(
+                f"{where}: a table of another model: it was learned on {self.model} of sha256 {self.model_sha256}, and "
+                f"{model.path} has {sha256}; learn anew, and save that"
+            )
+        groups = _groups(space)
+        if self.beliefs != groups:
+            names = [name for name in {**self.beliefs, **groups} if self.beliefs.get(name) != groups.get(name)]
+            raise GenerateError(
+                f"{where}: a table of other belief groups: {', '.join(names) or 'in another order'}; learn anew, and "
+                "save that"
+            )
+        for state in space.beliefs:
+            cells = {belief for belief in space.others if belief != state}
+            if (found := self.q.get(state, {}).keys()) != cells:
+                odd = sorted(found ^ cells)[0]
+                raise GenerateError(f"{where}: the row of {state!r} lacks {odd!r}, or has it too much; was it edited?")
+
+
+def read_start(path: Path, model: Model, space: BeliefSpace) -> WarmStart:
+    """What learning is to begin with: a saved table, or a TOML file of belief sets as for the suite by-hand.
+
+    Of belief sets, those without a start belief, or with nothing but that, are left out: no cell of Q is for them.
+
+    Raises:
+        GenerateError: the file cannot be read, or is not for this model and these beliefs.
+    """
+    if path.suffix == ".toml":
+        listed = [subset for aim in read_aims(path, space) for subset in aim.subsets]
+        subsets = tuple(filter(None, (_episode(subset, space) for subset in listed)))
+        if not subsets:
+            raise GenerateError(f"{path}: no belief set with a start belief and another one; expected at least one")
+        return WarmStart(path.name, digest("subsets", subsets), subsets=subsets)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise GenerateError(f"{path}: there is no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise GenerateError(f"{path}: {error}; expected a saved table, or belief sets (*.toml)") from None
+    saved = SavedTable.from_json(text, str(path))
+    saved.check(model, space, str(path))
+    return WarmStart(path.name, _hash(saved), q=saved.q, maxima=saved.maxima)
+
+
+def _hash(saved: SavedTable) -> str:
+    """Of what learning goes on from: constants and seed that it was learned with do not matter."""
+    return hashlib.sha256(canonical([saved.q, saved.maxima]).encode("ascii")).hexdigest()
+
+
+def _episode(subset: tuple[str, ...], space: BeliefSpace) -> tuple[str, ...]:
+    """The set with one start belief in front, or nothing."""
+    starts = [belief for belief in subset if belief in space.start]
+    others = [belief for belief in subset if belief not in space.start]
+    return (starts[0], *others) if starts and others else ()
+
+
+def _groups(space: BeliefSpace) -> dict[str, tuple[str, ...]]:
+    return {"start": space.start, **space.groups}
+
+
+def _row(row: Mapping[str, Any]) -> dict[str, float]:
+    values = {str(belief): float(value) for belief, value in row.items()}
+    for belief, value in values.items():
+        if not math.isfinite(value):
+            raise ValueError(f"{belief} has the value {value}")
+    return values

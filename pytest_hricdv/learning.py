@@ -1,0 +1,165 @@
+"""How the suite `rl` is learned: what the testbench, the ini file and the command line say; the last one counts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from pytest_hricdv.generate.qlearning import QLearning
+    from pytest_hricdv.generate.warm_start import WarmStart
+    from pytest_hricdv.testbench import Testbench
+
+METHOD = "rl"
+"""The method that learns."""
+
+
+@dataclass(frozen=True)
+class LearningOptions:
+    """What was said about learning.
+
+    Args:
+        settings: (where it was said, NAME=VALUE), in order.
+        reward: name of the reward; empty where none was named.
+        start: the file to begin with.
+        save: the file to save the table in.
+        named: options of these that the command line had: they make no sense without learning.
+    """
+
+    settings: tuple[tuple[str, str], ...] = ()
+    reward: str = ""
+    start: Path | None = None
+    save: Path | None = None
+    named: tuple[str, ...] = ()
+
+    @property
+    def again(self) -> tuple[str, ...]:
+        """What the command line said on which tests there are."""
+        return tuple(option for option in self.named if not option.startswith("--hri-rl-save"))
+
+
+def add_options(parser: pytest.Parser, group: pytest.OptionGroup) -> None:
+    """Register the options and their ini keys."""
+    group.addoption(
+        "--hri-rl",
+        metavar="NAME=VALUE",
+        action="append",
+        help="set a constant of learning, such as gamma=0.2 or temperature_kt=5; repeatable. See QLearning for all.",
+    )
+    group.addoption(
+        "--hri-rl-reward",
+        metavar="NAME",
+        help="what learning rewards: published (default), or uncovered, what the suite does not cover yet",
+    )
+    group.addoption(
+        "--hri-rl-start",
+        metavar="FILE",
+        help="begin learning with a table that --hri-rl-save wrote, or with belief sets (*.toml, as for by-hand)",
+    )
+    group.addoption("--hri-rl-save", metavar="FILE", help="save the table of Q that was learned")
+    parser.addini("hri_rl", "constants of learning, one NAME=VALUE a line", "linelist")
+    for name in ("reward", "start", "save"):
+        parser.addini(f"hri_rl_{name}", f"default of --hri-rl-{name}", default="")
+
+
+def read_options(config: pytest.Config) -> LearningOptions:
+    """What the ini file and the command line say."""
+    given: Sequence[str] = config.getoption("hri_rl") or ()
+    named = [f"--hri-rl={line}" for line in given]
+    texts = {}
+    for name in ("reward", "start", "save"):
+        option = config.getoption(f"hri_rl_{name}")
+        if option is not None:
+            named.append(f"--hri-rl-{name}={option}")
+        texts[name] = str(config.getini(f"hri_rl_{name}") if option is None else option).strip()
+    folder = config.invocation_params.dir
+    settings = [(f"hri_rl: {line}", line) for line in config.getini("hri_rl")]
+    return LearningOptions(
+        settings=(*settings, *((f"--hri-rl={line}", line) for line in given)),
+        reward=texts["reward"],
+        start=folder / texts["start"] if texts["start"] else None,
+        save=folder / texts["save"] if texts["save"] else None,
+        named=tuple(named),
+    )
+
+
+def parameters(options: LearningOptions, testbench: Testbench) -> QLearning:
+    """The constants in force.
+
+    Raises:
+        pytest.UsageError: an unknown constant or reward, or a value out of range.
+    """
+    from pytest_hricdv.generate.error import GenerateError
+
+    found = testbench.learning
+    for where, line in options.settings:
+        try:
+            found = replace(found, **_setting(line))
+        except GenerateError as error:
+            raise pytest.UsageError(f"{where}: {error}") from None
+    if options.reward:
+        try:
+            found = replace(found, reward=options.reward)
+        except GenerateError as error:
+            raise pytest.UsageError(f"--hri-rl-reward={options.reward}: {error}") from None
+    return found
+
+
+def warm_start(options: LearningOptions, testbench: Testbench) -> WarmStart:
+    """What learning begins with.
+
+    Raises:
+        pytest.UsageError: the file cannot be read, or is not for this testbench.
+    """
+    from pytest_hricdv.generate.error import GenerateError
+    from pytest_hricdv.generate.warm_start import COLD
+
+    if options.start is None:
+        return COLD
+    from pytest_hricdv.generate.saved_table import read_start
+
+    try:
+        return read_start(options.start, testbench.model, testbench.beliefs)
+    except GenerateError as error:
+        raise pytest.UsageError(f"--hri-rl-start: {error}") from None
+
+
+def _setting(line: str) -> dict[str, Any]:
+    """The constant of a line, by name."""
+    from pytest_hricdv.generate.error import GenerateError, nearest
+    from pytest_hricdv.generate.qlearning import QLearning
+
+    name, equals, text = (part.strip() for part in line.partition("="))
+    defaults = {each.name: each.default for each in fields(QLearning) if each.name != "reward"}
+    if name == "reward":
+        raise GenerateError("the reward has an option of its own: --hri-rl-reward=NAME")
+    if not equals or name not in defaults:
+        raise GenerateError(f"expected NAME=VALUE with the name of a constant of learning{nearest(name, defaults)}")
+    default = defaults[name]
+    try:
+        return {name: _value(text, default)}
+    except ValueError:
+        kinds = {bool: "true or false", int: "a whole number", float: "a number", tuple: "numbers, with commas between"}
+        raise GenerateError(f"{name} = {text!r}; expected {kinds[type(default)]}") from None
+
+
+def _value(text: str, default: object) -> object:
+    """The text as a value of the default's kind. Raises ValueError."""
+    if isinstance(default, bool):
+        if text.lower() not in ("true", "false"):
+            raise ValueError(text)
+        return text.lower() == "true"
+    if isinstance(default, int):
+        return int(text)
+    if isinstance(default, tuple):
+        return tuple(_numbers(text))
+    return float(text)
+
+
+def _numbers(text: str) -> Iterator[float]:
+    for part in text.split(","):
+        yield float(part)

@@ -1,0 +1,76 @@
+"""What is told of a suite before it runs."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.generate.diagnosis import diagnose, entropy_bits
+from pytest_hricdv.generate.identity import Draft
+from pytest_hricdv.generate.method import Context
+from pytest_hricdv.generate.rl import ReinforcementLearning
+from pytest_hricdv.generate.suite import Generation, Suite
+from tests.generate.table import CONTEXT
+from tests.generate.toy import LAMPS, lamps
+
+
+def _suite(*drafts: Draft) -> Suite:
+    return Suite.of_drafts("s", 0, drafts, Generation(declared_plans={"a": ("p", "q", "r")}))
+
+
+def _draft(beliefs: str, line: str, plans: str) -> Draft:
+    return Draft("aim", tuple(beliefs), (line,), {"a": tuple(plans)})
+
+
+def test_a_suite_by_hand() -> None:
+    found = diagnose(_suite(_draft("xy", "go", "p"), _draft("xz", "go", "pq"), _draft("xy", "stay", "p")))
+    assert (found.tests, found.distinct_texts, found.distinct_subsets, found.last_news) == (3, 2, 2, 2)
+    assert found.plans == {"a": ("p", "q")}
+    uses = {"x": 3, "y": 2, "z": 1}
+    assert found.belief_entropy_bits == pytest.approx(-sum(n / 6 * math.log2(n / 6) for n in uses.values()))
+    assert found.belief_entropy_most_bits == math.log2(3)
+
+
+def test_tests_that_came_from_no_beliefs() -> None:
+    found = diagnose(_suite(Draft("aim", (), ("go",))))
+    assert (found.distinct_subsets, found.belief_entropy_bits, found.belief_entropy_most_bits) == (0, 0.0, 0.0)
+    assert (found.last_news, found.plans) == (0, {"a": ()})
+
+
+@given(st.dictionaries(st.text(max_size=3), st.integers(1, 99), min_size=1, max_size=30))
+def test_entropy_is_largest_where_all_are_used_alike(uses: dict[str, int]) -> None:
+    most = math.log2(len(uses))
+    assert -1e-9 <= entropy_bits(Counter(uses)) <= most + 1e-9
+    assert entropy_bits(Counter(dict.fromkeys(uses, 7))) == pytest.approx(most)
+
+
+def test_a_suite_that_is_mostly_repeats_says_so() -> None:
+    same = [_draft(name, "go", "p") for name in "uvwxy"]
+    assert diagnose(_suite(*same)).warning == "mostly repeats: only 1 of 5 tests differ as text"
+    assert diagnose(_suite(*same[:2])).warning == ""
+
+
+def test_a_learned_suite_that_is_mostly_repeats_warns(tmp_path: Path) -> None:
+    suite = ReinforcementLearning().generate(Context(lamps(tmp_path), LAMPS))
+    distinct = len({test.lines for test in suite.tests})
+    assert suite.generation.notes[-1] == f"mostly repeats: only {distinct} of {len(suite.tests)} tests differ as text"
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_rewarding_what_is_uncovered_covers_all_plans_of_the_table_where_the_published_reward_does_not(
+    seed: int,
+) -> None:
+    context = replace(CONTEXT, seed=seed)
+    published = ReinforcementLearning().generate(context)
+    learning = replace(context.learning, reward="uncovered", model_runs=750)
+    uncovered = ReinforcementLearning().generate(replace(context, learning=learning))
+    assert published.uncovered_plans()["human"]
+    assert uncovered.uncovered_plans() == {}
+    assert uncovered.generation.bdi_runs <= published.generation.bdi_runs
+    assert uncovered.generation.distinct_texts > published.generation.distinct_texts

@@ -1,0 +1,143 @@
+"""Learning through the plugin: constants, rewards, saved tables, and what is told of the suite."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.report import faults
+from tests.plugin.project import change, nodeids, report
+from tests.plugin.test_bad_input import refused, short
+
+RL = "--hri-suite=rl"
+COLLECT = ("--collect-only", "-q", RL)
+
+
+def constants(folder: Path) -> dict[str, object]:
+    """The constants that a saved table was learned with."""
+    learning: dict[str, object] = json.loads((folder / "q.json").read_text(encoding="utf-8"))["learning"]
+    return learning
+
+
+def test_constants_come_from_the_testbench_the_ini_file_and_the_command_line(lamps: pytest.Pytester) -> None:
+    change(
+        lamps.path,
+        "conftest.py",
+        "        code=",
+        "        learning=QLearning(gamma=0.3, alpha0=0.2, candidates=2),\n        code=",
+    )
+    change(lamps.path, "conftest.py", "Range, Testbench", "QLearning, Range, Testbench")
+    lines = [
+        "hri_rl =",
+        "    alpha0 = 0.4",
+        "    rewards = 10, 1",
+        "    stop_when_converged = false",
+        "    iterations = 60",
+    ]
+    change(lamps.path, "pytest.ini", "pythonpath = .", "\n".join(["pythonpath = .", *lines]))
+    assert lamps.runpytest_inprocess(*COLLECT, "--hri-rl=candidates=3", "--hri-rl-save=q.json").ret == 0
+    found = constants(lamps.path)
+    assert {name: found[name] for name in ("gamma", "alpha0", "candidates", "rewards", "stop_when_converged")} == {
+        "gamma": 0.3,
+        "alpha0": 0.4,
+        "candidates": 3,
+        "rewards": [10, 1],
+        "stop_when_converged": False,
+    }
+
+
+@pytest.mark.parametrize("options", [(), ("-n", "2")], ids=["plain", "on two workers"])
+def test_another_reward_is_told_and_gives_other_tests(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    result = lamps.runpytest_inprocess(RL, "--hri-rl-reward=uncovered", *options)
+    assert result.ret == 0
+    written = report(lamps.path)
+    assert faults(written) == []
+    made = written["suites"][0]["generation"]
+    assert made["reward"] == "uncovered"
+    assert made["diagnosis"]["plans_executed"] == {"guide": 2, "visitor": 7}
+    result.stdout.fnmatch_lines(["  variety * belief sets, * bits of beliefs, no new*", "  note *mostly repeats: *"])
+    assert "--hri-rl-reward=uncovered" in written["rerun"]["options"]
+
+
+def test_diagnostics_are_in_the_report_and_in_the_summary(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess("--hri-suite=rl,pseudorandom")
+    learned, drawn = (suite["generation"] for suite in report(lamps.path)["suites"])
+    assert learned["reward"] == "published"
+    found = learned["diagnosis"]
+    assert found["distinct_subsets"] == 34
+    assert 0 < found["belief_entropy_bits"] <= found["belief_entropy_most_bits"]
+    assert 1 <= found["last_new_plan"]["iteration"] <= learned["iterations"]
+    assert 1 <= found["last_new_plan"]["test"] <= 34
+    assert "mostly repeats" in learned["notes"][-1]
+    assert (drawn["reward"], drawn["diagnosis"]["distinct_subsets"]) == ("", 0)
+    assert drawn["diagnosis"]["last_new_plan"] == {"iteration": None, "test": 0}
+    result.stdout.fnmatch_lines(["  note * tests asked for, but the policy leads to 34*"])
+
+
+def test_a_saved_table_is_learned_on_from(lamps: pytest.Pytester) -> None:
+    cold = nodeids(lamps.runpytest_inprocess(*COLLECT))
+    saving = lamps.runpytest_inprocess(*COLLECT, "--hri-rl-save=tables/q.json")
+    assert nodeids(saving) == cold, "though the suite was in the cache, it was learned anew for its table"
+    result = lamps.runpytest_inprocess(RL, "--hri-rl-start=tables/q.json", "-n", "2")
+    assert result.ret == 0
+    written = report(lamps.path)
+    assert "learning began with q.json" in written["suites"][0]["generation"]["notes"]
+    assert written["rerun"]["options"] == ["--hri-rl-start=tables/q.json"]
+
+
+def test_belief_sets_can_be_learned_on_from(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(RL, "--hri-rl-start=by_hand.toml", "-k", "nobody")
+    assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
+    result.stdout.fnmatch_lines(["hri: lamps, suite rl, *"])
+
+
+def test_a_table_of_another_model_is_refused(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(*COLLECT, "--hri-rl-save=q.json")
+    change(lamps.path, "models/visitor.asl", "greet; set_lamp(level, 10)", "greet; greet; set_lamp(level, 10)")
+    for options in ((), ("-n", "2")):
+        message = refused(lamps, RL, "--hri-rl-start=q.json", *options)
+        assert "q.json: a table of another model: it was learned on lamps.mas2j of sha256 " in message
+        assert message.count("sha256") == 1
+        assert len({word for word in message.replace(",", " ").replace(";", " ").split() if len(word) == 64}) == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (
+            [RL, "--hri-rl=gama=0.2"],
+            "--hri-rl=gama=0.2: expected NAME=VALUE with the name of a constant of learning; n",
+        ),
+        ([RL, "--hri-rl=gama=0.2"], "nearest: gamma"),
+        ([RL, "--hri-rl=gamma"], "--hri-rl=gamma: expected NAME=VALUE"),
+        ([RL, "--hri-rl=gamma=much"], "--hri-rl=gamma=much: gamma = 'much'; expected a number"),
+        ([RL, "--hri-rl=gamma=1.5"], "--hri-rl=gamma=1.5: QLearning: gamma = 1.5; expected 0 <= gamma < 1"),
+        ([RL, "--hri-rl=iterations=2.5"], "iterations = '2.5'; expected a whole number"),
+        ([RL, "--hri-rl=rewards=1,x"], "rewards = '1,x'; expected numbers, with commas between"),
+        ([RL, "--hri-rl=stop_when_converged=maybe"], "expected true or false"),
+        ([RL, "--hri-rl=reward=uncovered"], "the reward has an option of its own: --hri-rl-reward=NAME"),
+        ([RL, "--hri-rl-reward=uncoverd"], "no reward 'uncoverd'; nearest: uncovered"),
+        ([RL, "--hri-rl-start=nowhere.json"], "--hri-rl-start: "),
+        ([RL, "--hri-rl-start=nowhere.json"], "nowhere.json: there is no such file"),
+        ([RL, "--hri-rl-start=pytest.ini"], "pytest.ini:1:2: not JSON, perhaps cut off"),
+        ([RL, "--hri-rl-save=pytest.ini/q.json"], "q.json: File exists; choose another file"),
+        (
+            ["--hri-suite=by-hand", "--hri-rl-save=q.json"],
+            "--hri-rl-save=q.json: nothing is learned; select the suite rl",
+        ),
+    ],
+    ids=short,
+)
+def test_bad_input(lamps: pytest.Pytester, options: list[str], told: str) -> None:
+    assert told in refused(lamps, *options)
+
+
+def test_the_lengths_of_pseudorandom_tests_are_the_testbenchs(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "conftest.py", "        code=", "        lengths=(2, 2),\n        code=")
+    listed = nodeids(lamps.runpytest_inprocess("--collect-only", "-q", "--hri-suite=pseudorandom", "--hri-tests=9"))
+    assert len(listed) == 9
+    assert all("[pseudorandom-2-actions-" in nodeid for nodeid in listed)
+    change(lamps.path, "conftest.py", "lengths=(2, 2)", "lengths=(2, 1)")
+    assert "lengths (2, 1): expected 1 <= fewest <= most actions" in refused(lamps, "--hri-suite=pseudorandom")
