@@ -95,6 +95,14 @@ class CaseResult:
         """The requirements that the run violated."""
         return tuple(verdict.requirement for verdict in self.verdicts if verdict.verdict == "Failed")
 
+    def illegal(self, testbench: Testbench) -> tuple[str, ...]:
+        """What the run hit that the testbench's cross products forbid, a sentence each."""
+        return tuple(
+            f"cross product {name!r}: {' x '.join(each)} must not be hit: {testbench.cross[name].forbidden[each]}"
+            for name, hits in self.cross.items()
+            for each in sorted(set(hits) & testbench.cross[name].forbidden.keys())
+        )
+
     def verdict(self, requirement: str) -> Verdict:
         """The verdict of one requirement. Raises KeyError for one that does not exist."""
         return {verdict.requirement: verdict for verdict in self.verdicts}[requirement]

@@ -10,7 +10,7 @@ import pytest
 
 from pytest_hricdv import replaying
 from pytest_hricdv.case import HriCase
-from pytest_hricdv.options import Options
+from pytest_hricdv.options import SESSION_DAY, Options
 from pytest_hricdv.replaying import Given
 from pytest_hricdv.suites import Selected, cases, from_text, selected_suites, to_text
 from pytest_hricdv.testbench import Testbench, TestbenchError, checked, lacking
@@ -129,6 +129,7 @@ class Collecting:
         given: dict[str, object] = node.workerinput  # type: ignore[attr-defined]
         given[WORKER_INPUT] = to_text(self.selected)
         given[ONLY_CASES] = self.only_cases
+        given[SESSION_DAY] = self.options.today.isoformat()
         given[REPLAYS] = replaying.to_text(self.replays.values())
 
 

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from pytest_hricdv import learning
+from pytest_hricdv.allowance import Allowance, AllowanceError, allowances
+from pytest_hricdv.bound import KINDS, Bound, BoundError, bound
+from pytest_hricdv.gates import Gates
 from pytest_hricdv.learning import LearningOptions
 
-KINDS = ("statements", "branches", "plans", "assertions", "cross")
-
-
-@dataclass(frozen=True)
-class Gate:
-    """A lower bound of coverage, in percent; `named` on the command line, where it applies to any selection."""
-
-    kind: str
-    percent: float
-    named: bool
+SESSION_DAY = "hricdv_session_day"
+_DAY = pytest.StashKey[datetime.date]()
 
 
 @dataclass(frozen=True)
@@ -34,7 +29,7 @@ class Options:
     tests: int | None
     concretizations: int
     report: Path
-    gates: tuple[Gate, ...]
+    gates: Gates
     known: Mapping[str, str]
     strict: bool
     export: Path | None
@@ -46,6 +41,10 @@ class Options:
     shrink_seconds: int = 60
     search: int = 0
     learning: LearningOptions = field(default_factory=LearningOptions)
+    baseline: Path | None = None
+    update_baseline: bool = False
+    today: datetime.date = datetime.date.min
+    """The day on which the session began (UTC)."""
     again: tuple[str, ...] = ()
     """What the command line said, beside suite and seed, on which tests there are and what fails."""
 
@@ -74,6 +73,26 @@ def add_options(parser: pytest.Parser) -> None:
         metavar="REQUIREMENT",
         action="append",
         help="a requirement whose violation is known: reported, but does not fail the run; repeatable",
+    )
+    group.addoption(
+        "--hri-fail-on-nc",
+        action="store_true",
+        default=None,
+        help="fail when no test triggered a requirement (verdict NC throughout)",
+    )
+    group.addoption(
+        "--hri-allow-nc",
+        metavar="REQUIREMENT",
+        action="append",
+        help="a requirement that --hri-fail-on-nc lets pass; repeatable",
+    )
+    group.addoption(
+        "--hri-baseline",
+        metavar="FILE",
+        help="compare with this file: new failures, lost coverage and lost triggers fail, improvements are reported",
+    )
+    group.addoption(
+        "--hri-update-baseline", action="store_true", default=None, help="write the file of --hri-baseline anew"
     )
     group.addoption("--hri-strict", action="store_true", default=None, help="let known violations fail, too")
     group.addoption(
@@ -109,12 +128,16 @@ def add_options(parser: pytest.Parser) -> None:
         ("report", "default of --hri-report"),
         ("export", "default of --hri-export"),
         ("search", "default of --hri-search"),
+        ("baseline", "default of --hri-baseline"),
         ("shrink_runs", "default of --hri-shrink-runs"),
         ("shrink_seconds", "default of --hri-shrink-seconds"),
     ):
         parser.addini(f"hri_{name}", what, default="")
     parser.addini("hri_fail_under", "one KIND=PCT a line; applies when the whole suite is selected", "linelist")
-    parser.addini("hri_known_violations", "one a line, 'R3: reason': reported, but does not fail the run", "linelist")
+    until = "or 'R3 until 2027-01-31: reason'"
+    parser.addini("hri_known_violations", f"one a line, 'R3: reason' {until}: does not fail the run", "linelist")
+    parser.addini("hri_allow_nc", f"one a line, 'R5: reason' {until}: hri_fail_on_nc lets it pass", "linelist")
+    parser.addini("hri_fail_on_nc", "default of --hri-fail-on-nc", "bool", default=False)
     parser.addini("hri_strict", "default of --hri-strict", "bool", default=False)
     parser.addini("hri_shrink", "default of --hri-shrink", "bool", default=False)
     parser.addini("hri_film", "default of --hri-film", "bool", default=False)
@@ -123,7 +146,10 @@ def add_options(parser: pytest.Parser) -> None:
 
 def read_options(config: pytest.Config) -> Options:
     """The options in force. Raises pytest.UsageError for one that makes no sense."""
-    replay = _replay(config)
+    replay, today = _replay(config), session_day(config)
+    known, baseline = _allowed(config, "known", "known_violations"), _text(config, "baseline")
+    if config.getoption("hri_update_baseline") and not baseline:
+        raise pytest.UsageError("--hri-update-baseline: say which file, with --hri-baseline=FILE or hri_baseline")
     return Options(
         suites="" if replay else _text(config, "suite"),
         suite_named=bool(replay) or config.getoption("hri_suite") is not None,
@@ -131,8 +157,16 @@ def read_options(config: pytest.Config) -> Options:
         tests=_integer(config, "tests", None, least=1),
         concretizations=_integer(config, "concretizations", 1, least=1) or 1,
         report=config.invocation_params.dir / (_text(config, "report") or "hri-report"),
-        gates=_gates(config),
-        known=_known(config),
+        gates=Gates(
+            bounds=_bounds(config),
+            fail_on_nc=_flag(config, "fail_on_nc"),
+            may_be_nc=_allowed(config, "allow_nc", "allow_nc"),
+            known={} if _flag(config, "strict") else known,
+        ),
+        known={name: each.reason for name, each in known.items() if not each.expired(today)},
+        baseline=config.invocation_params.dir / baseline if baseline else None,
+        update_baseline=bool(config.getoption("hri_update_baseline")),
+        today=today,
         strict=_flag(config, "strict"),
         export=config.invocation_params.dir / _text(config, "export") if _text(config, "export") else None,
         coverage=not _flag(config, "no_cov"),
@@ -190,34 +224,34 @@ def _integer(config: pytest.Config, name: str, default: int | None, least: int |
     return value
 
 
-def _gates(config: pytest.Config) -> tuple[Gate, ...]:
+def _bounds(config: pytest.Config) -> tuple[Bound, ...]:
     named: Sequence[str] = config.getoption("hri_fail_under") or ()
     lines: list[tuple[str, bool]] = [(line, True) for line in named]
     lines += [(line, False) for line in config.getini("hri_fail_under")]
-    gates: dict[str, Gate] = {}
+    bounds: dict[str, Bound] = {}
     for line, on_command_line in lines:
-        kind, equals, bound = line.partition("=")
-        kind = kind.strip()
-        if not equals or kind not in KINDS:
-            raise pytest.UsageError(f"--hri-fail-under={line}: expected KIND=PCT with KIND in {', '.join(KINDS)}")
         try:
-            percent = float(bound)
-        except ValueError:
-            raise pytest.UsageError(f"--hri-fail-under={line}: expected a percentage, got {bound!r}") from None
-        if not 0 <= percent <= 100:
-            raise pytest.UsageError(f"--hri-fail-under={line}: expected a percentage from 0 to 100")
-        gates.setdefault(kind, Gate(kind, percent, on_command_line))
-    return tuple(gates.values())
+            found = bound(line, named=on_command_line)
+        except BoundError as error:
+            raise pytest.UsageError(f"--hri-fail-under={error}") from None
+        bounds.setdefault(found.kind, found)
+    return tuple(bounds.values())
 
 
-def _known(config: pytest.Config) -> dict[str, str]:
-    known: dict[str, Any] = {}
-    for line in config.getini("hri_known_violations"):
-        requirement, colon, reason = line.partition(":")
-        if not colon or not reason.strip():
-            raise pytest.UsageError(f"hri_known_violations: {line!r}: expected 'REQUIREMENT: reason'")
-        known[requirement.strip()] = reason.strip()
-    for given in config.getoption("hri_known") or ():
-        for requirement in given.split(","):
-            known.setdefault(requirement.strip(), "named with --hri-known")
-    return known
+def _allowed(config: pytest.Config, option: str, ini: str) -> dict[str, Allowance]:
+    try:
+        found = allowances(config.getini(f"hri_{ini}"))
+    except AllowanceError as error:
+        raise pytest.UsageError(f"hri_{ini}: {error}") from None
+    for given in config.getoption(f"hri_{option}") or ():
+        for name in map(str.strip, given.split(",")):
+            found.setdefault(name, Allowance(name, f"named with --hri-{option.replace('_', '-')}"))
+    return found
+
+
+def session_day(config: pytest.Config) -> datetime.date:
+    """The day on which the session began (UTC): taken once, so that a run over midnight is judged by one day."""
+    handed = getattr(config, "workerinput", {}).get(SESSION_DAY)
+    if handed is not None:
+        return datetime.date.fromisoformat(handed)
+    return config.stash.setdefault(_DAY, datetime.datetime.now(datetime.UTC).date())

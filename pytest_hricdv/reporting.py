@@ -8,6 +8,7 @@ import re
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
 from importlib.metadata import version
 
 import pytest
@@ -16,13 +17,13 @@ from pytest_hricdv import filming
 from pytest_hricdv.absent import hint
 from pytest_hricdv.afterwards import Afterwards
 from pytest_hricdv.case import HriCase
-from pytest_hricdv.closing import Entry, reached
+from pytest_hricdv.closing import Entry
 from pytest_hricdv.collecting import Collecting, case_of
 from pytest_hricdv.cover.crossed import list_product
 from pytest_hricdv.cover.source import CoverError
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.listing import list_model
-from pytest_hricdv.options import KINDS
+from pytest_hricdv.judging import Judging
 from pytest_hricdv.replaying import LEAVE_A_FILE
 from pytest_hricdv.report import files, found, terminal
 from pytest_hricdv.report.files import ReportError
@@ -77,11 +78,7 @@ class Reporting:
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionstart(self) -> None:
         """Finds what is wrong with the testbench, its files and the report folder before any test runs; exports."""
-        known = {requirement.id for requirement in self.running.requirements}
-        for requirement in self.options.known:
-            if requirement not in known:
-                names = ", ".join(sorted(known))
-                raise pytest.UsageError(f"known violation of {requirement!r}: no such requirement; there are {names}")
+        self._judging.check({requirement.id for requirement in self.running.requirements})
         _ = self.running.code
         if self.options.film:
             self._check_film()
@@ -181,7 +178,7 @@ class Reporting:
             self.problems.append(self.running.failures.problem)
         self.report = self._build() | searched
         if not stopped:
-            self.problems += self._loss() + self._gates(self.report)
+            self._judge(self.report)
         try:
             files.write(self.report, self.options.report)
         except ReportError as error:
@@ -234,6 +231,8 @@ class Reporting:
                 terminalreporter.write_line(line.text, **MARKUP[line.style])
             for line in found.lines(self.report):
                 terminalreporter.write_line(line.text, **MARKUP[line.style])
+        for text in (self.report or {}).get("gates", {}).get("improved", ()):
+            terminalreporter.write_line(text, green=True)
         for problem in self.problems:
             terminalreporter.write_line(f"FAILED {problem}", red=True, bold=True)
 
@@ -247,6 +246,7 @@ class Reporting:
             code=self.running.code,
             unmeasured=reasons[0] if reasons else "no test was measured" if measured else "switched off",
             known=self.options.known,
+            until={name: str(each.until) for name, each in self.options.gates.known.items() if each.until},
             strict=self.options.strict,
             version=version("pytest-hricdv"),
             wall_s=time.perf_counter() - self._began,
@@ -263,21 +263,17 @@ class Reporting:
         except GenerateError:
             return {}
 
-    def _gates(self, report: Entry) -> list[str]:
+    @cached_property
+    def _judging(self) -> Judging:
+        return Judging(self.options, self.collecting.testbench.name)
+
+    def _judge(self, report: Entry) -> None:
+        """Holds the gates of a run that came to its end, and writes into the report what came of them."""
         ids = {case.abstract.id for case in self.chosen.values()}
         whole = not self.collecting.replays and ids == {case.abstract.id for case in self.collecting.cases}
-        problems = []
-        for gate in sorted(self.options.gates, key=lambda gate: KINDS.index(gate.kind)):
-            if not (gate.named or whole):
-                continue
-            for suite, percent in reached(report, gate.kind):
-                if percent is None:
-                    problems.append(f"suite {suite}: {gate.kind} unmeasured, at least {gate.percent:g} % asked for")
-                elif percent < gate.percent:
-                    problems.append(
-                        f"suite {suite}: {gate.kind} {percent:.2f} %, at least {gate.percent:g} % asked for"
-                    )
-        return problems
+        judgement = self._judging.judge(report, whole=whole)
+        self.problems += [*self._loss(), *judgement.failed]
+        report["gates"] = {"failed": list(self.problems), "improved": list(judgement.improved)}
 
 
 def _case_named(nodeid: str, by_id: dict[str, HriCase]) -> HriCase | None:

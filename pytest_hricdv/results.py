@@ -104,6 +104,7 @@ class Session:
     code: CodeMap | None
     unmeasured: str
     known: Mapping[str, str]
+    until: Mapping[str, str]
     strict: bool
     version: str
     wall_s: float
@@ -136,6 +137,7 @@ def build_report(
         "wall_s": round(session.wall_s, 3),
         "workers": session.workers,
         "known_violations": dict(session.known),
+        "known_until": dict(session.until),
         "strict": session.strict,
         "rerun": {"suite": session.rerun.suite, "options": list(session.rerun.options)},
         "requirements": {r.id: {"title": r.title, "source": r.source, "text": r.text} for r in session.requirements},

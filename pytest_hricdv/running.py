@@ -164,12 +164,13 @@ class Running:
 
     def _judge(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
         failed, known = result.failed, self.known
-        astray = strayed(self._entry(case, nodeid).get("replayed"))
-        if not failed and not astray:
+        replayed = strayed(self._entry(case, nodeid).get("replayed"))
+        amiss = "\n".join(filter(None, [replayed, *result.illegal(self.collecting.testbench)]))
+        if not failed and not amiss:
             return
-        if not astray and all(requirement in known for requirement in failed):
+        if not amiss and all(requirement in known for requirement in failed):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed))
-        entry = self._entry(case, nodeid) | {"nodeid": self.shown(nodeid), "failure": astray}
+        entry = self._entry(case, nodeid) | {"nodeid": self.shown(nodeid), "failure": amiss}
         pytest.fail(terminal.failure(entry, self.texts, known=known, **self._again(case)), pytrace=False)
 
     def shown(self, nodeid: str) -> str:

@@ -1,10 +1,13 @@
-"""Gates: `--hri-fail-under=KIND=PCT`."""
+"""Gates: coverage, requirements that nobody triggered, allowances that end, the baseline, illegal bins."""
 
 from __future__ import annotations
 
+import datetime
+import json
+
 import pytest
 
-from tests.plugin.project import MODES, change
+from tests.plugin.project import MODES, change, outcomes, report
 
 SUITE = ("--hri-suite=by-hand", "-q")
 # The suite by hand reaches 40 of 41 statements, 10 of 10 branches, 7 of 9 plans, 3 of 3 requirements, 4 of 8 bins.
@@ -59,3 +62,201 @@ def test_each_suite_is_held_to_the_gates(lamps: pytest.Pytester) -> None:
     assert result.ret == 1
     result.stdout.fnmatch_lines(["FAILED suite by-hand: cross*"])
     result.stdout.no_fnmatch_line("FAILED suite rl: cross*")
+
+
+SILENT = ("--hri-suite=by-hand", "-k", "curt")  # nobody greets, so R3 is never triggered
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_a_requirement_that_nobody_triggers_fails_the_run_when_asked(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "bright"')
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_on_nc = true")
+    result = lamps.runpytest_inprocess(*SUITE, *options)
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(
+        ["FAILED R3 was not checked: no test triggered it; nearest was by-hand-*, which lacked *"]
+    )
+    (failed,) = report(lamps.path)["gates"]["failed"]
+    assert failed.startswith("R3 was not checked")
+    assert lamps.runpytest_inprocess(*SUITE, "--hri-allow-nc=R3", *options).ret == 0
+    assert lamps.runpytest_inprocess(*SUITE, "-k", "cellar", *options).ret == 0
+
+
+def test_what_need_not_be_checked_is_said_with_a_reason_and_may_end(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "bright"')
+    ini = "pythonpath = .\nhri_allow_nc =\n    R3 until 2020-02-29: nobody greets yet\n    R1: for a test"
+    change(lamps.path, "pytest.ini", "pythonpath = .", ini)
+    result = lamps.runpytest_inprocess(*SUITE, "--hri-fail-on-nc")
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(
+        [
+            "R1 need not be checked (for a test), but was",
+            "FAILED R3 was not checked, which was accepted until 2020-02-29 (nobody greets yet)",
+        ]
+    )
+
+
+def until(lamps: pytest.Pytester, day: datetime.date) -> None:
+    """Let the known violation of R2 end with a day."""
+    change(lamps.path, "pytest.ini", "R2: the hall", f"R2 until {day}: the hall")
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_a_known_violation_holds_up_to_its_last_day(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    last = datetime.datetime.now(datetime.UTC).date() + datetime.timedelta(days=1)  # the test may run over midnight
+    until(lamps, last)
+    assert lamps.runpytest_inprocess(*SUITE, *options).ret == 0
+    assert report(lamps.path)["known_until"] == {"R2": str(last)}
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_a_known_violation_that_has_expired_fails_the_run_and_says_so(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    until(lamps, datetime.date(2021, 12, 31))
+    result = lamps.runpytest_inprocess(*SUITE, *options)
+    assert result.ret == 1
+    result.assert_outcomes(passed=3, failed=1)
+    told = "FAILED the known violation of R2 (the hall has no dimmer) was accepted until 2021-12-31, which is over: *"
+    result.stdout.fnmatch_lines([told])
+    assert report(lamps.path)["known_violations"] == {}
+    # Of a part of the tests, only one that violates it is told.
+    part = lamps.runpytest_inprocess(*SUITE, *options, "-k", "cellar")
+    assert part.ret == 0
+    part.stdout.no_fnmatch_line("FAILED *")
+
+
+def test_a_known_violation_that_is_mended_is_reported(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "lamps/guide.py", "wish.cellar and wish.level > GLARE", "wish.level > GLARE")
+    result = lamps.runpytest_inprocess(*SUITE)
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["R2 is a known violation (the hall has no dimmer), but no test violated it"])
+
+
+BASE = "--hri-baseline=base.json"
+
+
+def keep_baseline(lamps: pytest.Pytester) -> None:
+    assert lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline").ret == 0
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_the_same_run_is_as_good_as_its_baseline(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    keep_baseline(lamps)
+    first = (lamps.path / "base.json").read_bytes()
+    result = lamps.runpytest_inprocess(*SUITE, BASE, *options)
+    assert result.ret == 0
+    assert report(lamps.path)["gates"] == {"failed": [], "improved": []}
+    assert lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline", *options).ret == 0
+    assert (lamps.path / "base.json").read_bytes() == first
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_new_failures_and_losses_fail_though_known_ones_do_not(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    keep_baseline(lamps)
+    # In the cellar it glares now, too: a violation of a requirement whose violation is known. And nobody is dim.
+    change(lamps.path, "lamps/guide.py", "        return GLARE\n", "        return 100.0\n")
+    change(lamps.path, "by_hand.toml", '"curt", "d*"', '"curt", "dark"')
+    result = lamps.runpytest_inprocess(*SUITE, BASE, *options)
+    assert result.ret == 1
+    result.assert_outcomes(failed=0, xfailed=2, passed=1)
+    result.stdout.fnmatch_lines(
+        [
+            "FAILED suite by-hand: R2 is newly violated by by-hand-cellar-polite-*",
+            "FAILED suite by-hand: statements * %; * % in the baseline",
+            "FAILED suite by-hand: lost plans of visitor: v6",
+            "FAILED suite by-hand: lost bins of light: hall x 10",
+        ]
+    )
+
+
+def test_lost_triggers_fail_and_what_is_better_is_reported(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "by_hand.toml", '"curt", "d*"', '"curt", "dark"')
+    keep_baseline(lamps)
+    change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "dim"')
+    result = lamps.runpytest_inprocess(*SUITE, BASE)
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(
+        [
+            "suite by-hand: R2 is no longer violated by by-hand-hall-polite-*",
+            "suite by-hand: gained plans of visitor: v6",
+            "FAILED suite by-hand: R3 is no longer triggered; 2 times in the baseline",
+        ]
+    )
+
+
+def test_a_part_of_the_tests_is_compared_for_failures_only_and_is_no_baseline(lamps: pytest.Pytester) -> None:
+    keep_baseline(lamps)
+    kept = (lamps.path / "base.json").read_bytes()
+    assert lamps.runpytest_inprocess(*SUITE, BASE, "-k", "cellar").ret == 0
+    result = lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline", "-k", "cellar")
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(["FAILED *base.json was not updated: 1 of its tests ran: run the whole suites"])
+    change(lamps.path, "lamps/guide.py", "        return GLARE\n", "        return 100.0\n")
+    result = lamps.runpytest_inprocess(*SUITE, BASE, "-k", "cellar")
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(["FAILED suite by-hand: R2 is newly violated by by-hand-cellar-polite-*"])
+    assert (lamps.path / "base.json").read_bytes() == kept
+
+
+def test_a_baseline_keeps_the_suites_that_did_not_run(lamps: pytest.Pytester) -> None:
+    keep_baseline(lamps)
+    told = lamps.runpytest_inprocess("--hri-suite=rl", BASE)
+    assert told.ret == 0
+    told.stdout.fnmatch_lines(["suite rl is not in the baseline: --hri-update-baseline adds it"])
+    assert lamps.runpytest_inprocess("--hri-suite=rl", BASE, "--hri-update-baseline").ret == 0
+    assert json.loads((lamps.path / "base.json").read_bytes())["suites"].keys() == {"by-hand", "rl"}
+
+
+@pytest.mark.parametrize(
+    ("spoil", "told"),
+    [
+        (lambda text: text[:100], "base.json:*: not JSON, perhaps cut off *"),
+        (
+            lambda text: text.replace("baseline/1", "baseline/7"),
+            "base.json: baseline.schema: expected 'hricdv-baseline/1'*",
+        ),
+        (lambda text: text.replace('"lamps"', '"chairs"'), "base.json: of the testbench 'chairs'; expected 'lamps'"),
+        (
+            lambda text: text.replace('"triggers"', '"trigger"'),
+            "base.json: baseline.suites.by-hand: 'triggers' is missing",
+        ),
+    ],
+)
+def test_a_spoilt_baseline_is_refused_before_anything_runs(lamps: pytest.Pytester, spoil: object, told: str) -> None:
+    keep_baseline(lamps)
+    path = lamps.path / "base.json"
+    path.write_text(spoil(path.read_text(encoding="utf-8")), encoding="utf-8")  # type: ignore[operator]
+    result = lamps.runpytest_inprocess(*SUITE, BASE)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"ERROR: --hri-baseline: *{told}"])
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_an_illegal_bin_that_is_hit_fails_its_test(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    illegal = 'levels}, illegal={("cellar", "*"): "the cellar is closed"})'
+    change(lamps.path, "conftest.py", "levels})", illegal)
+    result = lamps.runpytest_inprocess(*SUITE, *options)
+    assert result.ret == 1
+    result.assert_outcomes(passed=2, xfailed=1, failed=1)
+    result.stdout.fnmatch_lines(["*cross product 'light': cellar x 100 must not be hit: the cellar is closed"])
+    assert [outcome for name, outcome in outcomes(lamps.path).items() if "cellar" in name] == ["failed"]
+    cross = report(lamps.path)["suites"][0]["cross"]
+    assert (cross["bins"], cross["illegal"], cross["hit"]) == (8, 4, 3)
+
+
+def test_gates_hold_for_a_run_without_results(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "lamps/guide.py", "clock.sleep(SWITCHING_S)", "clock.sleep(-1)")
+    change(lamps.path, "by_hand.toml", '"curt", "d*"', '"curt", "dark"')
+    result = lamps.runpytest_inprocess(*SUITE, "--hri-fail-on-nc", "--hri-fail-under=statements=1")
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(
+        [
+            "FAILED suite by-hand: statements unmeasured, at least 1 % asked for",
+            "FAILED R1 was not checked: no test triggered it; nor came near",
+        ]
+    )
