@@ -1,0 +1,208 @@
+"""The folder a campaign lives in: what it is of, the shards that are done, and nothing half written.
+
+campaign.json   method, seed, number of tests, and what runs depend on, each file with its hash
+tests.txt       the abstract tests, generated once
+shards/         one file for each seed that is done, written aside and renamed
+lock            held while a campaign runs here
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import platform
+import shutil
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from benchmarks.campaign import shard
+from benchmarks.campaign.shard import Shard
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.text import parse_tests
+
+SCHEMA = "hricdv-campaign/1"
+LIBRARIES = ("pytest-hricdv", "pybullet", "numpy", "coverage")
+"""Whose versions results can depend on."""
+
+
+class StateError(Exception):
+    """A campaign cannot go on in its folder; the text says why and what to do."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a campaign is of: shards of another plan are never mixed with its own.
+
+    Args:
+        method: the suite's name.
+        master_seed: the abstract tests are generated from.
+        count: of abstract tests asked for.
+        depends: name -> hash or version, of all that a run's outcome depends on.
+    """
+
+    method: str
+    master_seed: int
+    count: int
+    depends: Mapping[str, str]
+
+    @property
+    def identity(self) -> str:
+        """One hash of all of it."""
+        return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode("utf-8")).hexdigest()
+
+    def differences(self, other: Plan) -> list[str]:
+        """What is not as in another plan, as `sim/leg.py changed` or `count was 160, is 80`."""
+        names = ("method", "master_seed", "count")
+        found = [
+            f"{name} was {getattr(other, name)}, is {getattr(self, name)}"
+            for name in names
+            if getattr(other, name) != getattr(self, name)
+        ]
+        for name in sorted(self.depends.keys() | other.depends.keys()):
+            before, now = other.depends.get(name), self.depends.get(name)
+            if before is None:
+                found.append(f"{name} is new")
+            elif now is None:
+                found.append(f"{name} is gone")
+            elif before != now:
+                found.append(f"{name} changed" if len(now) == _DIGITS else f"{name} was {before}, is {now}")
+        return found
+
+
+_DIGITS = 64
+
+
+def depends(root: Path, names: Iterable[str]) -> dict[str, str]:
+    """Hashes of files, and of all text files in folders, and versions of libraries.
+
+    Args:
+        root: the project's folder.
+        names: of files and folders in it.
+
+    Raises:
+        StateError: one of them does not exist.
+    """
+    found = {}
+    for name in names:
+        path = root / name
+        if not path.exists():
+            raise StateError(f"{path}: there is no such file or folder, though runs are said to depend on it")
+        for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
+            if file.is_file() and "__pycache__" not in file.parts:
+                found[file.relative_to(root).as_posix()] = hashlib.sha256(file.read_bytes()).hexdigest()
+    found["python"] = platform.python_version()
+    found["machine"] = platform.machine()
+    for library in LIBRARIES:
+        try:
+            found[library] = version(library)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+class State:
+    """A campaign's folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._plan = folder / "campaign.json"
+        self._tests = folder / "tests.txt"
+        self._shards = folder / "shards"
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Keep others out, and throw away what a killed campaign left half done.
+
+        Raises:
+            StateError: another campaign runs in this folder.
+        """
+        self._shards.mkdir(parents=True, exist_ok=True)
+        with (self.folder / "lock").open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise StateError(f"{self.folder}: another campaign runs in this folder: let it end first") from None
+            for left in self.folder.glob("work-*"):
+                shutil.rmtree(left, ignore_errors=True)
+            yield
+
+    @property
+    def work(self) -> Path:
+        """A folder for the shard in the making. Its name is this process's: pytest may outlive a killed campaign."""
+        return self.folder / f"work-{os.getpid()}"
+
+    def agree(self, plan: Plan) -> None:
+        """Begin with this plan, or see that the folder was begun with it.
+
+        Raises:
+            StateError: it was begun with another one.
+        """
+        if not self._plan.exists():
+            _write(self._plan, json.dumps({"schema": SCHEMA, **asdict(plan)}, sort_keys=True, indent=1) + "\n")
+            return
+        before = self.plan()
+        if before == plan:
+            return
+        raise StateError(
+            f"{self.folder} holds {len(self.done())} shards of another campaign: {', '.join(plan.differences(before))}."
+            " Results of different code are not mixed: go back to that code to end it, or give another --state folder"
+            " (or remove this one) to begin anew."
+        )
+
+    def plan(self) -> Plan:
+        """The plan that the folder was begun with. Raises StateError where there is none, or it cannot be read."""
+        try:
+            data = json.loads(self._plan.read_text(encoding="utf-8"))
+            if data.pop("schema") != SCHEMA:
+                raise StateError(f"{self._plan}: expected schema {SCHEMA!r}: give another --state folder")
+            return Plan(**data)
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            raise StateError(f"{self._plan}: no campaign ({error!r}): give another --state folder") from None
+
+    def tests(self) -> tuple[AbstractTest, ...] | None:
+        """The abstract tests; None where they were not generated yet."""
+        if not self._tests.exists():
+            return None
+        return parse_tests(self._tests.read_text(encoding="utf-8"), file=str(self._tests), suite="")
+
+    def keep_tests(self, text: str) -> None:
+        """Keep the abstract tests, as `dump_tests` writes them."""
+        _write(self._tests, text)
+
+    def done(self) -> tuple[int, ...]:
+        """Seeds whose shards are there, in order."""
+        return tuple(sorted(int(path.stem.partition("-")[2]) for path in self._shards.glob("seed-*.json")))
+
+    def keep(self, each: Shard) -> None:
+        """Keep a shard."""
+        _write(self._path(each.seed), each.to_json())
+
+    def shard(self, seed: int) -> Shard:
+        """The shard of a seed.
+
+        Raises:
+            ShardError: its file is damaged.
+            StateError: it is one of another campaign.
+        """
+        path = self._path(seed)
+        found = shard.read(path)
+        if found.identity != self.plan().identity or found.seed != seed:
+            raise StateError(f"{path}: a shard of another campaign or seed: remove it to run it again")
+        return found
+
+    def _path(self, seed: int) -> Path:
+        return self._shards / f"seed-{seed:03}.json"
+
+
+def _write(path: Path, text: str) -> None:
+    aside = path.with_name(f"{path.name}.part")
+    with aside.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    aside.replace(path)
