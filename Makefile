@@ -1,12 +1,14 @@
 # make suite: learn tests from the BDI models and run each against the simulated world, on two workers.
 # make test:  the project's own tests.
-# Both create the environment in $(VENV) first, from nothing but Python 3.11, make and a compiler.
+# make experiment, agreement, campaign: write docs/experiment.md (5 minutes), docs/agreement.md (2), and docs/campaign.md
+#             (45; ended at any time, it goes on where it was).
+# Each creates the environment in $(VENV) first, from nothing but Python 3.11, make and a compiler.
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: suite test lint bench clean
+.PHONY: suite test lint bench experiment agreement campaign clean
 
 suite: $(VENV)/.installed
 	$(BIN)/pytest --hri-suite=rl -n 2
@@ -25,6 +27,15 @@ bench: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.end_to_end
 	$(BIN)/python -m benchmarks.world
 
+experiment: $(VENV)/.installed
+	$(BIN)/python -m benchmarks.experiment
+
+agreement: $(VENV)/.installed
+	$(BIN)/python -m benchmarks.agreement
+
+campaign: $(VENV)/.installed
+	$(BIN)/python -m benchmarks.campaign --write
+
 $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
@@ -32,4 +43,4 @@ $(VENV)/.installed: pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis hri-report
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis hri-report hri-experiment hri-agreement

@@ -1,0 +1,147 @@
+"""The figures of a report, put beside the published ones: plain data for the page's template."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from statistics import fmean
+from typing import Any
+
+from benchmarks.agreement import original
+from benchmarks.agreement.asked import MOST_TURNS, asked
+from benchmarks.estimates import Interval, mean
+from benchmarks.experiment.published import METHODS, RUN_S, Published
+
+Entry = Mapping[str, Any]
+READ = ("released", "discarded")
+"""How a turn ends in which the sensors were read."""
+
+
+@dataclass(frozen=True)
+class Asks:
+    """What tests ask for, and what came of it.
+
+    Args:
+        tests: how many.
+        silent: of them, never ask for a leg.
+        good: ask for a leg with gaze, pressure and location all ready.
+        good_checked: of those, how many checked R1.
+        unready: let the robot read its sensors when not all of them are ready.
+        unready_checked: of those, how many checked R2.
+        turns: all together; None where that is not known of all.
+        begun: tests with a turn; likewise.
+        failed: tests that failed R3.
+        releasing: coverage (%) of the tests in which a leg was released.
+        others: of the others.
+    """
+
+    tests: int
+    silent: int
+    good: int
+    good_checked: int
+    unready: int
+    unready_checked: int
+    turns: int | None
+    begun: int | None
+    failed: int
+    releasing: float | None
+    others: float | None
+
+
+@dataclass(frozen=True)
+class Method:
+    """One method's figures.
+
+    Args:
+        suite: of the report.
+        published: what the paper says.
+        verdicts: requirement -> passed, failed, not checked.
+        percents: of each test's statements, ascending.
+        mean: of them.
+        ours: what the tests ask for.
+        theirs: the same of the original's tests that are given.
+        busy_s: worker seconds of its runs.
+    """
+
+    suite: Entry
+    published: Published
+    verdicts: Mapping[str, tuple[int, int, int]]
+    percents: tuple[float, ...]
+    mean: Interval
+    ours: Asks
+    theirs: Asks
+    busy_s: float
+
+    @property
+    def name(self) -> str:
+        """Of the suite."""
+        return str(self.suite["name"])
+
+    @property
+    def most(self) -> float:
+        """The highest coverage of a test (%)."""
+        return self.percents[-1]
+
+    @property
+    def running_s(self) -> tuple[float, float]:
+        """What so many runs took originally, least and most (s)."""
+        return self.published.tests * RUN_S[0], self.published.tests * RUN_S[1]
+
+
+def methods(report: Entry) -> dict[str, Method]:
+    """The figures of each method by name.
+
+    Raises:
+        KeyError: the report lacks one of the four suites.
+    """
+    suites = {suite["name"]: suite for suite in report["suites"]}
+    theirs = original.runs()
+    return {name: _method(suites[name], report, published, theirs) for name, published in METHODS.items()}
+
+
+def _method(suite: Entry, report: Entry, published: Published, theirs: Sequence[original.OriginalRun]) -> Method:
+    tests = [test for test in report["tests"] if test["suite"] == suite["name"]]
+    percents = tuple(sorted(float(test["code"]["percent"]) for test in tests))
+    return Method(
+        suite=suite,
+        published=published,
+        verdicts={name: (r["passed"], r["failed"], r["nc"]) for name, r in suite["requirements"].items()},
+        percents=percents,
+        mean=mean(percents),
+        ours=_asks([(t["abstract"], _verdicts(t), tuple(t["legs"]), float(t["code"]["percent"])) for t in tests]),
+        theirs=_asks(
+            [(r.lines, r.verdicts, r.legs, r.coverage) for r in theirs if original.method(r.suite) == suite["name"]]
+        ),
+        busy_s=sum(test["wall_s"] for test in tests),
+    )
+
+
+def _verdicts(test: Entry) -> dict[str, str]:
+    return {name: each["verdict"] for name, each in test["requirements"].items()}
+
+
+Row = tuple[Sequence[str], Mapping[str, str], tuple[str, ...] | None, float]
+
+
+def _asks(rows: Sequence[Row]) -> Asks:
+    requests = [asked(lines)[:MOST_TURNS] for lines, *_ in rows]
+    verdicts = [each for _, each, *_ in rows]
+    good = [any(turn.good for turn in each) for each in requests]
+    unready = [any(turn.answers and not turn.good for turn in each) for each in requests]
+    legs = [each for _, _, each, _ in rows if each is not None]
+    known = len(legs) == len(rows)
+    releasing = [cover for *_, found, cover in rows if "released" in (found or ())]
+    others = [cover for *_, found, cover in rows if "released" not in (found or ())]
+    return Asks(
+        tests=len(rows),
+        silent=sum(not each for each in requests),
+        good=sum(good),
+        good_checked=sum(wanted and each["R1"] != "NC" for wanted, each in zip(good, verdicts, strict=True)),
+        unready=sum(unready),
+        unready_checked=sum(wanted and each["R2"] != "NC" for wanted, each in zip(unready, verdicts, strict=True)),
+        turns=sum(map(len, legs)) if known else None,
+        begun=sum(map(bool, legs)) if known else None,
+        failed=sum(each["R3"] == "Failed" for each in verdicts),
+        releasing=fmean(releasing) if known and releasing else None,
+        others=fmean(others) if known and others else None,
+    )
