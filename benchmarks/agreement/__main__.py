@@ -71,7 +71,7 @@ def paired(report: Mapping[str, Any]) -> tuple[Pair, ...]:
 
 
 def _ours(entry: Mapping[str, Any]) -> OurRun:
-    readings: Sequence[str] = [reading for reading, _ in entry["cross"]]
+    readings: Sequence[str] = [reading for reading, _ in entry["cross"]["decision"]]
     return OurRun(
         id=entry["id"],
         coverage=float(entry["code"]["percent"]),

@@ -137,10 +137,10 @@ class Pair:
             return self.awry
         if now == "NC":
             return self._not_checked_here(requirement)
-        if self.theirs.legs is None:
-            return UNRECORDED
         if requirement == "R1" and not any(turn.good for turn in self.requests):
             return self._misread()
+        if self.theirs.legs is None:
+            return UNRECORDED
         differing = [why for why in self.legs() if why != SAME]
         return differing[0] if differing else UNEXPLAINED
 

@@ -3,21 +3,26 @@
     python -m benchmarks.campaign [--state DIR] [--write]
 
 It may be ended at any time, kill -9 included: at most the seed in the making is lost, and the same command goes on.
-`--write` puts table and picture into docs/ when all seeds are done.
+The results are left in DIR/results.md; `--write` puts page and picture into docs/ as well. `--again` runs nothing: it
+makes them of the seeds that are done, whatever the code is by now.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import shutil
 import sys
+import tomllib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from benchmarks import session
-from benchmarks.campaign import shard
+from benchmarks import page, pictures, session
+from benchmarks.campaign import results, shard, totals
 from benchmarks.campaign.progress import Progress
 from benchmarks.campaign.shard import Shard, ShardError
-from benchmarks.campaign.state import Plan, State, StateError, depends
+from benchmarks.campaign.state import DIGITS, Plan, State, StateError, depends
+from benchmarks.end_to_end import machine
 
 DEPENDS = (
     "conftest.py",
@@ -37,12 +42,18 @@ def main() -> None:
     """Run what is left, then say what came of all."""
     options = arguments().parse_args()
     try:
-        shards = campaign(options)
+        shards = collected(options) if options.again else campaign(options)
+        plan = State(options.state.resolve()).plan()
     except (StateError, ShardError, session.SessionError) as error:
         sys.exit(f"campaign: {error}")
     except KeyboardInterrupt:
         sys.exit("campaign: interrupted; the same command goes on")
-    del shards
+    known = known_violations(options.root)
+    page.write(options.state / "results.md", results.text(shards, list(known)))
+    print(f"written: {options.state / 'results.md'}")
+    if options.write:
+        write(plan, shards, known, options.docs)
+        print(f"written: {options.docs / 'campaign.md'}")
 
 
 def arguments() -> argparse.ArgumentParser:
@@ -58,7 +69,9 @@ def arguments() -> argparse.ArgumentParser:
     parser.add_argument("--workers", type=positive, default=2, metavar="N", help="xdist workers (default 2)")
     parser.add_argument("--root", type=Path, default=session.ROOT, metavar="DIR", help="the project")
     parser.add_argument("--depends", nargs="+", default=DEPENDS, metavar="PATH", help="what runs of it depend on")
-    parser.add_argument("--write", action="store_true", help="put table and picture into docs/")
+    parser.add_argument("--again", action="store_true", help="run nothing: take the seeds that are done")
+    parser.add_argument("--write", action="store_true", help="put page and picture into docs/")
+    parser.add_argument("--docs", type=Path, default=session.ROOT / "docs", metavar="DIR", help="the page's folder")
     return parser
 
 
@@ -93,6 +106,15 @@ def campaign(options: argparse.Namespace) -> tuple[Shard, ...]:
         return tuple(state.shard(seed) for seed in range(options.seeds))
 
 
+def collected(options: argparse.Namespace) -> tuple[Shard, ...]:
+    """The shards that are done. Raises StateError where there are none; see `campaign`."""
+    state = State(options.state.resolve())
+    done = state.done()
+    if not done:
+        raise StateError(f"{state.folder}: no seed is done there: leave out --again to run them")
+    return tuple(state.shard(seed) for seed in done)
+
+
 def generate(suite: str, seed: int, count: int, work: Path, root: Path) -> str:
     """The abstract tests, as pytest exports them."""
     folder = work / "export"
@@ -100,6 +122,49 @@ def generate(suite: str, seed: int, count: int, work: Path, root: Path) -> str:
     session.start([*chosen, f"--hri-export={folder}", "--collect-only", "-p", "no:xdist"], root)
     (file,) = folder.glob("*.txt")
     return file.read_text(encoding="utf-8")
+
+
+def known_violations(root: Path) -> dict[str, str]:
+    """Requirements that the project says are known to fail, with the reason."""
+    path = root / "pyproject.toml"
+    if not path.is_file():
+        return {}
+    pytest = tomllib.loads(path.read_text(encoding="utf-8")).get("tool", {}).get("pytest", {})
+    lines = pytest.get("ini_options", {}).get("hri_known_violations", [])
+    return {name.strip(): reason.strip() for name, _, reason in (line.partition(":") for line in lines)}
+
+
+def write(plan: Plan, shards: Sequence[Shard], known: Mapping[str, str], docs: Path) -> None:
+    """Write page and picture."""
+    requirements = totals.requirements(shards)
+    worst = max(requirements, key=lambda each: each.failed)
+    pictures.save(results.picture(shards, worst.name), docs / "pictures" / "campaign-seeds.svg")
+    files = {name: text for name, text in plan.depends.items() if len(text) == DIGITS}
+    context = {
+        "plan": plan,
+        "tests": len(shards[0].runs),
+        "seeds": len(shards),
+        "runs": sum(len(shard.runs) for shard in shards),
+        "example": shards[-1].runs[0].id,
+        "results": results.text(shards, list(known)),
+        "requirements": requirements,
+        "known": known,
+        "cpu_s": sum(shard.cpu_s for shard in shards),
+        "wall_s": sum(shard.wall_s for shard in shards),
+        "machine": machine(),
+        "hashes": summed(files),
+        "versions": {name: text for name, text in plan.depends.items() if name not in files},
+    }
+    page.write(docs / "campaign.md", page.render("campaign/campaign.md.jinja", context))
+
+
+def summed(files: Mapping[str, str]) -> dict[str, str]:
+    """One hash for each folder at the top, and for each file there."""
+    grouped: dict[str, list[str]] = {}
+    for name in sorted(files):
+        top, slash, _ = name.partition("/")
+        grouped.setdefault(top + slash, []).append(f"{name} {files[name]}\n")
+    return {name: hashlib.sha256("".join(lines).encode("utf-8")).hexdigest() for name, lines in grouped.items()}
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ class Run:
         margins: requirement -> the least margin, in the requirement's own unit; None where there is none.
         statements: of the code under test that ran, as a bit set.
         branches: the same of branches; None where they are not measured.
-        bins: of the cross product that it hit.
+        bins: of the cross products that it hit.
         sim_s: simulated time.
         record_sha256: of all that happened; the same bytes whenever the run is repeated.
         error: what went wrong in a run that did not come to its end, which has checked and covered nothing.
@@ -131,7 +131,7 @@ def _run(entry: Mapping[str, Any], test: str) -> Run:
         margins={name: each["margin"] for name, each in verdicts.items()},
         statements=int(statements, 16),
         branches=None if branches is None else int(branches, 16),
-        bins=tuple(" x ".join(hit) for hit in entry.get("cross", ())),
+        bins=tuple(" x ".join(hit) for hits in entry.get("cross", {}).values() for hit in hits),
         sim_s=entry["sim_s"],
         record_sha256="" if aborted else entry["record_sha256"],
         error=entry["failure"].strip().partition("\n")[0] if aborted else "",

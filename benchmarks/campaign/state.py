@@ -26,6 +26,9 @@ from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.text import parse_tests
 
 SCHEMA = "hricdv-campaign/1"
+DIGITS = 64
+"""Of a SHA-256, by which files are told from versions."""
+
 LIBRARIES = ("pytest-hricdv", "pybullet", "numpy", "coverage")
 """Whose versions results can depend on."""
 
@@ -70,11 +73,8 @@ class Plan:
             elif now is None:
                 found.append(f"{name} is gone")
             elif before != now:
-                found.append(f"{name} changed" if len(now) == _DIGITS else f"{name} was {before}, is {now}")
+                found.append(f"{name} changed" if len(now) == DIGITS else f"{name} was {before}, is {now}")
         return found
-
-
-_DIGITS = 64
 
 
 def depends(root: Path, names: Iterable[str]) -> dict[str, str]:

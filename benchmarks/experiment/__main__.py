@@ -36,21 +36,23 @@ def main() -> None:
     options = parser.parse_args()
     folder = options.report.resolve()
     try:
-        report = _read(folder) if options.again else _run(folder)
+        report = read(folder) if options.again else run(folder)
     except session.SessionError as error:
         sys.exit(f"experiment: {error}")
     write(report, options.docs)
     print(f"written: {options.docs / 'experiment.md'}")
 
 
-def _run(folder: Path) -> dict[str, Any]:
+def run(folder: Path) -> dict[str, Any]:
+    """The report of all four suites. Raises SessionError."""
     print("running all four suites on two workers ...", flush=True)
     done = session.run(folder, ["--hri-suite=all", "-n", str(WORKERS)])
     print(f"{done.report['reported']} tests in {done.wall_s:.0f} s", flush=True)
     return done.report
 
 
-def _read(folder: Path) -> dict[str, Any]:
+def read(folder: Path) -> dict[str, Any]:
+    """The report in a folder. Raises SessionError where there is none, or it lacks a suite."""
     path = folder / "report.json"
     try:
         report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))

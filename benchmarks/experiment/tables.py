@@ -8,6 +8,7 @@ from typing import Any
 from benchmarks.experiment.comparison import Asks, Method
 from benchmarks.experiment.published import LEARNING_S
 from benchmarks.page import interval, minutes, percent, table
+from pytest_hricdv.cover.crossed import possible
 
 REQUIREMENTS = ("R1", "R2", "R3", "R4")
 AS_PRINTED = "R3 by-hand"
@@ -106,7 +107,7 @@ def closure(methods: Methods) -> str:
 
     def bins(method: Method) -> str:
         cross: Mapping[str, Any] = method.suite["cross"]
-        return f"{cross['hit']} of {cross['bins'] - cross['impossible']}"
+        return f"{cross['hit']} of {possible(cross)}"
 
     return _by_method(
         methods,
