@@ -115,7 +115,8 @@ def run(run: Run) -> Outcome:
     test = run.test
     script = [(action.command, action.parameters) for action in test.actions]
     ports, outage_turn = (run.kernel, run.bus, run.recorder), int(test.run["outage_turn"])
-    with Workshop(*ports, script, seed=test.seed, outage_turn=outage_turn, fidelity=FIDELITY) as shop:
+    shop = Workshop(*ports, script, seed=test.seed, outage_turn=outage_turn, fidelity=FIDELITY, acting=run.acting)
+    with shop:
 
         def control() -> None:
             # All of the code under test is called in here: only what runs in this node is measured.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,7 +13,7 @@ from pytest_hricdv.cover.debugger import debugger
 from pytest_hricdv.cover.measure import Measurement
 from pytest_hricdv.cover.source import Bits, CoverError
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization, concretize
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Verdict, Vocabulary, explained
 from pytest_hricdv.runtime import Bus, Kernel, Record, Recorder
 from pytest_hricdv.runtime.record import Value
@@ -55,6 +55,19 @@ class Run:
     monitors: MonitorSet = field(repr=False)
     filming: Callable[[Run], AbstractContextManager[None]] | None = None
     """What goes on around a run that is filmed."""
+    acted_s: list[float] = field(default_factory=list)
+    """When each action began (s of simulated time), as far as `actions` or `acting` were told."""
+
+    def actions(self) -> Iterator[ConcreteAction]:
+        """The test's actions, one after the other; that the next one is taken says that it begins now."""
+        for number, action in enumerate(self.test.actions):
+            self.acting(number)
+            yield action
+
+    def acting(self, number: int) -> None:
+        """Says that action `number` (from 0, in order) begins now, so that a failure can be told together with it."""
+        if number == len(self.acted_s) < len(self.test.actions):
+            self.acted_s.append(self.kernel.now_s)
 
     def go(self, limit_s: float) -> str:
         """Run the nodes up to `limit_s`, then on until no monitor has an open deadline; then end all nodes.
@@ -89,6 +102,8 @@ class CaseResult:
     code: Bits | None
     cross: Mapping[str, tuple[Bin, ...]] = field(default_factory=dict)
     """The bins that the run hit, by cross product, verdicts included."""
+    acted_s: tuple[float, ...] = ()
+    """When each of the test's actions began (s of simulated time), as far as the testbench's `run` told."""
 
     @property
     def failed(self) -> tuple[str, ...]:
@@ -150,7 +165,8 @@ def execute(
     log = Log(record.signals, record.messages, kernel.now_s)
     verdicts = explained(monitors.finish(kernel.now_s), requirements, log)
     cross = _crossed(testbench, outcome, verdicts)
-    return CaseResult(test, outcome, record, kernel.now_s, verdicts, measurement.take(context), cross)
+    code, acted_s = measurement.take(context), tuple(run.acted_s)
+    return CaseResult(test, outcome, record, kernel.now_s, verdicts, code, cross, acted_s)
 
 
 def _crossed(testbench: Testbench, outcome: Outcome, verdicts: tuple[Verdict, ...]) -> dict[str, tuple[Bin, ...]]:

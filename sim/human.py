@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from controller.ports import HumanReady, LegReady, Request, TurnDone
 from pytest_hricdv.runtime import Kernel, NodeBus
@@ -32,6 +32,7 @@ class Human:
         kernel: keeps the time.
         script: commands with their parameters (see `sim.script`).
         patience_s: how long the person waits for the robot's signal.
+        acting: told the number of each command (from 0) when its turn comes.
 
     Raises:
         SimulationError: an unknown command, or a parameter that is missing or not finite.
@@ -44,12 +45,14 @@ class Human:
         kernel: Kernel,
         script: Sequence[tuple[str, Mapping[str, float]]],
         patience_s: float = PATIENCE_S,
+        acting: Callable[[int], None] | None = None,
     ) -> None:
         self._world = world
         self._bus = bus
         self._kernel = kernel
         self._script: Script = checked(script)
         self._patience_s = patience_s
+        self._acting = acting or (lambda number: None)
         self._ready = bus.subscribe(LegReady)
         self._ends = bus.subscribe(TurnDone)
         self._awaited_turn = 0  # of the leg that was announced to the person and is not over; 0 for none
@@ -62,7 +65,8 @@ class Human:
 
         The body goes on to react to the robot: a leg that comes late is still taken and set down.
         """
-        for command, parameters in self._script:
+        for number, (command, parameters) in enumerate(self._script):
+            self._acting(number)
             self._notice()
             if command == "tell leg":
                 self._tell_leg(parameters)

@@ -34,6 +34,7 @@ class Workshop:
         outage_turn: the turn whose readings never come; 0 for none.
         freeze: let time pass without stepping while nothing can move.
         fidelity: "dynamic" or "kinematic" (see `sim.mechanics`).
+        acting: told the number of each command (from 0) when the person comes to it.
     """
 
     def __init__(
@@ -48,6 +49,7 @@ class Workshop:
         outage_turn: int = 0,
         freeze: bool = True,
         fidelity: str = "dynamic",
+        acting: Callable[[int], None] | None = None,
     ) -> None:
         self._kernel = kernel
         self._bus = bus
@@ -55,7 +57,7 @@ class Workshop:
         try:
             kernel.world = self.world
             self.robot = Robot(kernel, self.world)
-            self.human = Human(self.world, bus.port("human"), kernel, script)
+            self.human = Human(self.world, bus.port("human"), kernel, script, acting=acting)
             self.sensors = Sensors(self.world, bus.port("sensors"), kernel, seed, sensor_error, outage_turn)
         except BaseException:
             self.world.close()

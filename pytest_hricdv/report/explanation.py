@@ -44,7 +44,7 @@ def failure(
         lines += [*_requirement(name, test, requirements.get(name, {}), reasons.get(name)), ""]
     if test.get("failure"):
         lines += [*str(test["failure"]).strip("\n").splitlines(), ""]
-    lines += [*_rest(test, failed), *_course(test), "", *_actions(test), ""]
+    lines += [*_rest(test, failed), *_course(test), "", *_actions(test, _first_violation_s(test, failed[:1])), ""]
     lines += told(test, suite, seed, more, file)
     return "\n".join(visible(line) for line in lines)
 
@@ -154,8 +154,20 @@ def _course(test: Mapping[str, Any]) -> Iterator[str]:
         yield f"ended:   after {seconds(test['sim_s'])} simulated{ended}"
 
 
-def _actions(test: Mapping[str, Any]) -> Iterator[str]:
+def _first_violation_s(test: Mapping[str, Any], requirements: Sequence[str]) -> float | None:
+    """When the first violation was, of these requirements."""
+    violations = [each for name in requirements for each in _verdict(test, name)["violations"]]
+    times = [each["time_s"] for each in violations if each.get("time_s") is not None]
+    return min(times, default=None)
+
+
+def _actions(test: Mapping[str, Any], until_s: float | None = None) -> Iterator[str]:
+    """What the human did, to the end or up to a time (s), with the times where they are known."""
     own = f", own seed {test['seed']}" if test["seed"] is not None else ""
+    times: Sequence[float] = test.get("acted_s") or ()
+    if times and until_s is not None:
+        yield from _actions_before(test["abstract"], times, until_s, f"abstract test {test['id']}{own}")
+        return
     yield f"what the human did (abstract test {test['id']}{own}):"
     actions: Sequence[str] = test["abstract"]
     shown = actions if len(actions) <= _MAX_ACTIONS else actions[: _MAX_ACTIONS - 1]
@@ -165,6 +177,21 @@ def _actions(test: Mapping[str, Any]) -> Iterator[str]:
         yield f"  ... and {plural(len(actions) - len(shown), 'more action')}"
     if not actions:
         yield "  nothing"
+
+
+def _actions_before(actions: Sequence[str], times: Sequence[float], until_s: float, of: str) -> Iterator[str]:
+    """The last actions that began before a time: those are the ones that led to what happened then."""
+    begun = [(at, action) for at, action in zip(times, actions, strict=False) if at <= until_s]
+    yield f"what the human did until then ({of}):"
+    shown = begun if len(begun) <= _MAX_ACTIONS else begun[1 - _MAX_ACTIONS :]
+    if len(shown) < len(begun):
+        yield f"  {plural(len(begun) - len(shown), 'action')} before, and"
+    for at, action in shown:
+        yield f"  {at:8.1f} s  {action}"
+    if not begun:
+        yield "  nothing"
+    if len(begun) < len(actions):
+        yield f"  and {plural(len(actions) - len(begun), 'more action')} later"
 
 
 def _named(test: Mapping[str, Any]) -> list[str]:

@@ -15,7 +15,7 @@ __all__ = ["aborted", "failure", "header", "summary"]
 
 _MAX_GAPS = 8
 _MAX_NOT_RUN = 3
-_LABEL_COLUMNS = 22
+_LABEL_COLUMNS = 20
 _SLOW_FACTOR, _SLOW_S = 5.0, 1.0  # a test is worth a line when it takes this many times the mean, and not a blink
 
 
@@ -82,6 +82,9 @@ def _requirements(rows: Sequence[totals.Tally], columns: int) -> Iterator[Line]:
         figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
         name = pad(visible(f"{row.name} {row.title}"), room)
         yield Line(f"  {name}{figures}".rstrip(), _verdict_style(row))
+    unchecked = [row.name for row in rows if not row.passed + row.failed]
+    if unchecked:
+        yield from _row("NC: not checked", f"{listing(unchecked, columns // 3)}: no test triggered it", columns, "warn")
     for row in rows:
         if row.failed and row.known:
             yield Line(f"  {row.name} is known to fail: {row.known}", "warn")
@@ -98,8 +101,9 @@ def _code(kind: str, figures: Mapping[str, Any] | None, report: Mapping[str, Any
         return _row(kind, f"unmeasured: {totals.unmeasured(report)}", columns, "warn")
     covered, total, reachable = figures["covered"], figures["total"], figures["reachable"]
     raw = f"{percent(figures['percent'])} ({covered} of {total})"
-    waived = plural(len(totals.waivers(report)), "waiver")
-    text = f"{raw}, {percent(totals.percent_reachable(figures))} of {reachable} reachable, {waived}"
+    waived = len(totals.waivers(report))
+    of = f"{reachable} reachable" + (f", {waived} waived" if waived and kind == "statements" else "")
+    text = f"{raw}, {percent(totals.percent_reachable(figures))} of {of}"
     return _row(kind, text, columns)
 
 
@@ -144,9 +148,15 @@ def _gaps(report: Mapping[str, Any], columns: int) -> Iterator[Line]:
     if not gaps:
         return
     yield Line("not covered", "title")
-    for gap in gaps[:_MAX_GAPS]:
-        label = visible(f"{gap.place} {gap.kind}" if gap.kind != "lines" else gap.place)
-        start = f"  {pad(label, _LABEL_COLUMNS) if width(label) < _LABEL_COLUMNS else label}  "
+    labels = [
+        visible(f"{gap.place} {gap.kind}" if gap.kind not in ("lines", "branches") else gap.place) for gap in gaps
+    ]
+    room = max(min(max(map(width, labels[:_MAX_GAPS])), columns // 2 - 4), _LABEL_COLUMNS)
+    above = ""
+    for gap, label in zip(gaps[:_MAX_GAPS], labels, strict=False):
+        start = f"  {pad('' if label == above else label, room)}  "
+        start += "branches " if gap.kind == "branches" else ""
+        above = label
         yield Line(start + listing([visible(item) for item in gap.items], max(columns - width(start), 12)))
     if len(gaps) > _MAX_GAPS:
         yield Line(f"  ... and {plural(len(gaps) - _MAX_GAPS, 'more place')}: see the report", "dim")

@@ -82,7 +82,7 @@ def run(run):
 
     def visitor():
         bus = run.bus.port("visitor")
-        for action in run.test.actions:
+        for action in run.actions():
             name, *words = action.command.split()
             run.kernel.sleep(action.parameters.get("pause_s", 0.0))
             if name == "greet":

@@ -35,6 +35,27 @@ def test_failure_tells_what_when_by_how_much_and_how_to_run_it_again() -> None:
     assert text.endswith(f'run it again:\n  pytest "{test["nodeid"]}" --hri-suite=rl --hri-seed=7')
 
 
+def test_actions_are_told_up_to_the_violation_with_their_times() -> None:
+    test = _failing("R1")  # violated at 51.5 s
+    test["abstract"] = [f"set_param gaze = {n}" for n in range(30)]
+    test["acted_s"] = [3.0 * n for n in range(28)]
+    told = failure(test, REQUIREMENTS, seed=0).splitlines()
+    start = told.index(f"what the human did until then (abstract test {test['id']}, own seed {test['seed']}):")
+    assert told[start + 1 : start + 4] == [
+        "  5 actions before, and",
+        "      15.0 s  set_param gaze = 5",
+        "      18.0 s  set_param gaze = 6",
+    ]
+    assert told[start + 14 : start + 17] == ["      51.0 s  set_param gaze = 17", "  and 12 more actions later", ""]
+
+
+def test_a_violation_before_anything_was_done_says_so() -> None:
+    test = _failing("R1")
+    test["acted_s"] = [60.0]
+    assert "own seed" in (text := failure(test, REQUIREMENTS, seed=0))
+    assert f"):\n  nothing\n  and {len(test['abstract'])} more actions later\n" in text
+
+
 def test_a_known_violation_is_told_after_the_cause() -> None:
     text = failure(_failing("R1", "R3"), REQUIREMENTS, seed=0, known={"R1": "slow release"})
     assert text.startswith("R3 Failed")
