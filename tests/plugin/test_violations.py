@@ -76,7 +76,6 @@ def test_a_failure_says_when_by_how_much_and_how_to_run_it_again(
             "  triggered at * s, violated at * s: lamp_level = 100 (margin -20)",
             "what the human did until then (abstract test rl-hall-polite-*",
             "    * s  set_lamp level = 100",
-            "  and 1 more action later",
             "run it again:",
         ]
     )
