@@ -7,6 +7,7 @@ whatever is told of suites and of the whole is worked out anew.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 from pytest_hricdv.cover import assertions, crossed
@@ -49,8 +50,18 @@ def _order(test: Entry) -> tuple[str, str, str]:
 
 def cover_of(test: Entry) -> TestCover:
     """What a test covered, as bits again."""
-    plans = {agent: frozenset(labels) for agent, labels in test["plans"].items()}
-    return TestCover(test["id"], bits_of(test["code"]), plans, tuple(test["beliefs"]))
+    runs = runs_of(test)
+    plans: dict[str, frozenset[str]] = {}
+    for run in runs:
+        for agent, labels in run["plans"].items():
+            plans[agent] = plans.get(agent, frozenset()) | frozenset(labels)
+    covers = [TestCover(test["id"], bits_of(run["code"]), plans, tuple(test["beliefs"])) for run in runs]
+    return replace(covers[0], code=union(covers))
+
+
+def runs_of(test: Entry) -> list[Entry]:
+    """All runs of a test: one, but for a test of a merged report whose runs were not the same."""
+    return [test, *test.get("repeats", ())]
 
 
 def _reached_code(code: CodeMap | None, total: Bits | None, unmeasured: str) -> Entry:
@@ -71,7 +82,7 @@ def _suite(report: Entry, suite: Entry, code: CodeMap | None, tests: Iterable[En
         "requirements": {name: assertions.tally(name, mine) for name in report["requirements"]},
         "code": code_closure(code, union(covers)) if code else {"statements": None, "branches": None},
         "plans": plan_closure(covers, declared),
-        "cross": crossed.closure(report["cross_products"], mine),
+        "cross": crossed.closure(report["cross_products"], [run for test in mine for run in runs_of(test)]),
         "curve": curve(covers),
     }
 

@@ -83,6 +83,12 @@ class Collecting:
 
     @cached_property
     def cases(self) -> list[HriCase]:
+        """The cases of the session, in order: all, or those of its shard."""
+        part = self.options.shard
+        return [case for case in self.everything if part is None or case.abstract.id in part]
+
+    @cached_property
+    def everything(self) -> list[HriCase]:
         """All cases of the suites, in order."""
         if not self.replays:
             return cases(self.selected, self.testbench, self.options.concretizations)

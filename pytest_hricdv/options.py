@@ -14,6 +14,7 @@ from pytest_hricdv.allowance import Allowance, AllowanceError, allowances
 from pytest_hricdv.bound import KINDS, Bound, BoundError, bound
 from pytest_hricdv.gates import Gates
 from pytest_hricdv.learning import LearningOptions
+from pytest_hricdv.shard import Shard, ShardError, shard
 
 SESSION_DAY = "hricdv_session_day"
 _DAY = pytest.StashKey[datetime.date]()
@@ -41,6 +42,7 @@ class Options:
     shrink_seconds: int = 60
     search: int = 0
     learning: LearningOptions = field(default_factory=LearningOptions)
+    shard: Shard | None = None
     baseline: Path | None = None
     update_baseline: bool = False
     today: datetime.date = datetime.date.min
@@ -93,6 +95,12 @@ def add_options(parser: pytest.Parser) -> None:
     )
     group.addoption(
         "--hri-update-baseline", action="store_true", default=None, help="write the file of --hri-baseline anew"
+    )
+    group.addoption(
+        "--hri-shard",
+        metavar="INDEX/OF",
+        help="run one part of the suite, as in 1/3; 'python -m pytest_hricdv.report merge' puts the reports together, "
+        "and holds the gates",
     )
     group.addoption("--hri-strict", action="store_true", default=None, help="let known violations fail, too")
     group.addoption(
@@ -164,6 +172,7 @@ def read_options(config: pytest.Config) -> Options:
             known={} if _flag(config, "strict") else known,
         ),
         known={name: each.reason for name, each in known.items() if not each.expired(today)},
+        shard=_shard(config),
         baseline=config.invocation_params.dir / baseline if baseline else None,
         update_baseline=bool(config.getoption("hri_update_baseline")),
         today=today,
@@ -236,6 +245,14 @@ def _bounds(config: pytest.Config) -> tuple[Bound, ...]:
             raise pytest.UsageError(f"--hri-fail-under={error}") from None
         bounds.setdefault(found.kind, found)
     return tuple(bounds.values())
+
+
+def _shard(config: pytest.Config) -> Shard | None:
+    given = config.getoption("hri_shard")
+    try:
+        return None if given is None else shard(given)
+    except ShardError as error:
+        raise pytest.UsageError(f"--hri-shard={error}") from None
 
 
 def _allowed(config: pytest.Config, option: str, ini: str) -> dict[str, Allowance]:

@@ -6,6 +6,7 @@ import importlib
 import json
 import re
 import time
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
@@ -169,7 +170,8 @@ class Reporting:
         return result
 
     def _conclude(self, session: pytest.Session, *, stopped: bool) -> None:
-        if session.config.getoption("collectonly") or not self.chosen:
+        nothing_to_report = not self.chosen and not self._is_empty_shard
+        if session.config.getoption("collectonly") or nothing_to_report:
             # xdist says nothing of node ids that its workers did not find.
             self.absent = "" if self.chosen else hint(session.config.args, self.options)
             return
@@ -251,6 +253,8 @@ class Reporting:
             version=version("pytest-hricdv"),
             wall_s=time.perf_counter() - self._began,
             workers=self.workers,
+            sizes=Counter(case.suite for case in self.collecting.everything),
+            shard=str(self.options.shard or ""),
             rerun=Rerun(self.options.suites, self.options.again),
             models=self._models(),
             products={name: list_product(each, {}, {}) for name, each in self.collecting.testbench.cross.items()},
@@ -267,8 +271,24 @@ class Reporting:
     def _judging(self) -> Judging:
         return Judging(self.options, self.collecting.testbench.name)
 
+    @property
+    def _is_empty_shard(self) -> bool:
+        """No test has fallen to this shard: nobody's fault, and its report is wanted for the merge all the same."""
+        return self.options.shard is not None and bool(self.collecting.everything) and not self.collecting.cases
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """A shard without tests is no error, though pytest has a status for it that fails a job."""
+        if self._is_empty_shard and session.exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
+            session.exitstatus = pytest.ExitCode.OK
+
     def _judge(self, report: Entry) -> None:
-        """Holds the gates of a run that came to its end, and writes into the report what came of them."""
+        """Holds the gates of a run that came to its end, and writes into the report what came of them.
+
+        A shard is held to none: they are for the merged report.
+        """
+        if self.options.shard is not None:
+            self.problems += self._loss()
+            return
         ids = {case.abstract.id for case in self.chosen.values()}
         whole = not self.collecting.replays and ids == {case.abstract.id for case in self.collecting.cases}
         judgement = self._judging.judge(report, whole=whole)

@@ -27,6 +27,8 @@ def describe(case: HriCase, nodeid: str) -> Entry:
         "nodeid": nodeid,
         "suite": case.suite,
         "id": test.id,
+        "aim": test.aim,
+        "name": test.name,
         "beliefs": list(test.beliefs),
         "abstract": list(test.lines),
         "concrete": {"actions": actions, "run": dict(case.concrete.run)},
@@ -113,6 +115,9 @@ class Session:
     rerun: Rerun
     models: Entry
     products: Entry
+    sizes: Mapping[str, int]
+    """Suite -> tests that there are of it, selected or not."""
+    shard: str = ""
 
 
 def build_report(
@@ -140,13 +145,14 @@ def build_report(
         "known_violations": dict(session.known),
         "known_until": dict(session.until),
         "strict": session.strict,
+        **({"shard": session.shard} if session.shard else {}),
         "rerun": {"suite": session.rerun.suite, "options": list(session.rerun.options)},
         "requirements": {r.id: {"title": r.title, "source": r.source, "text": r.text} for r in session.requirements},
         "state": session.testbench.film.state if session.testbench.film else "",
         "code_under_test": {"packages": list(session.testbench.code), **list_code(session.code)},
         "models": session.models,
         "cross_products": session.products,
-        "suites": [_suite(selected) for selected in session.selected],
+        "suites": [_suite(each, session.sizes[each.suite.name]) for each in session.selected],
         "tests": [*entries, *unrun],
     }
     return close(report, session.unmeasured)
@@ -168,11 +174,12 @@ def _diagnosis(suite: Suite) -> Entry:
     }
 
 
-def _suite(selected: Selected) -> Entry:
+def _suite(selected: Selected, size: int) -> Entry:
     generation = selected.suite.generation
     return {
         "name": selected.suite.name,
         "seed": selected.suite.seed,
+        "size": size,
         "generation": {
             "wall_s": round(selected.wall_s, 3),
             "cached": selected.cached,

@@ -1,0 +1,155 @@
+"""`python -m pytest_hricdv.report`: merges reports, holds a report against gates, writes the smallest equal suite."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from pytest_hricdv import baseline
+from pytest_hricdv.allowance import Allowance, AllowanceError, allowances
+from pytest_hricdv.baseline import BaselineError
+from pytest_hricdv.bound import KINDS, Bound, BoundError, bound
+from pytest_hricdv.closing import Entry
+from pytest_hricdv.gates import Gates
+from pytest_hricdv.gating import Judgement, judge
+from pytest_hricdv.merging import MergeError, expected, merge, missing_shards, sessions_of
+from pytest_hricdv.report import ReportError, load, write
+
+OK, FAILED, USAGE = 0, 1, 2
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Do what the command line says.
+
+    Returns:
+        The exit status: 0 where all is well, 1 where tests or a gate failed or results are missing, 2 where a report
+        cannot be used.
+    """
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.do(options))
+    except (ReportError, MergeError, BaselineError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return USAGE
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m pytest_hricdv.report", description=__doc__)
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    merging = commands.add_parser("merge", help="put the reports of shards, suites or repeated runs together")
+    merging.add_argument("reports", nargs="+", type=Path, metavar="REPORT", help="a report folder or its report.json")
+    merging.add_argument("-o", "--output", type=Path, default=Path("hri-merged"), help="folder (default hri-merged)")
+    merging.set_defaults(do=_merge)
+    gating = commands.add_parser("gate", help="fail when a report does not reach what is asked for")
+    gating.add_argument("report", type=Path, metavar="REPORT")
+    gating.set_defaults(do=_gate)
+    for each in (merging, gating):
+        _add_gates(each)
+    return parser
+
+
+def _add_gates(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("--fail-under", action="append", type=_bound, default=[], metavar="KIND=PCT", help=f"KIND: {', '.join(KINDS)}")
+    add("--fail-on-nc", action="store_true", help="fail when no test triggered a requirement")
+    add(
+        "--allow-nc",
+        action="append",
+        default=[],
+        metavar="REQUIREMENT",
+        help="--fail-on-nc lets it pass; repeatable",
+    )
+    add("--baseline", type=Path, metavar="FILE", help="new failures, lost coverage and lost triggers fail")
+    add("--update-baseline", action="store_true", help="write the file of --baseline anew")
+
+
+def _bound(text: str) -> Bound:
+    try:
+        return bound(text)
+    except BoundError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _merge(options: argparse.Namespace) -> int:
+    reports = [(str(path), _relocated(load(path), path, options.output)) for path in options.reports]
+    merged = merge(reports)
+    held = _held(merged, options)
+    merged["gates"] = {"failed": list(held.failed), "improved": list(held.improved)}
+    write(merged, options.output)
+    print(f"{options.output}: merged from {len(reports)} reports of {len(merged['sessions'])} runs")
+    return _told(merged, held)
+
+
+def _gate(options: argparse.Namespace) -> int:
+    report = load(options.report)
+    return _told(report, _held(report, options))
+
+
+def _told(report: Entry, held: Judgement) -> int:
+    print(f"expected {expected(report)}, merged {report['reported']}")
+    for text in held.improved:
+        print(text)
+    for text in held.failed:
+        print(f"FAILED {text}")
+    return FAILED if held.failed else OK
+
+
+def _held(report: Entry, options: argparse.Namespace) -> Judgement:
+    """Hold a report against all gates; write the baseline where that was asked for."""
+    missing = expected(report) - report["reported"]
+    failed = [f"shard {shard} is missing" for shard in missing_shards(report)]
+    if missing > 0:
+        failed.append(f"{missing} of {expected(report)} tests have no result: totals are lower bounds")
+    failed += [f"{test['id']}: {test['outcome']}" for test in report["tests"] if test["outcome"] in ("failed", "error")]
+    old = _baseline(report, options)
+    gates = _gates(report, options, None if options.update_baseline else old)
+    judgement = judge(report, gates, datetime.datetime.now(datetime.UTC).date(), whole=True)
+    if options.update_baseline and missing > 0:
+        failed.append(f"{options.baseline} was not updated: tests are missing")
+    elif options.update_baseline:
+        baseline.write(baseline.baseline_of(report, old), options.baseline)
+    return replace(judgement, failed=(*failed, *judgement.failed))
+
+
+def _baseline(report: Entry, options: argparse.Namespace) -> dict[str, Any] | None:
+    if options.update_baseline and options.baseline is None:
+        raise BaselineError("--update-baseline: say which file, with --baseline=FILE")
+    if options.baseline is None or (options.update_baseline and not options.baseline.exists()):
+        return None
+    return baseline.read(options.baseline, report["testbench"])
+
+
+def _gates(report: Entry, options: argparse.Namespace, old: dict[str, Any] | None) -> Gates:
+    days = report.get("known_until", {})
+    names = dict.fromkeys([*report.get("known_violations", {}), *days])
+    reasons = {name: report["known_violations"].get(name, "no longer known") for name in names}
+    try:
+        lines = [f"{name}{f' until {days[name]}' if name in days else ''}: {reasons[name]}" for name in names]
+        known = {} if report.get("strict") else allowances(lines)
+    except AllowanceError as error:
+        raise ReportError(f"known violations of the report: {error}") from None
+    may_be_nc = {
+        name: Allowance(name, "named with --allow-nc") for each in options.allow_nc for name in each.split(",")
+    }
+    return Gates(tuple(options.fail_under), options.fail_on_nc, may_be_nc, known, old)
+
+
+def _relocated(report: Entry, path: Path, output: Path) -> Entry:
+    """The report with the paths of its films, which are relative to its folder, relative to another one.
+
+    Its sessions are noted before: what they are does not depend on where a report lies.
+    """
+    report["sessions"] = sessions_of(report)
+    folder = path if path.is_dir() else path.parent
+    for test in report["tests"]:
+        film = test.get("film") or {}
+        for kind in ("video", "strip"):
+            if film.get(kind):
+                film[kind] = Path(os.path.relpath(folder / film[kind], output)).as_posix()
+    return report

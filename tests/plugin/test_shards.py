@@ -1,0 +1,207 @@
+"""Shards, and what is done with reports afterwards: merge, gates, and what is wrong with a report."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.plugin.project import MODES, change, report
+
+RL = "--hri-suite=rl"
+
+
+def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run `python -m pytest_hricdv.report` in a folder."""
+    words = [sys.executable, "-m", "pytest_hricdv.report", *arguments]
+    return subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
+
+
+def shards(lamps: pytest.Pytester, of: int, *options: str) -> list[str]:
+    """Run each shard into a folder of its own."""
+    folders = []
+    for index in range(1, of + 1):
+        folders.append(f"part{index}")
+        result = lamps.runpytest_inprocess(RL, f"--hri-shard={index}/{of}", f"--hri-report={folders[-1]}", *options)
+        assert result.ret == 0
+    return folders
+
+
+def read(folder: Path) -> dict[str, Any]:
+    loaded: dict[str, Any] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    return loaded
+
+
+def timeless(report: dict[str, Any]) -> dict[str, Any]:
+    """What must not depend on how a suite was split up, nor on the folder that a report was written into."""
+    suites = [{key: value for key, value in suite.items() if key != "generation"} for suite in report["suites"]]
+    tests = [{key: value for key, value in test.items() if key not in ("wall_s", "replay")} for test in report["tests"]]
+    keys = ("selected", "reported", "not_run", "requirements", "code_under_test", "models", "cross_products")
+    return {key: report[key] for key in keys} | {"suites": suites, "tests": tests}
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_the_merged_shards_are_the_whole_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    parts = shards(lamps, 3, *options)
+    assert lamps.runpytest_inprocess(RL).ret == 0
+    merged = command(lamps.path, "merge", *parts, "-o", "all")
+    assert merged.returncode == 0, merged.stdout + merged.stderr
+    assert merged.stdout.splitlines() == ["all: merged from 3 reports of 3 runs", "expected 34, merged 34"]
+    assert timeless(read(lamps.path / "all")) == timeless(report(lamps.path))
+    sizes = [read(lamps.path / part)["selected"] for part in parts]
+    assert sum(sizes) == 34
+    assert min(sizes) > 0
+    again = command(lamps.path, "merge", *reversed(parts), parts[0], "-o", "again")
+    assert again.returncode == 0
+    for name in ("report.json", "index.html"):
+        assert (lamps.path / "again" / name).read_bytes() == (lamps.path / "all" / name).read_bytes()
+
+
+def test_a_missing_shard_is_told_and_fails(lamps: pytest.Pytester) -> None:
+    first, second, _ = shards(lamps, 3)
+    merged = command(lamps.path, "merge", first, second)
+    assert merged.returncode == 1
+    counted = sum(read(lamps.path / part)["selected"] for part in (first, second))
+    assert merged.stdout.splitlines()[1:] == [
+        f"expected 34, merged {counted}",
+        "FAILED shard 3/3 is missing",
+        f"FAILED {34 - counted} of 34 tests have no result: totals are lower bounds",
+    ]
+    assert read(lamps.path / "hri-merged")["gates"]["failed"][0] == "shard 3/3 is missing"
+
+
+def test_a_shard_without_tests_passes_and_has_a_report(lamps: pytest.Pytester) -> None:
+    tests = []
+    for index in range(1, 10):
+        result = lamps.runpytest_inprocess(
+            "--hri-suite=by-hand", f"--hri-shard={index}/9", f"--hri-report=part{index}", "-q"
+        )
+        assert result.ret == 0
+        tests.append(read(lamps.path / f"part{index}")["selected"])
+    assert 0 in tests
+    assert sum(tests) == 4
+    merged = command(lamps.path, "merge", *(f"part{index}" for index in range(1, 10)))
+    assert (merged.returncode, merged.stdout.splitlines()[1:]) == (0, ["expected 4, merged 4"])
+
+
+def test_gates_are_for_the_merged_report(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under = plans=100")
+    parts = shards(lamps, 3, "--hri-fail-under=cross=100", "--hri-fail-on-nc")
+    command(lamps.path, "merge", *parts, "-o", "all")
+    good = command(lamps.path, "gate", "all", "--fail-under=cross=100", "--fail-under=plans=100", "--fail-on-nc")
+    assert (good.returncode, good.stdout) == (0, "expected 34, merged 34\n")
+    bad = command(lamps.path, "merge", *parts, "--fail-under=statements=98", "-o", "all")
+    assert bad.returncode == 1
+    assert "FAILED suite rl: statements 97.56 %, at least 98 % asked for" in bad.stdout
+    unknown = command(lamps.path, "gate", "all", "--fail-under=lines=98")
+    assert unknown.returncode == 2
+    assert "lines=98: expected KIND=PCT with KIND in statements," in unknown.stderr
+
+
+def test_a_merged_report_is_a_baseline_and_is_held_against_one(lamps: pytest.Pytester) -> None:
+    parts = shards(lamps, 2)
+    assert command(lamps.path, "merge", *parts, "--baseline=base.json", "--update-baseline").returncode == 0
+    assert lamps.runpytest_inprocess(RL, "--hri-baseline=base.json").ret == 0
+    same = command(lamps.path, "gate", "hri-merged", "--baseline=base.json")
+    assert (same.returncode, same.stdout) == (0, "expected 34, merged 34\n")
+    base = json.loads((lamps.path / "base.json").read_text(encoding="utf-8"))
+    base["suites"]["rl"]["violations"]["R2"].pop()
+    (lamps.path / "base.json").write_text(json.dumps(base), encoding="utf-8")
+    worse = command(lamps.path, "gate", "hri-merged", "--baseline=base.json")
+    assert worse.returncode == 1
+    assert "FAILED suite rl: R2 is newly violated by rl-hall-" in worse.stdout
+    partly = command(lamps.path, "merge", parts[0], "--baseline=base.json", "--update-baseline")
+    assert "FAILED base.json was not updated: tests are missing" in partly.stdout
+    nameless = command(lamps.path, "gate", "hri-merged", "--update-baseline")
+    assert (nameless.returncode, nameless.stderr) == (
+        2,
+        "error: --update-baseline: say which file, with --baseline=FILE\n",
+    )
+
+
+def test_failures_and_expired_allowances_fail_the_merge(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "pytest.ini", "R2: the hall", "R2 until 2021-01-31: the hall")
+    lamps.runpytest_inprocess(RL, "--hri-shard=1/1")
+    merged = command(lamps.path, "merge", "hri-report")
+    assert merged.returncode == 1
+    assert merged.stdout.count(": failed") == 2
+    assert "FAILED the known violation of R2" in merged.stdout
+
+
+def test_code_that_changed_between_runs_is_refused(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(RL, "--hri-shard=1/2", "--hri-report=part1")
+    change(lamps.path, "lamps/guide.py", "return 10.0", "return 11.0")
+    lamps.runpytest_inprocess(RL, "--hri-shard=2/2", "--hri-report=part2")
+    merged = command(lamps.path, "merge", "part1", "part2")
+    assert merged.returncode == 2
+    assert merged.stderr == "error: part1 and part2: different code under test: lamps/guide.py; run both anew\n"
+    assert not (lamps.path / "hri-merged").exists()
+
+
+def test_suites_of_another_seed_with_the_same_name_are_refused_and_other_suites_are_not(lamps: pytest.Pytester) -> None:
+    for name, options in (("a", (RL,)), ("b", (RL, "--hri-seed=1")), ("c", ("--hri-suite=by-hand",))):
+        assert lamps.runpytest_inprocess(*options, f"--hri-report={name}", "-q").ret == 0
+    merged = command(lamps.path, "merge", "a", "b")
+    assert merged.returncode == 2
+    assert merged.stderr.startswith("error: a and b: two suites have the name 'rl' but another seed; merge runs of one")
+    merged = command(lamps.path, "merge", "a", "c")
+    assert (merged.returncode, merged.stdout.splitlines()[1]) == (0, "expected 38, merged 38")
+    assert [suite["name"] for suite in read(lamps.path / "hri-merged")["suites"]] == ["by-hand", "rl"]
+
+
+def test_a_crashed_run_and_its_repetition_make_a_whole(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", "LIMIT_S = 60.0\nCRASH = True\n")
+    condition = 'CRASH and any(action.command.endswith("= 10") for action in run.test.actions)'
+    crash = f'    if {condition}:\n        __import__("os")._exit(3)\n'
+    change(lamps.path, "conftest.py", "    from lamps import guide\n", f"{crash}    from lamps import guide\n")
+    lamps.runpytest_subprocess("--hri-suite=by-hand", "-n", "2", "--hri-report=crashed")
+    alone = command(lamps.path, "merge", "crashed")
+    assert alone.returncode == 1
+    assert "expected 4, merged 3" in alone.stdout
+    change(lamps.path, "conftest.py", "CRASH = True", "CRASH = False")
+    lamps.runpytest_subprocess("--hri-suite=by-hand", "--hri-report=whole")
+    both = command(lamps.path, "merge", "crashed", "whole")
+    assert (both.returncode, both.stdout.splitlines()[1]) == (0, "expected 4, merged 4")
+
+
+@pytest.mark.parametrize(
+    ("spoil", "told"),
+    [
+        (lambda text: text[:5000], "not JSON, perhaps cut off"),
+        (lambda text: text.replace("hricdv-report/1", "hricdv-report/9"), "expected schema 'hricdv-report/1', found"),
+        (lambda text: text.replace('"outcome"', '"result"'), "'outcome' is missing"),
+        (lambda text: text.replace('"map"', '"plan"'), "'map' is missing: another version of the plugin wrote it"),
+        (lambda text: "", "not JSON"),
+    ],
+)
+def test_a_report_that_cannot_be_used_is_told_by_file(lamps: pytest.Pytester, spoil: Any, told: str) -> None:
+    lamps.runpytest_inprocess("--hri-suite=by-hand", "-q")
+    path = lamps.path / "hri-report" / "report.json"
+    path.write_text(spoil(path.read_text(encoding="utf-8")), encoding="utf-8")
+    merged = command(lamps.path, "merge", "hri-report")
+    assert merged.returncode == 2
+    assert merged.stderr.startswith("error: hri-report")
+    assert told in merged.stderr
+    assert len(merged.stderr.splitlines()) == 1
+
+
+def test_a_missing_report_and_a_folder_that_cannot_be_written_are_told(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess("--hri-suite=by-hand", "-q")
+    missing = command(lamps.path, "merge", "hri-report", "elsewhere")
+    assert (missing.returncode, missing.stdout) == (2, "")
+    assert "elsewhere: no such report" in missing.stderr
+    (lamps.path / "file").write_text("in the way", encoding="utf-8")
+    blocked = command(lamps.path, "merge", "hri-report", "-o", "file/below")
+    assert blocked.returncode == 2
+    assert "a file is in the way" in blocked.stderr
+
+
+@pytest.mark.parametrize("given", ["0/3", "4/3", "1", "a/b", "1/0", "-1/3", "1/3/5"])
+def test_a_shard_that_makes_no_sense_is_refused(lamps: pytest.Pytester, given: str) -> None:
+    result = lamps.runpytest_inprocess(RL, f"--hri-shard={given}")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"ERROR: --hri-shard={given}: expected INDEX/OF, as in 1/3, with INDEX from 1 to OF"])
