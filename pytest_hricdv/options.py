@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv import learning
+from pytest_hricdv import exports, learning
 from pytest_hricdv.allowance import Allowance, AllowanceError, allowances
 from pytest_hricdv.bound import KINDS, Bound, BoundError, bound
 from pytest_hricdv.gates import Gates
@@ -126,6 +126,7 @@ def add_options(parser: pytest.Parser) -> None:
     )
     learning.add_options(parser, group)
     group.addoption("--hri-export", metavar="DIR", help="write the suites as text files that --hri-suite=DIR reads")
+    exports.add_options(group, parser)
     group.addoption("--hri-film", action="store_true", default=None, help="film the runs of failing tests")
     group.addoption("--hri-no-cov", action="store_true", default=None, help="do not measure the code under test")
     for name, what in (

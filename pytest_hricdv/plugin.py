@@ -53,6 +53,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv.collecting import Collecting, worker_input
+    from pytest_hricdv.exporting import Exporting
+    from pytest_hricdv.exports import Exports
     from pytest_hricdv.progress import Progress
     from pytest_hricdv.reporting import Reporting
     from pytest_hricdv.running import Running
@@ -65,6 +67,7 @@ def _register(config: pytest.Config, options: Options) -> None:
         reporting = Reporting(collecting, running)
         config.pluginmanager.register(reporting, "hricdv-reporting")
         config.pluginmanager.register(Progress(config, reporting.chosen), "hricdv-progress")
+        config.pluginmanager.register(Exporting(config, reporting, Exports.read(config)), "hricdv-exporting")
 
 
 @pytest.hookimpl(wrapper=True)

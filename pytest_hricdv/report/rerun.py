@@ -53,6 +53,13 @@ def told(
     return [*lines, "or the very same run, from its file:", f"  {replay(file, more)}"] if file else lines
 
 
+def again(report: Mapping[str, Any], test: Mapping[str, Any]) -> list[str]:
+    """How to run a test of a report again, in a few lines for people."""
+    rerun = report.get("rerun", {})
+    seeds = {suite["name"]: suite["seed"] for suite in report["suites"]}
+    return told(test, rerun.get("suite"), seeds.get(test["suite"], 0), rerun.get("options", ()), test.get("replay"))
+
+
 def _quoted(nodeid: str) -> str:
     # Brackets need quotes in some shells. Double ones are understood by every shell, so they are used as long as
     # nothing in the name has a meaning inside of them.

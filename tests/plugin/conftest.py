@@ -8,6 +8,8 @@ import pytest
 
 from tests.plugin import project
 
+ENVIRONMENT = ("PY_COLORS", "FORCE_COLOR", "NO_COLOR", "COLUMNS", "CI", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY")
+
 for _name in (
     "coverage",
     "pytest_hricdv.generate.explorer",
@@ -23,7 +25,7 @@ for _name in (
 @pytest.fixture
 def lamps(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
     """A `pytester` in whose folder the lamps project lies; its runs see nothing of the run they are part of."""
-    for name in ("PY_COLORS", "FORCE_COLOR", "NO_COLOR", "COLUMNS", "PYTEST_ADDOPTS", "PYTEST_XDIST_WORKER"):
+    for name in (*ENVIRONMENT, "PYTEST_ADDOPTS", "PYTEST_XDIST_WORKER"):
         monkeypatch.delenv(name, raising=False)
     project.write(pytester.path)
     return pytester

@@ -1,0 +1,113 @@
+"""Exporting: what other tools read of a session, written when it is over. For the controlling process."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from pytest_hricdv.report import cobertura, files, junit, lcov, markdown, totals
+from pytest_hricdv.report.annotations import Place, commands
+from pytest_hricdv.report.files import ReportError
+
+if TYPE_CHECKING:
+    from pytest_hricdv.closing import Entry
+    from pytest_hricdv.exports import Exports
+    from pytest_hricdv.reporting import Reporting
+
+
+class Exporting:
+    """Writes the files after the report, whatever became of the session; what cannot be written fails it."""
+
+    def __init__(self, config: pytest.Config, reporting: Reporting, exports: Exports) -> None:
+        self._config = config
+        self._reporting = reporting
+        self._exports = exports
+        self._places: dict[str, Place] = {}
+        self._notes: list[str] = []
+        self._problems: list[str] = []
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_sessionstart(self) -> None:
+        """Finds out before the first test that a file could not be written after the last."""
+        exports = self._exports
+        if self._config.getoption("collectonly"):
+            return
+        for path in (exports.cobertura, exports.lcov, exports.summary):
+            if path is not None:
+                try:
+                    files.prepare(path.parent)
+                except ReportError as error:
+                    raise pytest.UsageError(f"{path}: {error}") from None
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Notes where the test function stands."""
+        file, line, _ = report.location
+        self._places[report.nodeid] = (self._in_repository(file), (line or 0) + 1)
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> Iterator[None]:
+        """Around everything else: the report is there when this is over."""
+        try:
+            return (yield)
+        finally:
+            if self._reporting.report is not None:
+                self._export(self._reporting.report)
+                session.testsfailed += bool(self._problems)
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Where the files are, what went wrong with them, and what GitHub is to show beside the source."""
+        for note in self._notes:
+            terminalreporter.write_line(note, light=True)
+        for problem in self._problems:
+            terminalreporter.write_line(f"FAILED {problem}", red=True, bold=True)
+        if self._exports.github and self._reporting.report is not None:
+            for command in commands(self._reporting.report, self._places):
+                terminalreporter.write_line(command)
+
+    def _export(self, report: Entry) -> None:
+        exports = self._exports
+        self._tell_junit(report)
+        root = str(self._config.rootpath)
+        self._write_coverage("cobertura", exports.cobertura, report, lambda: cobertura.cobertura(report, root))
+        self._write_coverage("lcov", exports.lcov, report, lambda: lcov.lcov(report))
+        if exports.summary is not None:
+            self._write("summary", exports.summary, markdown.markdown(report))
+        if exports.job_summary is not None:
+            try:
+                with exports.job_summary.open("a", encoding="utf-8", errors="backslashreplace") as file:
+                    file.write(f"{markdown.markdown(report)}\n")
+            except OSError as error:
+                self._problems.append(f"GITHUB_STEP_SUMMARY={exports.job_summary}: {error.strerror or error}")
+
+    def _write_coverage(self, name: str, path: Path | None, report: Entry, text: Callable[[], str]) -> None:
+        if path is None:
+            return
+        if report["code_under_test"]["measured"]:
+            self._write(name, path, text())
+        else:  # nothing is known: a file would say 0 %
+            self._notes.append(f"{name}: not written, the code was not measured: {totals.unmeasured(report)}")
+
+    def _write(self, name: str, path: Path, text: str) -> None:
+        try:
+            self._notes.append(f"{name}: {files.write_text(path, text)}")
+        except ReportError as error:
+            self._problems.append(f"--hri-{name}: {error}")
+
+    def _tell_junit(self, report: Entry) -> None:
+        from _pytest.junitxml import xml_key  # pytest's own way to properties of a suite, `record_testsuite_property`,
+        # is a fixture, and fixtures run in workers, where no XML is written
+
+        xml = self._config.stash.get(xml_key, None)
+        if xml is not None:
+            for name, value in junit.suite_properties(report):
+                xml.add_global_property(name, value)
+
+    def _in_repository(self, file: str) -> str:
+        """A file's name as GitHub knows it: relative to the checked-out repository, with slashes."""
+        root = os.environ.get("GITHUB_WORKSPACE") or self._config.invocation_params.dir
+        return Path(os.path.relpath(self._config.rootpath / file, root)).as_posix()

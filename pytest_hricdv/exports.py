@@ -1,0 +1,56 @@
+"""Which files a session writes for other tools: options, ini keys, and what GitHub's environment asks for."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+_FILES = {
+    "cobertura": "write the coverage of the code under test as Cobertura XML",
+    "lcov": "write the coverage of the code under test as an LCOV tracefile",
+    "summary": "write the session's summary as markdown",
+}
+
+
+def add_options(group: pytest.OptionGroup, parser: pytest.Parser) -> None:
+    """Register the options that name files, and their ini keys."""
+    for name, what in _FILES.items():
+        group.addoption(f"--hri-{name}", metavar="FILE", help=what)
+        parser.addini(f"hri_{name}", f"default of --hri-{name}", default="")
+
+
+@dataclass(frozen=True)
+class Exports:
+    """The files to write; None for those that nobody asked for.
+
+    `job_summary` is GitHub's, and is appended to; `github` says that the session runs in a workflow there.
+    """
+
+    cobertura: Path | None
+    lcov: Path | None
+    summary: Path | None
+    job_summary: Path | None
+    github: bool
+
+    @classmethod
+    def read(cls, config: pytest.Config) -> Exports:
+        """The files in force. Raises pytest.UsageError for one that cannot be written."""
+        named = {name: _path(config, name) for name in _FILES}
+        job = os.environ.get("GITHUB_STEP_SUMMARY", "")
+        return cls(**named, job_summary=Path(job) if job else None, github=os.environ.get("GITHUB_ACTIONS") == "true")
+
+
+def _path(config: pytest.Config, name: str) -> Path | None:
+    given = config.getoption(f"hri_{name}")
+    text = str(config.getini(f"hri_{name}") if given is None else given).strip()
+    if not text:
+        if given is not None:
+            raise pytest.UsageError(f"--hri-{name}: expected the name of a file to write")
+        return None
+    path = config.invocation_params.dir / text
+    if path.is_dir():
+        raise pytest.UsageError(f"--hri-{name}={text}: expected the name of a file to write, and there is a folder")
+    return path

@@ -1,0 +1,124 @@
+"""Cobertura XML and LCOV: valid, and telling what the report tells."""
+
+from __future__ import annotations
+
+import random
+import xml.etree.ElementTree as ET
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.report.cobertura import cobertura
+from pytest_hricdv.report.hits import hits
+from pytest_hricdv.report.lcov import lcov
+from tests.report import sample
+from tests.report.dtd import faults
+
+
+def _report(tests: list[tuple[int, int]], waived: tuple[int, ...] = ()) -> dict[str, Any]:
+    """Two files: lines 1 to 4 and 10 to 12; branches 2->3, 2->4 and 11->-10, 11->12. `tests` have bits of both."""
+    report = sample.report(tests=len(tests))
+    report["code_under_test"] |= {
+        "measured": True,
+        "waivers": [{"file": "b/c/two.py", "line": line, "reason": "why"} for line in waived],
+        "map": [
+            {"file": "a/one.py", "statements": [1, 2, 3, 4], "branches": [[2, 3], [2, 4]], "source": ""},
+            {"file": "b/c/two.py", "statements": [10, 11, 12], "branches": [[11, -10], [11, 12]], "source": ""},
+        ],
+    }
+    for test, (statements, branches) in zip(report["tests"], tests, strict=True):
+        test["code"] = {"statements": 0, "percent": 0.0, "bits": [hex(statements), hex(branches)]}
+    return report
+
+
+BITS = st.lists(st.tuples(st.integers(0, 127), st.integers(0, 15)), max_size=8)
+
+
+@given(BITS)
+def test_each_line_and_branch_counts_the_tests_that_reach_it(tests: list[tuple[int, int]]) -> None:
+    one, two = hits(_report(tests))
+    assert (one.name, two.name) == ("a/one.py", "b/c/two.py")
+    lines = [*one.lines.values(), *two.lines.values()]
+    assert [*one.lines, *two.lines] == [1, 2, 3, 4, 10, 11, 12]
+    assert lines == [sum(statements >> place & 1 for statements, _ in tests) for place in range(7)]
+    assert one.branches is not None
+    assert two.branches is not None
+    branches = [*one.branches.values(), *two.branches.values()]
+    assert [*one.branches, *two.branches] == [(2, 3), (2, 4), (11, -10), (11, 12)]
+    assert branches == [sum(bits >> place & 1 for _, bits in tests) for place in range(4)]
+
+
+@given(BITS)
+def test_cobertura_is_valid_and_adds_up(tests: list[tuple[int, int]]) -> None:
+    root = ET.fromstring(cobertura(_report(tests), "/the/root"))
+    assert faults(root) == []
+    covered = [line for line in root.iter("line") if int(line.attrib["hits"])]
+    assert root.attrib["lines-valid"] == "7"
+    assert root.attrib["lines-covered"] == str(len(covered))
+    assert float(root.attrib["line-rate"]) == pytest.approx(len(covered) / 7, abs=1e-4)
+    ways = [line.attrib["condition-coverage"] for line in root.iter("line") if line.get("branch") == "true"]
+    assert sum(int(way.split("(")[1].split("/")[0]) for way in ways) == int(root.attrib["branches-covered"])
+    assert [each.attrib["filename"] for each in root.iter("class")] == ["a/one.py", "b/c/two.py"]
+    assert [each.attrib["name"] for each in root.iter("package")] == ["a", "b.c"]
+    assert root.findtext("sources/source") == "/the/root"
+
+
+def test_what_is_waived_is_left_out_of_both() -> None:
+    report = _report([(0b0000011, 0b01)], waived=(12,))
+    root = ET.fromstring(cobertura(report, "."))
+    assert (root.attrib["lines-valid"], root.attrib["branches-valid"]) == ("6", "3")
+    assert "DA:12," not in lcov(report)
+    assert "BRF:1\n" in lcov(report)
+
+
+def test_lcov_has_its_records() -> None:
+    _, _, second = lcov(_report([(0b0100011, 0b0101), (0b0000011, 0b0001)])).partition("end_of_record\n")
+    assert lcov(_report([(0b0100011, 0b0101), (0b0000011, 0b0001)])).splitlines()[:12] == [
+        "TN:",
+        "SF:a/one.py",
+        "BRDA:2,0,0,2",
+        "BRDA:2,0,1,0",
+        "BRF:2",
+        "BRH:1",
+        "DA:1,2",
+        "DA:2,2",
+        "DA:3,0",
+        "DA:4,0",
+        "LF:4",
+        "LH:2",
+    ]
+    assert "BRDA:11,0,0,1\nBRDA:11,0,1,0\n" in second
+
+
+def test_a_line_that_nobody_reached_has_no_counts_for_its_branches() -> None:
+    assert "BRDA:11,0,0,-\nBRDA:11,0,1,-\n" in lcov(_report([(0b1, 0)]))
+
+
+def test_without_branches_only_lines_are_told() -> None:
+    report = _report([(0b0100011, 0)])
+    report["tests"][0]["code"]["bits"][1] = None
+    root = ET.fromstring(cobertura(report, "."))
+    assert faults(root) == []
+    assert root.attrib["branches-valid"] == "0"
+    assert "BR" not in lcov(report)
+
+
+def test_odd_file_names_survive() -> None:
+    report = _report([(1, 0)])
+    report["code_under_test"]["map"][0]["file"] = 'a/"<&>é.py'
+    assert ET.fromstring(cobertura(report, "<&>")).find(".//class").attrib["filename"] == 'a/"<&>é.py'  # type: ignore[union-attr]
+
+
+def test_unmeasured_code_has_no_hits_and_not_zero() -> None:
+    report = _report([(1, 0)])
+    report["code_under_test"]["measured"] = False
+    assert hits(report) == ()
+
+
+def test_order_of_tests_does_not_matter() -> None:
+    report = _report([(random.Random(n).randrange(128), n) for n in range(9)])
+    before = cobertura(report, "."), lcov(report)
+    report["tests"].reverse()
+    assert (cobertura(report, "."), lcov(report)) == before

@@ -1,0 +1,133 @@
+"""The markdown for a job's summary, and GitHub's annotations."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.report.annotations import MOST, commands
+from pytest_hricdv.report.markdown import markdown
+from tests.report import sample
+
+
+def _failing(*names: str) -> dict[str, Any]:
+    """A report whose first test failed these requirements, and no other failed any."""
+    report = sample.report(tests=3)
+    for number, test in enumerate(report["tests"]):
+        failed = names if number == 0 else ()
+        test["requirements"] = {
+            name: sample.judged("Failed" if name in failed else "Passed", 1.0) for name in sample.TITLES
+        }
+        test["outcome"] = "failed" if failed else "passed"
+    return report
+
+
+def test_it_has_verdicts_coverage_and_what_failed() -> None:
+    text = markdown(_failing("R1"))
+    assert text.startswith("## Human-robot interaction: table-assembly, failed\n")
+    assert "Tests: 2 passed, 1 failed. Expected 3, reported 3." in text
+    assert "| R3 The robot shall not close its hand when the human hand is too close |" in text
+    assert re.search(r"^\| statements, of the reachable \| \d+\.\d % of 320 \|$", text, re.M)
+    assert "### 1 failure" in text
+    assert "- R1 triggered at 41.2 s, violated at 51.5 s: hand\\_distance = 0.03 (margin -0.02)" in text
+    assert "```text\nrun it again:\n  pytest " in text
+
+
+def test_a_green_run_says_so_and_a_failed_gate_fails_it() -> None:
+    report = _failing()
+    assert markdown(report).startswith("## Human-robot interaction: table-assembly, passed\n")
+    report["gates"] = {"failed": ["suite rl: statements 80 %, at least 90 % asked for"], "improved": ["R1 is better"]}
+    text = markdown(report)
+    assert text.startswith("## Human-robot interaction: table-assembly, failed\n")
+    assert "**FAILED** suite rl: statements 80 %" in text
+    assert "Better: R1 is better" in text
+
+
+def test_lost_tests_are_told() -> None:
+    report = _failing()
+    report.update(selected=5, not_run=2)
+    assert "**2 tests not run or lost, totals are lower bounds.**" in markdown(report)
+
+
+def test_unmeasured_code_is_called_so() -> None:
+    report = _failing()
+    report["code_under_test"] |= {"measured": False, "reason": "a debugger is attached"}
+    report["suites"][0]["code"] = {"statements": None, "branches": None}
+    text = markdown(report)
+    assert "| statements, of the reachable | unmeasured |" in text
+    assert "The code was not measured: a debugger is attached." in text
+    assert "0.0 %" not in text
+
+
+ODD = st.text(alphabet=st.sampled_from('|`<>&*_[]()#"\n\r\t\\%:,;a1\x1b é\u202e'), min_size=1, max_size=12)
+
+
+@given(ODD, ODD)
+def test_odd_names_break_no_table_and_no_fence(name: str, title: str) -> None:
+    report = _failing("R1")
+    report["tests"][0]["id"] = report["tests"][0]["nodeid"] = name
+    report["requirements"]["R1"]["title"] = title
+    lines = markdown(report).split("\n")
+    rows = [line for line in lines if line.startswith("| R")]
+    assert len(rows) == 4
+    assert all(len(re.findall(r"(?<!\\)(?:\\\\)*\|", row)) == 7 for row in rows)
+    assert not any("<" in re.sub(r"</?(details|summary|b)>", "", line) for line in lines if "pytest" not in line)
+    fences = [number for number, line in enumerate(lines) if re.fullmatch(r"`{3,}(text)?", line)]
+    assert [lines[number + 1] for number in fences[::2]] == ["run it again:"]
+    assert len(fences) == 2
+
+
+def test_a_campaign_of_failures_stays_small() -> None:
+    report = sample.report(tests=3000)
+    for test in report["tests"]:
+        test["outcome"] = "failed"
+    text = markdown(report)
+    assert "and 2990 more: see the report" in text
+    assert len(text) < 60_000
+
+
+def test_an_annotation_for_each_requirement_with_the_worst_test() -> None:
+    report = _failing("R1", "R2")
+    report["tests"][1]["requirements"]["R1"] = sample.judged("Failed", 0.0) | {"margin": -5.0}
+    report["tests"][1]["outcome"] = "failed"
+    places = {test["nodeid"]: ("tests/hri/test_table_assembly.py", 8) for test in report["tests"]}
+    first, second = commands(report, places)
+    assert first.startswith(
+        "::error file=tests/hri/test_table_assembly.py,line=8,title=hri%3A R1 failed in 2 tests::If gaze, pressure"
+    )
+    assert f"%0Aworst is {report['tests'][1]['id']}%0A" in first
+    assert "hri%3A R2 failed in 1 test::" in second
+
+
+def test_known_violations_are_not_annotated_unless_the_run_is_strict() -> None:
+    report = _failing("R1", "R3")
+    assert [re.findall("R[0-9] failed", line) for line in commands(report, {})] == [["R1 failed"]]
+    report["strict"] = True
+    assert len(commands(report, {})) == 2
+
+
+def test_errors_and_gates_are_annotated_ten_at_most() -> None:
+    report = _failing("R1")
+    report["tests"][1] |= {"outcome": "error", "failure": "ZeroDivisionError: division by zero\nmore"}
+    report["gates"] = {"failed": [f"gate {number}: 50 %" for number in range(20)], "improved": []}
+    lines = commands(report, {})
+    assert len(lines) == MOST
+    assert "1 test in error::first is" in lines[1]
+    assert "%0AZeroDivisionError: division by zero%0A" in lines[1]
+    assert lines[2] == "::error title=hri%3A gate failed::gate 0: 50 %25"
+    assert lines[-1] == "::error title=hri%3A and 13 more failures::see the report"
+
+
+@given(ODD, ODD)
+def test_an_annotation_is_one_line_whatever_the_names(name: str, title: str) -> None:
+    report = _failing("R1")
+    report["tests"][0]["id"] = name
+    report["requirements"]["R1"]["title"] = title
+    (line,) = commands(report, {report["tests"][0]["nodeid"]: (f"tests/{name}.py", 3)})
+    assert line.isprintable()
+    file = line[len("::error file=") : line.index(",line=3")]
+    assert ":" not in file
+    assert "," not in file
