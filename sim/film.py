@@ -129,7 +129,7 @@ class Camera:
             bullet.removeBody(self._copies.pop(gone), physicsClientId=self._engine.client)
         for shape, pose in shapes.items():
             if shape not in self._copies:
-                self._copies[shape] = shape.copy(self._engine)
+                self._copies[shape] = shape.look.copy(self._engine)
             _put(self._engine, self._copies[shape], pose)
         self._extras.follow(self._world.person.hand.pose(), self._world.person.head.pose())
 
@@ -145,12 +145,10 @@ class Camera:
 
 
 @dataclass(frozen=True)
-class Shape:
-    """One visible shape of a body's link: what it is, and where on the link."""
+class Look:
+    """One visible shape of a link: what it is, and where on the link."""
 
-    body: int
     link: int
-    number: int
     kind: int
     size: tuple[float, ...]
     at: Pose
@@ -165,6 +163,15 @@ class Shape:
         return _show(engine, self.rgba, shapeType=self.kind, length=self.size[0], radius=self.size[1])
 
 
+@dataclass(frozen=True)
+class Shape:
+    """A body's visible shape; the body may have more of the same look."""
+
+    body: int
+    number: int
+    look: Look
+
+
 def visible(world: World) -> dict[Shape, Pose]:
     """The visible shapes of a world and where they are; only read from it. All are boxes, spheres, cylinders."""
     client = world.engine.client
@@ -172,15 +179,34 @@ def visible(world: World) -> dict[Shape, Pose]:
     for number in range(bullet.getNumBodies(physicsClientId=client)):
         body = bullet.getBodyUniqueId(number, physicsClientId=client)
         frames: dict[int, Pose] = {}
-        for order, data in enumerate(bullet.getVisualShapeData(body, physicsClientId=client)):
-            _, link, kind, size, _, place, turn, rgba = data[:8]
-            if max(size) > FLOOR_M:
+        for order, look in enumerate(_looks_of(world, body)):
+            if max(look.size) > FLOOR_M:
                 continue
-            if link not in frames:
-                frames[link] = _frame(client, body, link)
-            shape = Shape(body, link, order, kind, tuple(size), (place, turn), tuple(rgba))
-            shapes[shape] = bullet.multiplyTransforms(*frames[link], place, turn)
+            if look.link not in frames:
+                frames[look.link] = _frame(client, body, look.link)
+            shapes[Shape(body, order, look)] = bullet.multiplyTransforms(*frames[look.link], *look.at)
     return shapes
+
+
+def _looks_of(world: World, body: int) -> tuple[Look, ...]:
+    if body == world.torso.body:  # its world has it without looks
+        return _looks_of_description(world.torso.description)
+    return _looks(world.engine, body)
+
+
+@cache
+def _looks_of_description(description: str) -> tuple[Look, ...]:
+    with Engine(STEP_S) as engine:
+        return _looks(engine, engine.load(description, sleeps=False)[0])
+
+
+def _looks(engine: Engine, body: int) -> tuple[Look, ...]:
+    """What a body's links look like, as its engine knows it."""
+    shapes = bullet.getVisualShapeData(body, physicsClientId=engine.client)
+    return tuple(
+        Look(link, kind, tuple(size), (place, turn), tuple(rgba))
+        for _, link, kind, size, _, place, turn, rgba, *_ in shapes
+    )
 
 
 def _frame(client: int, body: int, link: int) -> Pose:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from controller.ports import ARM_JOINTS, JointPose
-from sim.description import arm_description
+from sim.description import arm_description, without_looks
 from sim.drive import DriveMaker, MotorDrive
 from sim.engine import Engine, Pose, SimulationError, bullet, finite
 from sim.furniture import ROBOT
@@ -24,7 +24,9 @@ class Torso:
 
     def __init__(self, engine: Engine, drive: DriveMaker = MotorDrive) -> None:
         self.client = engine.client
-        self.body, self.joints, self.limits_rad = engine.load(arm_description(ARM_JOINTS, PALM), sleeps=False)
+        self.description = arm_description(ARM_JOINTS, PALM)
+        bare = without_looks(self.description)
+        self.body, self.joints, self.limits_rad = engine.load(bare, sleeps=False)
         self.palm = self.joints[PALM]
         arm = [self.joints[name] for name in ARM_JOINTS]
         self.drive = drive(engine, self.body, arm, [ARM_TORQUE_NM] * len(arm))
