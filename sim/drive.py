@@ -63,10 +63,10 @@ class Joints:
     def speed(self) -> float:
         """Speed of the fastest joint (rad/s). Raises SimulationError when any is not finite."""
         states = bullet.getJointStates(self._body, self._indices, physicsClientId=self._client)
-        speeds = [abs(state[1]) for state in states]
+        speeds = [state[1] for state in states]
         if not math.isfinite(sum(speeds)):
             raise SimulationError(f"joint speeds of the robot are {speeds!r}: expected finite numbers")
-        return float(max(speeds))
+        return float(max(max(speeds), -min(speeds))) + 0.0
 
     def _set(self, pose: Sequence[float]) -> None:
         for index, angle in zip(self._indices, pose, strict=True):
@@ -127,12 +127,14 @@ class MotorDrive(Joints):
         self._move: Move | None = None  # with ramps, and not over
         self._steps = 0
         self._share = 0.0
+        self._brakes_s = 0.0  # up to here the speed is at its top, once it is there
 
     def move(self, goal: Sequence[float], duration_s: float, ramp_s: float = 0.0) -> None:
         """See `Drive`."""
         move = Move(self.angles(), tuple(goal), duration_s, ramp_s)
         if ramp_s > 0.0:
             self._move, self._steps, self._share = move, 0, 0.0
+            self._brakes_s = duration_s - ramp_s - STEP_S
         else:
             self._move = None
             self._command(goal, [max(speed, HOLD_SPEED_RAD_S) for speed in move.top_speeds_rad_s])
@@ -151,6 +153,8 @@ class MotorDrive(Joints):
             return
         time_s = (self._steps + 0.5) * STEP_S
         self._steps += steps
+        if self._share == 1.0 and time_s < self._brakes_s:  # most steps: nothing changes
+            return
         over = time_s >= move.duration_s
         share = move.speed_share(time_s)
         if share != self._share:

@@ -176,7 +176,18 @@ class Engine:
         """Smallest distance (m) between a body's base and a link of another; negative inside each other."""
         self.check(body)
         self.check(other, other_link)
-        points = bullet.getClosestPoints(body, other, FAR_M, -1, other_link, physicsClientId=self.client)
-        if not points:
-            raise SimulationError(f"bodies {body} and {other} (link {other_link}) have no closest points")
-        return float(min(point[8] for point in points))
+        return _nearest(
+            bullet.getClosestPoints(body, other, FAR_M, -1, other_link, physicsClientId=self.client), body, other
+        )
+
+    def distance_to_all(self, body: int, other: int) -> float:
+        """Smallest distance (m) between two bodies, all links of theirs; negative inside each other."""
+        self.check(body)
+        self.check(other)
+        return _nearest(bullet.getClosestPoints(body, other, FAR_M, physicsClientId=self.client), body, other)
+
+
+def _nearest(points: Sequence[tuple[Any, ...]], body: int, other: int) -> float:
+    if not points:
+        raise SimulationError(f"bodies {body} and {other} have no closest points")
+    return float(min([point[8] for point in points]))

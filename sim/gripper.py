@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from enum import Enum, auto
 
-from sim.engine import Engine, bullet
+from sim.engine import Engine, bullet, finite
 from sim.fingers import CLOSED, OPEN, Fingers
 from sim.leg import Leg
 from sim.leg_supply import LegSupply
@@ -95,6 +95,11 @@ class Gripper:
         self._fingers.move(OPEN, OPEN_S)
         self.doing = Doing.OPENING
 
+    @property
+    def busy(self) -> bool:
+        """True while `before_step` has something to do: the fingers move, or a leg is held that may be pulled at."""
+        return self.doing is not Doing.NOTHING or self._legs.in_hand is not None
+
     def at_rest(self) -> bool:
         """True when the last command is done."""
         return self.doing is Doing.NOTHING
@@ -120,9 +125,8 @@ class Gripper:
                 self._clasp()
 
     def after_step(self) -> None:
-        """What this step's finger positions mean."""
-        if self.doing is not Doing.NOTHING:
-            self._fingers.follow(self._torso.palm_pose())
+        """What this step's finger positions mean, while the fingers move."""
+        self._fingers.follow(self._torso.palm_pose())
         if self.doing is Doing.CLOSING:
             self._distance_m = self.human_distance()
             self._signal("hand_distance", self._distance_m)
@@ -193,5 +197,7 @@ class Gripper:
 
 
 def offset_of(leg: Leg) -> float:
-    """Distance (m, to a micrometre) from a leg's middle to the handover place."""
-    return round(math.dist(leg.pose()[0], HANDOVER_M), 6)
+    """Distance (m, to a micrometre) from a leg's middle to the handover place; SimulationError when not finite."""
+    place = leg.pose()[0]
+    finite("the leg's place", place)
+    return round(math.dist(place, HANDOVER_M), 6)

@@ -103,7 +103,9 @@ class Leg(ABC):
             mass_kg, place, BEECH, shapeType=bullet.GEOM_CYLINDER, radius=LEG_RADIUS_M, height=LEG_LENGTH_M
         )
         self._engine.place(body, (place, turn))
-        bullet.setCollisionFilterGroupMask(body, -1, LEG, LEG | FURNITURE, physicsClientId=self._client)
+        # Nothing is looked for between bodies that stand: a standing leg is furniture to those that move.
+        group, by = (LEG, LEG | FURNITURE) if mass_kg else (FURNITURE, LEG)
+        bullet.setCollisionFilterGroupMask(body, -1, group, by, physicsClientId=self._client)
         bullet.changeDynamics(body, -1, **SURFACE, physicsClientId=self._client)
         return body
 

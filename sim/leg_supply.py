@@ -28,6 +28,7 @@ class LegSupply:
         self.legs = [self.current]
         self.received = 0  # legs that the person set down
         self.due_step: int | None = None
+        self._carried: list[Leg] = []
 
     @property
     def in_hand(self) -> Leg | None:
@@ -37,7 +38,7 @@ class LegSupply:
     @property
     def carried(self) -> Leg | None:
         """The leg that the person carries."""
-        return next((leg for leg in self.legs if leg.held is Held.PERSON), None)
+        return self._carried[0] if self._carried else None
 
     def release(self, hand: int | None) -> None:
         """The robot's hand is open: the leg goes to the person's `hand` (a body), or falls when that is None."""
@@ -45,6 +46,7 @@ class LegSupply:
             self.current.drop()
         else:
             self.current.take(hand)
+            self._carried.append(self.current)
         self.due_step = self._time.step_in(RESUPPLY_S)
 
     def set_down(self) -> None:
@@ -53,6 +55,7 @@ class LegSupply:
         if leg is not None:
             self._engine.place(leg.body, (assembly_place(self.received), UPRIGHT))
             leg.finish()
+            self._carried.remove(leg)
             self.received += 1
 
     def tick(self) -> None:

@@ -159,5 +159,7 @@ class Person:
 
     def follow(self) -> None:
         """Bring head and hand to the present step."""
-        self.head.follow()
-        self.hand.follow()
+        if self.head.moving:
+            self.head.follow()
+        if self.hand.moving:
+            self.hand.follow()

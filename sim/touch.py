@@ -25,9 +25,8 @@ class Touch:
 
     def distance(self) -> float:
         """Smallest distance (m, to a micrometre) between the person's hand and the robot's palm and fingers."""
-        nearest = self._engine.distance
-        fingers = min(nearest(self._hand, self._fingers.body, link) for link in self._fingers.links)
-        return round(min(fingers, nearest(self._hand, self._torso.body, self._torso.palm)), 6)
+        fingers = self._engine.distance_to_all(self._hand, self._fingers.body)
+        return round(min(fingers, self._engine.distance(self._hand, self._torso.body, self._torso.palm)), 6)
 
     def press(self) -> None:
         """The person's hand pushes fingers back that are in it, for the next physics step; `force_n` is the sum (N)."""

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import ClassVar, Self
 
 from pytest_hricdv.runtime import Recorder
-from sim.engine import Engine, SimulationError, finite
+from sim.engine import Engine, SimulationError
 from sim.fingers import Fingers
 from sim.furniture import furnish
 from sim.gripper import Doing, Gripper, offset_of
@@ -104,10 +104,12 @@ class World:
                 else:
                     self._step(last - self.time.step)
                 if self._happened and self.time.now_us <= target_us:
+                    self.person.follow()
                     return self.time.now_us
         except SimulationError as error:
             raise SimulationError(f"at {self.time.now_s:.4f} s: {error}") from error
         self.time.now_us = target_us
+        self.person.follow()
         return target_us
 
     def observe(self) -> None:
@@ -147,7 +149,8 @@ class World:
         self.gripper = Gripper(engine, self.torso, self.fingers, self.legs, self.person, self.signal)
         for _ in range(SETTLE_STEPS):
             self._mechanics.step(engine, 1)
-        self.signal("arm_speed", 0.0)
+        self._speed_rad_s = 0.0
+        self.signal("arm_speed", self._speed_rad_s)
         self.signal("leg_held", False)
         self.signal("leg_offset", offset_of(self.legs.current))
         self.signal("hand_closing", False)
@@ -155,21 +158,27 @@ class World:
         self.signal("hand_distance", self.gripper.human_distance())
 
     def _step(self, at_most: int) -> None:
-        stride = self._mechanics.stride
+        stride, gripper = self._mechanics.stride, self.gripper
         steps = min(stride - self.time.step % stride, at_most)
-        self.gripper.before_step()
+        if gripper.busy:
+            gripper.before_step()
         self._mechanics.step(self.engine, steps)
         self._count(steps)
-        self.person.follow()
-        self.signal("arm_speed", round(self.torso.arm_speed(), SPEED_DIGITS))
-        self.gripper.after_step()
+        if gripper.doing is not Doing.NOTHING or self.legs.carried is not None:
+            self.person.follow()  # else nobody looks at the person before the next tick
+        speed_rad_s = round(self.torso.arm_speed(), SPEED_DIGITS)
+        if speed_rad_s != self._speed_rad_s:
+            self._speed_rad_s = speed_rad_s
+            self.signal("arm_speed", speed_rad_s)
+        if gripper.doing is not Doing.NOTHING:
+            gripper.after_step()
         if self.time.step % TICK_STEPS == 0:
             self._tick()
 
     def _tick(self) -> None:
+        self.person.follow()
         self.gripper.tick()
         self.legs.tick()
-        finite("the leg's place", self.legs.current.pose()[0])
         self.signal("leg_offset", offset_of(self.legs.current))
         self._calm_ticks = self._calm_ticks + 1 if self._quiet() else 0
         for watch in tuple(self._watches):
