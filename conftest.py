@@ -79,6 +79,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "hand_contact_force": float,
             "arm_speed": float,
         },
+        units={"leg_offset": "m", "hand_distance": "m", "hand_contact_force": "N", "arm_speed": "rad/s"},
         code=("controller",),
         run=run,
         by_hand=HERE / "tests" / "hri" / "by_hand.toml",

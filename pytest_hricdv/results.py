@@ -148,6 +148,7 @@ def build_report(
         **({"shard": session.shard} if session.shard else {}),
         "rerun": {"suite": session.rerun.suite, "options": list(session.rerun.options)},
         "requirements": {r.id: {"title": r.title, "source": r.source, "text": r.text} for r in session.requirements},
+        "units": dict(session.testbench.units),
         "state": session.testbench.film.state if session.testbench.film else "",
         "code_under_test": {"packages": list(session.testbench.code), **list_code(session.code)},
         "models": session.models,

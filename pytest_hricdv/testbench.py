@@ -79,6 +79,7 @@ class Testbench:
         requirements: TOML file of requirement texts, or requirements built in Python (`pytest_hricdv.monitor.build`).
         messages: frozen dataclasses, the messages on the bus; bool and numeric fields can be named in requirements.
         signals: physical signals that the world records, name -> bool or float.
+        units: the units of float signals, name -> for instance "m/s"; reports write them at axes and margins.
         code: importable names of the packages under test.
         run: builds world, human, sensors and controller around the given `Run`, runs it, and says how it went.
         by_hand: TOML file of belief subsets for the suite `by-hand`; None where there is none.
@@ -107,6 +108,7 @@ class Testbench:
     film: Film | None = None
     learning: QLearning = field(default_factory=QLearning)
     lengths: tuple[int, int] = LENGTHS
+    units: Mapping[str, str] = field(default_factory=dict, hash=False)
 
     def vocabulary(self) -> Vocabulary:
         """The names that requirements may use: signals, topics, and the bool and numeric fields of messages."""
@@ -180,6 +182,8 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, product in testbench.cross.items():
         if not isinstance(product, CrossProduct):
             raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
+    if unknown := sorted(set(testbench.units) - set(testbench.signals)):
+        raise TestbenchError(f"{where}: units has {unknown[0]!r}, which is no signal; there are {[*testbench.signals]}")
     if not callable(testbench.run):
         raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
     if isinstance(testbench.code, str) or not testbench.code:

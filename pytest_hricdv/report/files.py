@@ -4,7 +4,7 @@ import contextlib
 import errno
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,8 @@ from pytest_hricdv.report.contract import SCHEMA, faults
 
 REPORT_NAME = "report.json"
 PAGE_NAME = "index.html"
+DETAILS = "details"
+"""The folder beside the page that holds the tests' details of a large report."""
 
 _REMEDIES = {
     errno.ENOSPC: "the disk is full: free some space",
@@ -49,7 +51,7 @@ def prepare(directory: Path) -> None:
 
 
 def write(report: Mapping[str, Any], directory: Path) -> tuple[Path, ...]:
-    """Write a report into a folder; returns the files, `report.json` first.
+    """Write a report into a folder; returns the files, `report.json` first and the page last.
 
     Each file is written aside and then renamed, so a reader sees the old one or the new one, never a part. What a run
     found out is safe in `report.json` before the page is made of it.
@@ -61,17 +63,28 @@ def write(report: Mapping[str, Any], directory: Path) -> tuple[Path, ...]:
     broken = faults(report)
     if broken:
         raise ReportError(f"cannot write a report that breaks {SCHEMA}: {_first(broken)}")
-    return write_text(directory / REPORT_NAME, canonical(report)), write_text(directory / PAGE_NAME, _page(report))
+    written = [write_text(directory / REPORT_NAME, canonical(report))]
+    written += [write_text(directory / name, text) for name, text in _pages(report).items()]
+    _drop_leftovers(directory, written)
+    return tuple(written)
 
 
-def _page(report: Mapping[str, Any]) -> str:
-    from pytest_hricdv.report.html import render  # jinja2 is loaded only where a page is made
+def _pages(report: Mapping[str, Any]) -> dict[str, str]:
+    from pytest_hricdv.report.html import pages  # jinja2 is loaded only where a page is made
 
     try:
-        return render(report)
+        return pages(report)
     except Exception as error:  # whatever is wrong with the page must not look as if the run had been lost
         what = f"{type(error).__name__}: {error}"
         raise ReportError(f"{REPORT_NAME} is written, but {PAGE_NAME} could not be made of it: {what}") from error
+
+
+def _drop_leftovers(directory: Path, written: Sequence[Path]) -> None:
+    """Removes what a larger report left of its tests' details, so far as that can be done."""
+    with contextlib.suppress(OSError):
+        for path in sorted(set((directory / DETAILS).glob("*.js")) - set(written)):
+            path.unlink()
+        (directory / DETAILS).rmdir()  # refused as long as anything is in it
 
 
 def write_text(path: Path, text: str) -> Path:

@@ -1,15 +1,24 @@
-"""The HTML page: one file that needs no network, made from the report alone."""
+"""The HTML report: a page that needs no network, made from the report alone; of a large campaign, files beside it."""
 
+import json
 from collections.abc import Mapping
-from hashlib import sha256
+from functools import cache
+from importlib.resources import files
 from typing import Any
+from urllib.parse import quote
 
 import jinja2
 from markupsafe import Markup
 
-from pytest_hricdv.report import explanation, figure, plot, rerun, totals
+from pytest_hricdv.report import curves, details, explanation, figure, judged, rows, texts, totals
+from pytest_hricdv.report.files import DETAILS, PAGE_NAME
 from pytest_hricdv.report.line import visible
 
+EMBEDDED_BYTES = 1_200_000
+"""Tests' details of more than this lie in files beside the page: it is to be opened in no time."""
+
+_SCRIPTS = ("element", "data", "table", "plots", "tests", "requirement", "suites", "cross", "timeline", "test", "main")
+_STYLES = ("theme", "layout", "parts", "views")
 _OUTCOME_WORDS = {
     "passed": "passed",
     "failed": "failed",
@@ -19,18 +28,27 @@ _OUTCOME_WORDS = {
 }
 
 
-def render(report: Mapping[str, Any]) -> str:
-    """The page as text; the same report gives the same text.
+def pages(report: Mapping[str, Any]) -> dict[str, str]:
+    """The files of the report for people, by name, the page itself last; the same report gives the same text.
 
     Args:
         report: a report that keeps the contract (`contract.faults` finds nothing).
     """
-    return _environment().get_template("index.html.jinja").render(_context(report))
+    packs = list(details.packs(report))
+    embedded = sum(map(len, packs)) <= EMBEDDED_BYTES
+    beside = {} if embedded else {pack_name(n): f'hricdvPack({n},"{pack}")\n' for n, pack in enumerate(packs)}
+    context = _context(report) | {"packs": packs if embedded else []}
+    return {**beside, PAGE_NAME: _environment().get_template("index.html.jinja").render(context)}
+
+
+def pack_name(number: int) -> str:
+    """The file of a pack of tests' details, relative to the page."""
+    return f"{DETAILS}/{number:04d}.js"
 
 
 def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("pytest_hricdv", "report"),
+        loader=jinja2.PackageLoader("pytest_hricdv", "report/page"),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         finalize=_finalize,
@@ -42,29 +60,29 @@ def _environment() -> jinja2.Environment:
         percent=figure.percent,
         seconds=figure.seconds,
         quantity=figure.quantity,
-        violation=explanation.violation,
-        counts=explanation.counts,
-        nearest_miss=explanation.nearest_miss,
-        anchor=_anchor,
+        anchor=rows.anchor,
+        address=_address,
         times=totals.times,
         outcome=_OUTCOME_WORDS.__getitem__,
-        naturally=lambda names: sorted(names, key=figure.natural),
     )
     return environment
 
 
 def _finalize(value: object) -> object:
     """What jinja2 does to every value before it escapes it: nothing invisible gets onto the page."""
-    return visible(value, keep="\n") if isinstance(value, str) and not isinstance(value, Markup) else value
+    return visible(value, keep="\n\t") if isinstance(value, str) and not isinstance(value, Markup) else value
+
+
+def _address(name: str) -> str:
+    """A name as a part of a link within the page."""
+    return quote(name.encode("utf-8", "backslashreplace"), safe="")
 
 
 def _context(report: Mapping[str, Any]) -> dict[str, Any]:
-    plots = [plot.coverage_per_test(report), *plot.closure(report), plot.learning(report)]
-    names = {name for test in report["tests"] for name in test["requirements"]}
+    names = rows.requirement_names(report)
     return {
         "report": report,
         "testbench": report.get("testbench") or "testbench",
-        "requirements": report.get("requirements", {}),
         "code": report.get("code_under_test", {}),
         "merged": _merged(report),
         "outcomes": totals.outcomes(report),
@@ -77,27 +95,49 @@ def _context(report: Mapping[str, Any]) -> dict[str, Any]:
         "reachable": totals.percent_reachable,
         "share": figure.share,
         "plural": figure.plural,
-        "plots": [(each, Markup(each.svg)) for each in plots if each is not None],
-        "tested": sorted(names, key=figure.natural),
+        "requirements": [judged.requirement(report, name) for name in names],
+        "texts": {"code": texts.code(report), "plans": texts.models(report)},
         "troubled": [test for test in report["tests"] if test["outcome"] in ("failed", "error", "not-run")],
-        "command": lambda test: _command(report, test),
+        "violation": explanation.violation,
+        "nearest_miss": explanation.nearest_miss,
+        "styles": Markup("\n".join(_asset(f"{name}.css") for name in _STYLES)),
+        "libraries": [Markup(_asset(f"vendor/{name}.js")) for name in ("d3.min", "plot.umd.min")],
+        "scripts": Markup("\n".join(_asset(f"{name}.js") for name in _SCRIPTS)),
+        "data": Markup(_json(_data(report, names))),
     }
 
 
-def _command(report: Mapping[str, Any], test: Mapping[str, Any]) -> str:
-    """The commands that run a test again, with the options of the run as far as the report has them."""
-    seeds = {suite["name"]: suite["seed"] for suite in report["suites"]}
-    again = report.get("rerun", {})
-    seed, options, file = seeds.get(test["suite"], 0), again.get("options", ()), test.get("replay")
-    return "\n".join(rerun.told(test, again.get("suite"), seed, options, file)[1:])
+def _data(report: Mapping[str, Any], names: list[str]) -> dict[str, Any]:
+    """What the page's scripts work with."""
+    return rows.index(report) | {
+        "outcomeWords": _OUTCOME_WORDS,
+        "packSize": details.TESTS_A_PACK,
+        "curves": [{"closure": curves.closure(each), "learning": curves.learning(each)} for each in report["suites"]],
+        "triggers": [curves.triggers(report, name) for name in names],
+        "marginUnits": [judged.margin_unit(report, name) for name in names],
+        "units": report.get("units", {}),
+        "state": report.get("state", ""),
+        "statements": [[file["file"], line] for file in _map(report) for line in file["statements"]],
+        "cross": judged.cross(report),
+    }
+
+
+def _map(report: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return list(report.get("code_under_test", {}).get("map", ()))
+
+
+def _json(value: object) -> str:
+    """JSON that can stand in a script element: nothing in it ends the element or begins a comment."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False, sort_keys=True)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+@cache
+def _asset(name: str) -> str:
+    return files(__package__).joinpath("page", name).read_text(encoding="utf-8")
 
 
 def _merged(report: Mapping[str, Any]) -> tuple[int, int]:
     """Statements covered by all suites together, and all statements."""
-    files = report.get("code_under_test", {}).get("files", ())
-    return sum(file["covered"] for file in files), sum(file["statements"] for file in files)
-
-
-def _anchor(nodeid: str) -> str:
-    """An id for links to a test: from the node id, which may hold characters that an id may not."""
-    return "t-" + sha256(nodeid.encode("utf-8", "backslashreplace")).hexdigest()[:10]
+    listed = report.get("code_under_test", {}).get("files", ())
+    return sum(file["covered"] for file in listed), sum(file["statements"] for file in listed)

@@ -52,6 +52,8 @@ def report(suites: tuple[str, ...] = ("rl",), tests: int = 3, seed: int = 0) -> 
         "requirements": {
             name: {"title": title, "source": "ISO 13482:2014", "text": TEXTS[name]} for name, title in TITLES.items()
         },
+        "units": {"arm_speed": "rad/s"},
+        "state": "state.name",
         "code_under_test": code_under_test(),
         "models": models(),
         "cross_products": {"handover": handover()},
@@ -195,6 +197,21 @@ def test(rng: random.Random, suite: str) -> dict[str, Any]:
         "code": {"statements": 250, "percent": rng.gauss(78, 6), "bits": _bits(rng)},
         "cross": {"handover": [[rng.choice(GPL[1:]), rng.choice(LEGS)] for _ in legs]},
         "failure": "",
+        "timeline": timeline(rng, verdicts),
+    }
+
+
+def timeline(rng: random.Random, verdicts: dict[str, Any]) -> dict[str, Any]:
+    """A run of 60 s: states, two messages, a switch, a signal, and an attempt for each trigger."""
+    speeds = " ".join(f"{n} {rng.uniform(0, 0.24):.3g}" for n in range(0, 60, 2))
+    states = [f'{n}\trobot\tstate\t{{"name":"{name}"}}' for n, name in enumerate(("Wait", "Fetch", "Offer", "Done"))]
+    marks = {"Passed": ["1-2", "41.25-51.5"], "Failed": ["1-2", "41.25-51.5!"], "NC": []}
+    attempts = {name: " ".join(marks[found["verdict"]]) for name, found in verdicts.items() if found["triggers"]}
+    return {
+        "end_s": 60.0,
+        "messages": [*states, "5.5\thuman\trequest\t{}", '51.5\tsensors\treading\t{"gaze":true}'],
+        "signals": {"arm_speed": speeds, "leg_held": "0 0 7.5 1 50 0"},
+        "attempts": attempts,
     }
 
 

@@ -1,4 +1,4 @@
-"""Figures, axes and JUnit properties."""
+"""Figures, curves and JUnit properties."""
 
 import itertools
 import random
@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.report import properties
-from pytest_hricdv.report.axis import linear, logarithmic
-from pytest_hricdv.report.chart import thinned
+from pytest_hricdv.report.curves import thinned
 from pytest_hricdv.report.figure import branches, natural, percent, plural, quantity, ranges, seconds
 from tests.report import sample
 
@@ -41,24 +40,6 @@ def test_figures_have_few_digits() -> None:
     assert [seconds(value) for value in (None, 0.5, 71.23, 17553.4)] == ["-", "0.50 s", "71.2 s", "17553 s"]
     assert [quantity(value) for value in (0.030001, 1234567, True, "tell")] == ["0.03", "1234567", "True", "tell"]
     assert [plural(1, "test"), plural(0, "test"), plural(2, "branch")] == ["1 test", "0 tests", "2 branches"]
-
-
-@given(st.floats(0, 1e6), st.floats(0, 1e6))
-def test_linear_axis_has_a_few_ticks_inside(low: float, span: float) -> None:
-    axis = linear("x", low, low + span)
-    assert 1 <= len(axis.ticks) <= 9
-    # A tick may lie a rounding error below the low end, where its place is put onto the end.
-    for value, _ in axis.ticks:
-        assert axis.place(value) == pytest.approx((value - axis.low) / (axis.high - axis.low), abs=1e-6)
-
-
-@given(st.floats(1e-12, 1e6), st.floats(1, 1e6))
-def test_logarithmic_axis_holds_its_range_with_a_few_ticks(low: float, factor: float) -> None:
-    axis = logarithmic("x", low, low * factor)
-    assert axis.low <= low * (1 + 1e-6)
-    assert axis.high >= low * factor * (1 - 1e-6)
-    assert 2 <= len(axis.ticks) <= 8
-    assert 0 <= axis.place(low) <= axis.place(low * factor) <= 1
 
 
 @given(st.integers(0, 5000), st.integers(1, 50))

@@ -1,48 +1,25 @@
-"""The page: well formed, escaped, self-contained, small, and sensible with nothing to show."""
+"""The page as text: well formed, escaped, self-contained, small, and sensible with nothing to show."""
 
 import json
 import re
-from html.parser import HTMLParser
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from pytest_hricdv.report.html import render
+from pytest_hricdv.report import write
+from pytest_hricdv.report.html import PAGE_NAME, pages
+from pytest_hricdv.report.texts import totals
 from tests.report import sample
+from tests.report.parsed import Page, details
 
-VOID = {"meta", "link", "br", "input", "hr", "img"}
 EVIL = "<script>alert(1)</script>\"'&\x1b[31m\u202e{{ 7 * 7 }}\ud800é漢"
 
 
-class Page(HTMLParser):
-    """The elements of a page; fails where a tag is not closed in order."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.words = ""
-        self.feed(text)
-        self.close()
-        assert self.open == []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag, f"</{tag}> at {self.getpos()}"
-
-    def handle_data(self, data: str) -> None:
-        if not {"script", "style"} & set(self.open):
-            self.words += f" {data} "
-
-    def count(self, tag: str, name: str = "") -> int:
-        return sum(each == tag and (not name or name in (attrs.get("class") or "")) for each, attrs in self.tags)
+def render(report: dict[str, Any]) -> str:
+    """The page; its tests' details are in it."""
+    (page,) = pages(report).values()
+    return page
 
 
 def _page(report: dict[str, Any]) -> Page:
@@ -55,19 +32,50 @@ def _bare(report: dict[str, Any]) -> dict[str, Any]:
     return {key: report[key] for key in ("schema", "selected", "reported", "not_run", "suites", "tests")}
 
 
-def test_page_shows_verdicts_charts_closure_and_every_test() -> None:
+def test_page_shows_verdicts_closure_sources_and_every_test() -> None:
     report = sample.report(("by-hand", "rl"), 20)
     page = _page(report)
-    assert page.count("details", "test") == 40
-    assert page.count("svg", "chart") == 5
-    for text in ("table-assembly", "40 of 40", "Suite by-hand", "no crush prevention", "plan47, plan48", "Charts"):
+    data = json.loads(page.scripts["data"])
+    assert [row[1] for row in data["rows"]] == [test["id"] for test in report["tests"]]
+    for text in ("table-assembly", "40 of 40", "Suite by-hand", "no crush prevention", "plan47, plan48", "state(278)"):
         assert text in page.words
     assert "controller/journal.py:60" in page.words
     assert "the port never closes in simulation" in page.words
     assert "converged at 130" in page.words
-    first = report["tests"][0]
-    assert f'pytest "{first["nodeid"]}" --hri-suite=by-hand --hri-seed=0' in page.words
-    assert "sensing_timeout_s=" in page.words
+    assert set(data["curves"][1]["closure"]) == {"statements", "branches", "plans"}
+    assert len(data["curves"][1]["learning"]) == 130
+    assert data["marginUnits"] == ["s", "", "", ""]
+    assert data["triggers"][3]["suites"].keys() == {"by-hand", "rl"}
+
+
+def test_a_test_has_its_details_in_full() -> None:
+    report = sample.report(("by-hand", "rl"), 40)
+    page = _page(report)
+    told = [*details(page, 0), *details(page, 1)]
+    assert [each["nodeid"] for each in told] == [test["nodeid"] for test in report["tests"]]
+    first, found = report["tests"][0], told[0]
+    assert f'pytest "{first["nodeid"]}" --hri-suite=by-hand --hri-seed=0' in found["again"]
+    assert found["run"]["run"].startswith("sensing_timeout_s ")
+    assert found["timeline"] == first["timeline"]
+    assert [each["name"] for each in found["verdicts"]] == ["R1", "R2", "R3", "R4"]
+
+
+def test_sources_say_how_many_tests_reach_each_line() -> None:
+    report = sample.report(tests=7)
+    line = sample.MAP["controller/journal.py"]["statements"].index(58)
+    for test in report["tests"]:
+        test["code"]["bits"] = ["0x0", "0x0"]
+    report["tests"][2]["code"]["bits"] = report["tests"][5]["code"]["bits"] = [hex(1 << line), "0x1"]
+    page = _page(report)
+    assert f'<a href="#tests/statement/{line}">2</a>' in render(report)
+    assert "58 2 line(58) never went to line 69" in page.words
+
+
+@pytest.mark.parametrize("size", [1, 7, 64])
+def test_bits_are_counted_one_by_one(size: int) -> None:
+    sets = [(n * 2654435761) % (1 << size) for n in range(40)]
+    assert totals(sets, size) == [sum(each >> bit & 1 for each in sets) for bit in range(size)]
+    assert totals([], size) == [0] * size
 
 
 def test_nothing_is_fetched_from_anywhere() -> None:
@@ -75,38 +83,64 @@ def test_nothing_is_fetched_from_anywhere() -> None:
     for _, attributes in Page(text).tags:
         for name in ("src", "href", "action", "data", "srcset"):
             assert (attributes.get(name) or "#").startswith(("#", "data:"))
-    assert not re.search(r"https?://|@import|url\(", text)
+    styles = text[: text.index("</style>")]
+    assert not re.search(r"https?://|@import|url\(", styles)
     assert "default-src 'none'" in text
 
 
 def test_links_lead_somewhere() -> None:
     report = sample.report(("by-hand", "rl"), 60)
     page = Page(render(report))
+    data = json.loads(page.scripts["data"])
     ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
     assert len(ids) == len(set(ids))
-    links = [attributes["href"] for tag, attributes in page.tags if tag == "a"]
-    assert len(links) > 4
-    assert all(link is not None and link[1:] in ids for link in links)
+    known = {*ids, *(f"test/{row[0]}" for row in data["rows"])}
+    links = [(attributes["href"] or "")[1:] for tag, attributes in page.tags if tag == "a"]
+    assert len(links) > 100
+    for link in links:
+        kind, _, rest = link.partition("/")
+        if kind == "tests" and rest:
+            what, *numbers = rest.split("/")
+            lists = {"statement": data["statements"], "plan": data["plans"], "verdict": data["requirements"]}
+            assert int(numbers[-1]) < len(lists[what])
+        else:
+            assert link in known
 
 
 def _poisoned(value: Any, key: str = "") -> Any:
     """Every text of the report made evil, but those of which the contract lists the values."""
+    fixed = key in ("schema", "outcome", "verdict", "bits", "by", "timeline", "cross_products", "cross", "status")
+    if fixed:
+        return value
     if isinstance(value, dict):
         return {name: _poisoned(inner, name) for name, inner in value.items()}
     if isinstance(value, list):
         return [_poisoned(inner, key) for inner in value]
-    fixed = key in ("schema", "outcome", "verdict")
-    return EVIL + value if isinstance(value, str) and not fixed else value
+    return EVIL + value if isinstance(value, str) else value
+
+
+def poisoned() -> dict[str, Any]:
+    """A report in which every name is evil."""
+    report = _poisoned(sample.report(tests=3))
+    report["suites"][0]["plans"] = {EVIL: {"covered": [EVIL], "missing": [EVIL], "total": 2}}
+    report["models"] = {EVIL: {"file": EVIL, "source": f"@a +!b. // {EVIL}", "plans": {EVIL: 1}}}
+    report["tests"][0]["plans"] = {EVIL: [EVIL]}
+    report["tests"][0]["concrete"] = {"actions": [{"command": EVIL, "parameters": {EVIL: EVIL}}, EVIL], EVIL: EVIL}
+    report["requirements"] |= {EVIL: {"title": EVIL, "source": EVIL, "text": EVIL}}
+    report["tests"][0]["requirements"][EVIL] = sample.judged("Failed", 0.1)
+    report["tests"][1]["timeline"] = {
+        "end_s": 3.0,
+        "messages": [f"1\t{EVIL}\t{EVIL}\tno JSON {EVIL}"],
+        "signals": {EVIL: "0 1 2 0.5"},
+        "attempts": {EVIL: "1-2!"},
+    }
+    return report
 
 
 def test_every_text_is_escaped() -> None:
-    report = _poisoned(sample.report(tests=3))
-    report["suites"][0]["plans"] = {EVIL: {"covered": [EVIL], "missing": [EVIL], "total": 2}}
-    report["tests"][0]["plans"] = {EVIL: [EVIL]}
-    report["tests"][0]["concrete"] = {"actions": [{"command": EVIL, "parameters": {EVIL: EVIL}}, EVIL], EVIL: EVIL}
-    text = render(report)
+    text = render(poisoned())
     page = Page(text)
-    assert page.count("script") == 1
+    assert page.count("script") == 5  # data, one pack, two libraries, the page's own
     assert "\x1b" not in text
     assert "\u202e" not in text
     assert "{{ 7 * 7 }}" in page.words
@@ -117,10 +151,23 @@ def test_150_tests_stay_under_two_megabytes() -> None:
     assert len(render(sample.report(tests=150)).encode()) < 2_000_000
 
 
+def test_a_large_campaign_keeps_details_beside_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 1000)
+    write(sample.report(tests=120), tmp_path)
+    assert sorted(path.name for path in (tmp_path / "details").iterdir()) == ["0000.js", "0001.js", "0002.js"]
+    assert "pack-0" not in Page((tmp_path / PAGE_NAME).read_text()).scripts
+    write(sample.report(tests=60), tmp_path)
+    assert sorted(path.name for path in (tmp_path / "details").iterdir()) == ["0000.js", "0001.js"]
+    monkeypatch.undo()
+    write(sample.report(tests=60), tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["index.html", "report.json"]
+
+
 def test_long_learning_does_not_bloat_the_page() -> None:
     report = sample.report(tests=1)
+    before = len(render(report))
     report["suites"][0]["generation"]["q_delta"] = [1.0 / n for n in range(1, 50_001)]
-    assert len(render(report)) < 100_000
+    assert len(render(report)) < before + 20_000
 
 
 def test_page_depends_on_the_content_only() -> None:
@@ -131,14 +178,13 @@ def test_page_depends_on_the_content_only() -> None:
 @pytest.mark.parametrize("tests", [0, 1, 3])
 def test_bare_report_has_a_page(tests: int) -> None:
     page = _page(_bare(sample.report(tests=tests)))
-    assert page.count("details", "test") == tests
-    assert ("No test was selected." in page.words) == (tests == 0)
+    assert len(json.loads(page.scripts["data"])["rows"]) == tests
+    assert "The report holds no source text." in page.words
 
 
 def test_report_without_suites_has_a_page() -> None:
     page = _page({**_bare(sample.report(tests=0)), "suites": []})
     assert "No suite was run." in page.words
-    assert page.count("svg", "chart") == 0
 
 
 def test_unmeasured_code_is_called_so() -> None:
@@ -149,36 +195,41 @@ def test_unmeasured_code_is_called_so() -> None:
         test["code"] = None
     page = _page(report)
     assert "unmeasured a debugger owns sys.settrace" in page.words
-    assert "Coverage per test" not in page.words
-    assert "Closure: statements" not in page.words
-    assert "Closure: plans" in page.words
+    assert "The code under test is unmeasured: a debugger owns sys.settrace." in page.words
+    data = json.loads(page.scripts["data"])
+    assert data["curves"][0]["closure"].keys() == {"plans"}
+    assert {row[8] for row in data["rows"]} == {None}
 
 
 def test_all_unchecked_and_nothing_learned() -> None:
     report = sample.report(("pseudorandom",), 2)
     for test in report["tests"]:
         test["requirements"] = {name: sample.judged("NC", 0) for name in test["requirements"]}
+        test["timeline"] = None
     report["suites"][0]["requirements"] = {"R1": {"passed": 0, "failed": 0, "nc": 2, "triggers": 0}}
     page = _page(report)
-    assert "Learning" not in page.words
-    assert "R1 NC" in page.words
+    data = json.loads(page.scripts["data"])
+    assert data["curves"][0]["learning"] == []
+    assert data["triggers"] == [None] * 4
+    assert {row[4] for row in data["rows"]} == {"NNNN"}
     assert "nearest at 41.2 s: only reading.pressure was missing" in page.words
 
 
 def test_tests_that_never_ran_are_pointed_out() -> None:
     report = sample.report(tests=2)
     lost = {"outcome": "not-run", "wall_s": None, "sim_s": None, "frozen_s": None, "seed": None, "concrete": None}
-    report["tests"][0].update(lost, requirements={}, code=None, legs=[], failure="worker gw1 crashed")
+    report["tests"][0].update(lost, requirements={}, code=None, legs=[], failure="worker gw1 crashed", timeline=None)
     report.update(reported=1, not_run=1)
     page = _page(report)
     assert "Expected 2 tests, reported 1: 1 test not run or lost" in page.words
     assert "Needs a look" in page.words
-    assert "worker gw1 crashed" in page.words
+    assert details(page)[0]["failure"] == "worker gw1 crashed"
 
 
-def test_q_that_stops_changing_is_drawn_on_the_lower_edge() -> None:
+def test_q_that_stops_changing_has_a_place_on_a_logarithmic_axis() -> None:
     report = sample.report(tests=1)
     for changes in ([1.0, 0.1, 0.0, 0.0], [0.0, 0.0], [0.5], [1.0, 5e-324], [1e308, 1e-12]):
         report["suites"][0]["generation"]["q_delta"] = changes
-        page = _page(report)
-        assert "Learning" in page.words
+        learned = json.loads(_page(report).scripts["data"])["curves"][0]["learning"]
+        assert [n for n, _ in learned] == list(range(1, len(changes) + 1))
+        assert all(change > 0 for _, change in learned)

@@ -1,0 +1,97 @@
+// Cross products as heat maps; of one with more than two coordinates, two are chosen and the others are counted through.
+
+/** Cells of a heat map: a product looked at along coordinates `x` and `y` (y is null where there is only one). */
+function heatCells(product, suite, x, y) {
+  const kinds = product.coordinates, cells = new Map();
+  // Bins are numbered through, the last coordinate's fastest.
+  const steps = kinds.map((_, n) => kinds.slice(n + 1).reduce((all, [, bins]) => all * bins.length, 1));
+  const along = (bin, n) => (n === null ? 0 : Math.floor(bin / steps[n]) % kinds[n][1].length);
+  const all = steps[0] * kinds[0][1].length;
+  const hits = new Map();
+  for (const [name, found] of Object.entries(product.suites)) {
+    if (suite !== "" && DATA.suites[suite] !== name) continue;
+    for (const [bin, tests] of found) hits.set(bin, (hits.get(bin) || 0) + tests);
+  }
+  for (let bin = 0; bin < all; bin++) {
+    const key = along(bin, x) + "/" + along(bin, y);
+    if (!cells.has(key)) {
+      cells.set(key, { x: kinds[x][1][along(bin, x)], y: y === null ? "" : kinds[y][1][along(bin, y)], open: 0, illegal: 0, hit: 0, tests: 0, why: new Set() });
+    }
+    const cell = cells.get(key), closed = product.closed.find(([, , bits]) => hasBit(bits, bin)), tests = hits.get(bin) || 0;
+    cell.tests += tests;
+    if (closed) {
+      cell.why.add(closed[0] + ": " + closed[1]);
+      cell.illegal += tests ? 1 : 0;
+    } else {
+      cell.open += 1;
+      cell.hit += tests ? 1 : 0;
+    }
+  }
+  return [...cells.values()];
+}
+
+function cellLook(cell, most, single) {
+  if (cell.illegal) return { text: "!" + cell.tests, fill: "var(--bad-bg)", stroke: "var(--bad-mark)" };
+  if (!cell.open) return { text: "–", fill: "var(--sunk)", stroke: "none" };
+  if (!cell.hit) return { text: single ? "0" : "0/" + cell.open, fill: "var(--card)", stroke: "var(--bad-mark)" };
+  const share = single ? Math.sqrt(cell.tests / most) : cell.hit / cell.open;
+  const fill = "color-mix(in srgb, var(--heat) " + Math.round(12 + 63 * share) + "%, var(--card))";
+  return { text: single ? String(cell.tests) : cell.hit + "/" + cell.open, fill, stroke: "none" };
+}
+
+function heatPlot(width, product, suite, x, y) {
+  const kinds = product.coordinates, single = kinds.length <= 2;
+  const cells = heatCells(product, suite, x, y), most = Math.max(1, ...cells.map((cell) => cell.tests));
+  for (const cell of cells) cell.look = cellLook(cell, most, single);
+  const longest = (n) => (n === null ? 0 : Math.max(...kinds[n][1].map((bin) => bin.length)));
+  const slanted = longest(x) * 7 > 60, marginLeft = Math.min(200, 30 + 7 * longest(y));
+  const told = (cell) => visible([kinds[x][0] + " " + cell.x, y === null ? "" : kinds[y][0] + " " + cell.y,
+    cell.hit + " of " + cell.open + " possible hit, in " + cell.tests + " tests", ...cell.why].filter(Boolean).join("\n"));
+  return Plot.plot(plain(Math.max(width, marginLeft + 44 * kinds[x][1].length + 20), {
+    ariaLabel: "Heat map of " + product.name, marginLeft, marginTop: slanted ? 30 + 5 * longest(x) : 40,
+    height: 60 + (slanted ? 5 * longest(x) : 0) + 34 * (y === null ? 1 : kinds[y][1].length), marginBottom: 10,
+    style: { background: "none", fontSize: "12px", overflow: "visible", maxWidth: "none" }, padding: 0.06,
+    x: { label: visible(kinds[x][0]), domain: kinds[x][1], axis: "top", tickRotate: slanted ? -40 : 0, tickFormat: visible },
+    y: { label: y === null ? null : visible(kinds[y][0]), domain: y === null ? [""] : kinds[y][1], tickFormat: visible },
+    marks: [
+      Plot.cell(cells, { x: "x", y: "y", fill: (cell) => cell.look.fill, stroke: (cell) => cell.look.stroke, title: told }),
+      Plot.text(cells, { x: "x", y: "y", text: (cell) => cell.look.text, fill: "var(--ink)" }),
+      Plot.tip(cells, Plot.pointer({ x: "x", y: "y", title: told, fill: "var(--card)" })),
+    ],
+  }));
+}
+
+function heatMap(product) {
+  const names = product.coordinates.map(([name]) => name);
+  const place = h("div", { class: "plot scroll" });
+  const choose = (label, options, chosen) => {
+    const choice = h("select", { "aria-label": label, onchange: () => draw() },
+      options.map(([value, text]) => h("option", { value, selected: value === chosen }, text)));
+    return choice;
+  };
+  const suite = choose("Suite", [["", "all suites"], ...DATA.suites.map((name, n) => [String(n), name])], "");
+  const axes = names.map((name, n) => [String(n), name]);
+  const across = choose("Across", axes, String(Math.min(1, names.length - 1))), down = choose("Down", axes, "0");
+  let width = 0;
+  const draw = () => {
+    if (!width) return;
+    const x = Number(across.value), y = across.value === down.value ? null : Number(down.value);
+    place.replaceChildren(heatPlot(width, product, suite.value, x, y));
+  };
+  new ResizeObserver(() => {
+    if (place.clientWidth !== width) { width = place.clientWidth; draw(); }
+  }).observe(place);
+  return h("section", { class: "card" }, h("h3", {}, product.name),
+    h("div", { class: "filter" }, DATA.suites.length > 1 && suite,
+      names.length > 2 && [h("label", {}, "down ", down), h("label", {}, "across ", across)]),
+    place,
+    h("p", { class: "soft small" },
+      names.length > 2 ? "Figures: combinations hit of those possible, of all other coordinates. " : "Figures: tests. ",
+      "Outlined: not hit. –: impossible or illegal. !: illegal, and hit. ", product.proof));
+}
+
+function crossPage() {
+  const place = document.getElementById("heatmaps");
+  if (!DATA.cross.length) place.append(h("p", { class: "card soft" }, "The testbench declares no cross product."));
+  for (const product of DATA.cross) place.append(heatMap(product));
+}

@@ -1,0 +1,53 @@
+// What the page knows of all tests, and how it gets at a single one's details.
+
+const DATA = JSON.parse(document.getElementById("data").textContent);
+
+const TESTS = DATA.rows.map((row, number) => ({
+  number,
+  anchor: row[0], id: row[1], suite: row[2], outcome: row[3], verdicts: row[4], triggers: row[5], margins: row[6],
+  legs: row[7], percent: row[8], sim: row[9], beliefs: row[10], code: row[11], plans: row[12],
+  text: [row[1], DATA.suites[row[2]], DATA.outcomeWords[row[3]], row[7].join(" "), row[10]].join(" ").toLowerCase(),
+}));
+
+const BY_ANCHOR = new Map(TESTS.map((test) => [test.anchor, test]));
+
+/** Whether bit `n` of a hexadecimal number is set. */
+function hasBit(hex, n) {
+  const digit = hex.length - 1 - (n >> 2);
+  return digit >= 0 && (parseInt(hex[digit], 16) >> (n & 3)) % 2 === 1;
+}
+
+const packs = new Map();
+const arrivals = new Map();
+
+// A page that is opened from a disk may fetch no file, but may run one.
+window.hricdvPack = (number, text) => arrivals.get(number)(text);
+
+function load(number) {
+  const embedded = document.getElementById("pack-" + number);
+  if (embedded) return Promise.resolve(embedded.textContent);
+  return new Promise((resolve, reject) => {
+    arrivals.set(number, resolve);
+    const file = "details/" + String(number).padStart(4, "0") + ".js";
+    const missing = () => reject(new Error(file + " is missing beside this page"));
+    document.head.append(h("script", { src: file, onerror: missing }));
+  });
+}
+
+async function unpacked(number) {
+  const bytes = Uint8Array.from(atob(await load(number)), (char) => char.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return JSON.parse(await new Response(stream).text());
+}
+
+/** A promise of the details of a test. */
+async function details(test) {
+  const number = Math.floor(test.number / DATA.packSize);
+  if (!packs.has(number)) packs.set(number, unpacked(number));
+  try {
+    return (await packs.get(number))[test.number % DATA.packSize];
+  } catch (error) {
+    packs.delete(number);
+    throw error;
+  }
+}

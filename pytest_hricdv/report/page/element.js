@@ -1,0 +1,50 @@
+// Elements are made of text nodes only, so that no name in a report can become a tag.
+
+const INVISIBLE = /[\p{Cc}\p{Cf}\p{Cs}\p{Zl}\p{Zp}]/gu;
+
+/** Text with control, format and surrogate characters written as escapes: no name can pass for another. */
+function visible(text) {
+  return String(text).replace(INVISIBLE, (char) =>
+    char === "\n" || char === "\t" ? char : "\\u{" + char.codePointAt(0).toString(16) + "}");
+}
+
+/** An element; children are elements, texts, or lists of them; what is null or false is left out. */
+function h(tag, attributes, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes || {})) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (value === true) element.setAttribute(name, "");
+    else if (value !== null && value !== undefined && value !== false) element.setAttribute(name, visible(value));
+  }
+  for (const child of children.flat(Infinity)) {
+    if (child === null || child === undefined || child === false) continue;
+    element.append(child instanceof Node ? child : visible(child));
+  }
+  return element;
+}
+
+function percent(value) {
+  if (value === null) return "-";
+  const least = value > 0 ? 0.1 : 0, most = value < 100 ? 99.9 : 100;
+  return Math.min(Math.max(value, least), most).toFixed(1) + " %";
+}
+
+function seconds(value) {
+  if (value === null) return "-";
+  return value.toFixed(Math.abs(value) < 10 ? 2 : Math.abs(value) < 1000 ? 1 : 0) + " s";
+}
+
+const OUTCOME_CLASS = { passed: "ok", "known-violation": "warn", failed: "bad", error: "bad" };
+
+function outcomeBadge(outcome) {
+  return h("span", { class: "badge " + (OUTCOME_CLASS[outcome] || "") }, DATA.outcomeWords[outcome]);
+}
+
+const VERDICTS = { P: ["✓", "Passed", "good"], F: ["✗", "Failed", "evil"], N: ["NC", "NC: not checked", "soft"] };
+
+function verdictMark(letter) {
+  const [sign, title, style] = VERDICTS[letter] || ["-", "not watched", "soft"];
+  return h("span", { class: style, title }, sign);
+}
+
+const natural = new Intl.Collator("en", { numeric: true }).compare;

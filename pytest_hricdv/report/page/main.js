@@ -1,0 +1,55 @@
+// Which page is shown: the part of the address after "#", as in "requirement/R1" or "test/0a1b2c3d4e".
+
+const views = [...document.querySelectorAll(".view")];
+const opened = new Set();
+const showTests = testsPage(document.getElementById("test-table"));
+const PAGES = { suites: suitesPage, cross: crossPage };
+
+function viewOf(address) {
+  const kind = address.split("/")[0];
+  if (kind === "test" || kind === "tests") return document.getElementById(kind);
+  const named = document.getElementById(address);
+  return named && named.classList.contains("view") ? named : document.getElementById("summary");
+}
+
+function show() {
+  const address = location.hash.slice(1), view = viewOf(address);
+  for (const each of views) each.hidden = each !== view;
+  for (const link of document.querySelectorAll("nav a")) {
+    const mine = link.hash.slice(1) === view.id;
+    if (mine) link.setAttribute("aria-current", "page");
+    else link.removeAttribute("aria-current");
+    if (mine) link.scrollIntoView({ block: "nearest", inline: "nearest" });
+  }
+  const rest = address.split("/").slice(1);
+  if (view.id === "tests") showTests(rest);
+  else if (view.id === "test") testPage(view, rest[0]);
+  else if (!opened.has(view)) {
+    opened.add(view);
+    const open = view.classList.contains("requirement") ? requirementPage : PAGES[view.id];
+    if (open) open(view);
+  }
+  scrollTo(0, 0);
+}
+
+function chooseTheme(scheme) {
+  document.documentElement.style.colorScheme = scheme;
+}
+
+function startTheme() {
+  const choice = document.getElementById("theme");
+  let kept = null;
+  try { kept = localStorage.getItem("hricdv-theme"); } catch { /* a page on a disk may have no storage */ }
+  if (kept) { choice.value = kept; chooseTheme(kept); }
+  choice.closest("label").hidden = false;
+  choice.addEventListener("change", () => {
+    chooseTheme(choice.value);
+    try { localStorage.setItem("hricdv-theme", choice.value); } catch { /* chosen for now only */ }
+  });
+}
+
+document.querySelectorAll("table.sortable").forEach(makeSortable);
+startTheme();
+addEventListener("hashchange", show);
+show();
+document.documentElement.dataset.ready = "";

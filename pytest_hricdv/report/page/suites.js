@@ -1,0 +1,29 @@
+// Suites compared: coverage of each test, closure, and what learning did.
+
+const suiteSeries = (points, note) =>
+  DATA.curves.map((curve, n) => ({ name: DATA.suites[n], n, points: points(curve, n), note: note && note(curve, n) }));
+
+const SUITE_PLOTS = {
+  coverage: (place) => {
+    const series = suiteSeries((curve, n) => {
+      const values = TESTS.filter((test) => test.suite === n && test.percent !== null).map((test) => test.percent);
+      return values.sort((a, b) => a - b).map((value, rank) => [rank + 1, value]);
+    });
+    linePlot(place, series, { label: "tests, in ascending order of coverage" },
+      { label: "statements covered (%)", domain: percentDomain(series) }, "Statement coverage of each test");
+  },
+  closure: (place) => {
+    const kind = place.dataset.kind, series = suiteSeries((curve) => curve.closure[kind] || []);
+    linePlot(place, series, { label: "tests run" },
+      { label: kind + " covered (%)", domain: percentDomain(series) }, "Closure of " + kind);
+  },
+  learning: (place) => {
+    const series = suiteSeries((curve) => curve.learning);
+    linePlot(place, series, { label: "iteration" },
+      { label: "largest change of Q", type: "log", tickFormat: "~g", ticks: 5 }, "Convergence of Q");
+  },
+};
+
+function suitesPage(section) {
+  for (const place of section.querySelectorAll("[data-plot]")) SUITE_PLOTS[place.dataset.plot](place);
+}

@@ -1,0 +1,104 @@
+// The page of a test: from its beliefs to what happened, and how to have it again.
+
+function section(title, ...children) {
+  return h("section", { class: "card" }, h("h3", {}, title), children);
+}
+
+function command(text) {
+  const copied = h("button", { type: "button", onclick: () => {
+    navigator.clipboard.writeText(text).then(() => { copied.textContent = "Copied"; }, () => { copied.textContent = "Select and copy it"; });
+  } }, "Copy");
+  return h("div", { class: "command" }, h("pre", {}, text), copied);
+}
+
+function chips(names) {
+  return names.length
+    ? h("ul", { class: "chips mono" }, names.map((name) => h("li", {}, name)))
+    : h("p", { class: "soft" }, "none");
+}
+
+function verdictTable(verdicts) {
+  return h("table", {}, h("thead", {}, h("tr", {}, ["", "Verdict", "Attempts", "Least margin"].map((each) => h("th", {}, each)))),
+    h("tbody", {}, verdicts.map((verdict) => h("tr", {},
+      h("td", {}, h("a", { href: "#requirement/" + encodeURIComponent(verdict.name) }, verdict.name)),
+      h("td", {}, verdictMark(verdict.verdict === "NC" ? "N" : verdict.verdict[0]), " ", verdict.verdict === "NC" ? "" : verdict.verdict),
+      h("td", { class: "wide small" }, verdict.counts, verdict.violations.slice(0, 20).map((text) => [h("br"), h("strong", {}, text)]),
+        verdict.violations.length > 20 && [h("br"), "and " + (verdict.violations.length - 20) + " more"],
+        verdict.miss && [h("br"), h("span", { class: "soft" }, verdict.miss)]),
+      h("td", { class: "small" }, verdict.margin || "-")))));
+}
+
+/** Abstract and concrete test side by side: what the human does, and with which figures. */
+function actionTable(found) {
+  const count = Math.max(found.abstract.length, found.actions.length);
+  if (!count) return h("p", { class: "soft" }, "No action.");
+  const rows = Array.from({ length: count }, (_, n) => {
+    const [name, parameters] = found.actions[n] || ["", ""], abstract = found.abstract[n];
+    const concrete = abstract === name || !name ? parameters : name + " " + parameters;
+    return h("tr", {}, h("td", { class: "n soft" }, n + 1), h("td", { class: "mono" }, abstract || "-"), h("td", { class: "mono wide" }, concrete));
+  });
+  const run = Object.entries(found.run).map(([name, text]) =>
+    h("tr", {}, h("td"), h("td", { class: "soft" }, name), h("td", { class: "mono wide" }, text)));
+  return h("table", { class: "actions" }, h("thead", {}, h("tr", {}, h("th", { class: "n" }, ""), h("th", {}, "Abstract test"), h("th", {}, "Concrete test"))), h("tbody", {}, rows, run));
+}
+
+function filmView(film) {
+  const moving = film.video && (film.video.endsWith(".gif")
+    ? h("img", { class: "film", src: film.video, alt: "Film of the run", loading: "lazy" })
+    : h("video", { class: "film", src: film.video, controls: true, preload: "none" }));
+  const strip = film.strip && h("a", { href: film.strip },
+    h("img", { class: "film", src: film.strip, alt: "Key frames of the run", loading: "lazy" }));
+  return section("Film", strip, moving, film.note && h("p", { class: "soft" }, film.note));
+}
+
+function shrunkView(shrunk) {
+  if (shrunk.note) return section(shrunk.requirement + " was not shrunk", h("p", {}, shrunk.note));
+  return section(shrunk.requirement + " with " + shrunk.abstract.length + " of " + shrunk.from + " actions",
+    h("ol", { class: "mono" }, shrunk.abstract.map((line) => h("li", {}, line))), shrunk.again && command(shrunk.again));
+}
+
+function neighbours(test) {
+  const link = (other, text) => other && h("a", { href: "#test/" + other.anchor, title: other.id }, text);
+  return h("p", { class: "neighbours" }, link(TESTS[test.number - 1], "← previous"), " ", h("a", { href: "#tests" }, "all tests"), " ", link(TESTS[test.number + 1], "next →"));
+}
+
+function testView(test, found) {
+  const plans = Object.entries(found.plans).map(([agent, labels]) =>
+    [h("h4", {}, agent + " (" + labels.length + ")"), chips(labels)]);
+  return [
+    h("p", { class: "mono small soft" }, found.nodeid),
+    found.failure && section("Failure", h("pre", {}, found.failure)),
+    found.replayed && h("p", { class: "notice mild" }, found.replayed),
+    section("Verdicts", h("div", { class: "scroll" }, verdictTable(found.verdicts))),
+    found.film && filmView(found.film),
+    h("ol", { class: "steps" },
+      h("li", {}, section("Beliefs", chips(found.beliefs))),
+      h("li", {}, section("Plans they trigger", plans.length ? plans : h("p", { class: "soft" }, "none"))),
+      h("li", {}, section("What the human does", h("div", { class: "scroll" }, actionTable(found)))),
+      h("li", {}, section("What happened", timelineView(found.timeline, found.verdicts)))),
+    found.shrunk.map(shrunkView),
+    section("Run it again", found.again.split("\n").map(command)),
+    section("Run", h("dl", { class: "facts" }, Object.entries(found.facts).map(([name, value]) =>
+      h("div", {}, h("dt", {}, name), h("dd", {}, value))))),
+    neighbours(test),
+  ];
+}
+
+async function testPage(view, anchor) {
+  const test = BY_ANCHOR.get(anchor);
+  if (!test) {
+    view.replaceChildren(h("p", { class: "card" }, "There is no such test in this report. ", h("a", { href: "#tests" }, "All tests")));
+    return;
+  }
+  view.dataset.test = anchor;
+  const heading = h("h2", {}, test.id, " ", outcomeBadge(test.outcome), h("span", { class: "soft small" }, " suite " + DATA.suites[test.suite]));
+  view.replaceChildren(heading, h("p", { class: "soft" }, "Loading ..."));
+  let shown;
+  try {
+    shown = testView(test, await details(test));
+  } catch (error) {
+    shown = [h("p", { class: "notice" }, "Its details cannot be shown: " + error.message)];
+  }
+  // Another test may have been asked for meanwhile.
+  if (view.dataset.test === anchor) view.replaceChildren(heading, ...shown.flat().filter(Boolean));
+}

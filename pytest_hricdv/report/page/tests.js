@@ -1,0 +1,72 @@
+// The table of all tests, and what narrows it: a search, an outcome, a suite, or a link from a line, plan or bin.
+
+const CHOICES = {
+  statement: ([n]) => {
+    const [file, line] = DATA.statements[n];
+    return { told: "that reach " + file + ":" + line, kept: (test) => hasBit(test.code, n) };
+  },
+  plan: ([n]) => {
+    const [agent, label] = DATA.plans[n];
+    return { told: "whose beliefs trigger plan " + label + " of " + agent, kept: (test) => hasBit(test.plans, n) };
+  },
+  verdict: ([word, n]) => ({
+    told: "that " + ["passed", "failed", "did not check"][word] + " " + DATA.requirements[n],
+    kept: (test) => test.verdicts[n] === "PFN"[word],
+  }),
+};
+
+function testColumns() {
+  const verdicts = DATA.requirements.map((name, n) => ({
+    title: name, value: (test) => "FPN-".indexOf(test.verdicts[n]), cell: (test) => verdictMark(test.verdicts[n]),
+    style: "mark",
+  }));
+  return [
+    { title: "Test", value: (test) => test.id, cell: testLink, style: "wide" },
+    DATA.suites.length > 1 && { title: "Suite", value: (test) => test.suite, cell: (test) => DATA.suites[test.suite], style: "less" },
+    { title: "Outcome", value: (test) => test.outcome, cell: (test) => outcomeBadge(test.outcome) },
+    ...verdicts,
+    { title: "Legs", value: (test) => test.legs.join(), cell: (test) => test.legs.join(", ") || "-", style: "less" },
+    { title: "Statements", value: (test) => test.percent, cell: (test) => percent(test.percent), style: "n" },
+    { title: "Simulated", value: (test) => test.sim, cell: (test) => seconds(test.sim), style: "n" },
+  ].filter(Boolean);
+}
+
+function testLink(test) {
+  return h("a", { class: "mono", href: "#test/" + test.anchor }, test.id);
+}
+
+function select(label, every, options, change) {
+  return h("select", { "aria-label": label, onchange: change },
+    h("option", { value: "" }, every), options.map(([value, text]) => h("option", { value }, text)));
+}
+
+/** The tests' page; returns what shows it, given the rest of the address after "tests". */
+function testsPage(place) {
+  if (!TESTS.length) {
+    place.append(h("p", { class: "card soft" }, "No test was selected."));
+    return () => {};
+  }
+  const table = new Table(testColumns(), TESTS);
+  let choice = { kept: () => true };
+  const narrowed = () => { table.page = 0; table.draw(); };
+  const search = h("input", {
+    type: "search", placeholder: "Search ids, beliefs, legs", "aria-label": "Search tests", oninput: narrowed,
+  });
+  const present = [...new Set(TESTS.map((test) => test.outcome))].sort();
+  const outcome = select("Outcome", "every outcome", present.map((each) => [each, DATA.outcomeWords[each]]), narrowed);
+  const suite = select("Suite", "every suite", DATA.suites.map((name, n) => [n, name]), narrowed);
+  suite.hidden = DATA.suites.length < 2;
+  const told = h("span", {});
+  const chosen = h("p", { class: "notice mild", hidden: true }, told, " ", h("a", { href: "#tests" }, "show all"));
+  table.kept = (test) =>
+    search.value.toLowerCase().split(/\s+/).every((word) => test.text.includes(word)) &&
+    (!outcome.value || test.outcome === outcome.value) &&
+    (!suite.value || test.suite === Number(suite.value)) && choice.kept(test);
+  place.append(h("div", { class: "filter", role: "search" }, search, outcome, suite), chosen, table.element);
+  return ([kind, ...numbers]) => {
+    choice = kind in CHOICES ? CHOICES[kind](numbers.map(Number)) : { kept: () => true };
+    chosen.hidden = !choice.told;
+    told.textContent = choice.told ? "Tests " + visible(choice.told) + "." : "";
+    narrowed();
+  };
+}

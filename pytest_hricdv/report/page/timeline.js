@@ -1,0 +1,133 @@
+// A run's timeline: the robot's state, messages, signals, and what the monitors saw, over simulated time.
+
+const ATTEMPTS = { "": ["passed", "var(--ok-mark)"], "!": ["failed", "var(--bad-mark)"], "?": ["open at the end", "var(--nc-mark)"] };
+
+function parsedMessages(timeline) {
+  return timeline.messages.map((text) => {
+    const [time, sender, topic, json] = text.split("\t");
+    let fields = {};
+    try { fields = JSON.parse(json); } catch { fields = { "": json }; }
+    return { time: Number(time), sender, topic, fields };
+  });
+}
+
+function parsedSignal(text, end) {
+  const numbers = text.split(" ").map(Number), points = [];
+  for (let n = 0; n + 1 < numbers.length; n += 2) points.push([numbers[n], numbers[n + 1]]);
+  if (points.length) points.push([end, points[points.length - 1][1]]);
+  return points;
+}
+
+function parsedAttempts(text) {
+  return text.split(" ").map((each) => {
+    const mark = /[!?]$/.test(each) ? each.slice(-1) : "";
+    const [begin, end] = each.replace(/[!?]$/, "").split("-").map(Number);
+    return { begin, end, mark };
+  });
+}
+
+const isSwitch = (name, points) => !(name in DATA.units) && points.every(([, value]) => value === 0 || value === 1);
+
+/** Spans [from, to, label] over which the robot was in a state. */
+function stateSpans(messages, end) {
+  const [topic, field] = DATA.state.split(".");
+  const entered = messages.filter((each) => each.topic === topic && field in each.fields);
+  return entered.map((each, n) => ({
+    from: each.time, to: n + 1 < entered.length ? entered[n + 1].time : end, label: String(each.fields[field]),
+  })).filter((span) => span.to > span.from);
+}
+
+/** Everything that has a lane: {lane, from, to, kind, told}, and the names of the lanes from top to bottom. */
+function lanes(timeline) {
+  const messages = parsedMessages(timeline), end = timeline.end_s, bars = [], dots = [], names = [];
+  const states = DATA.state ? stateSpans(messages, end) : [];
+  const stateTopic = states.length ? DATA.state.split(".")[0] : null;
+  const labels = [...new Set(states.map((span) => span.label))];
+  if (states.length) names.push("state");
+  for (const span of states) {
+    const fill = "color-mix(in srgb, " + colourOf(labels.indexOf(span.label)) + " 28%, var(--card))";
+    bars.push({ lane: "state", ...span, fill, told: span.label + "\n" + seconds(span.from) + " to " + seconds(span.to) });
+  }
+  for (const each of messages.filter((message) => message.topic !== stateTopic)) {
+    if (!names.includes(each.topic)) names.push(each.topic);
+    const fields = Object.entries(each.fields).map(([name, value]) => name + " " + value).join(", ");
+    dots.push({ lane: each.topic, time: each.time, symbol: "circle", fill: "var(--c0)", told: seconds(each.time) + ": " + each.sender + " says " + each.topic + "\n" + fields });
+  }
+  for (const [name, text] of Object.entries(timeline.signals)) {
+    const points = parsedSignal(text, end);
+    if (!isSwitch(name, points)) continue;
+    names.push(name);
+    points.slice(0, -1).forEach(([from, value], n) => {
+      if (value) bars.push({ lane: name, from, to: points[n + 1][0], fill: "var(--c5)", told: name + " from " + seconds(from) + " to " + seconds(points[n + 1][0]) });
+    });
+  }
+  for (const [name, text] of Object.entries(timeline.attempts).sort(([a], [b]) => natural(a, b))) {
+    names.push(name);
+    for (const { begin, end: over, mark } of parsedAttempts(text)) {
+      const [outcome, colour] = ATTEMPTS[mark];
+      const told = name + " triggered at " + seconds(begin) + "\n" + outcome + " at " + seconds(over);
+      bars.push({ lane: name, from: begin, to: over, fill: colour, told });
+      dots.push({ lane: name, time: begin, symbol: mark === "!" ? "triangle" : "circle", fill: colour, told });
+    }
+  }
+  return { names, bars, dots };
+}
+
+/** Room for the longest name of a lane or signal, so that the plots stand below each other. */
+function roomFor(names) {
+  return Math.min(170, 14 + 6.6 * Math.max(8, ...names.map((name) => name.length)));
+}
+
+/** The plot of all lanes. `failures`: {name, time} of each violation. */
+function lanePlot(width, timeline, { names, bars, dots }, failures) {
+  const labelled = bars.filter((bar) => bar.label && ((bar.to - bar.from) / timeline.end_s) * (width - roomFor(names) - 20) > 7 * bar.label.length);
+  const wrong = failures.filter((each) => names.includes(each.name));
+  const tip = { title: (each) => visible(each.told), fill: "var(--card)" };
+  return Plot.plot(plain(width, {
+    ariaLabel: "Messages, states, switches and monitors over time", marginLeft: roomFor(names), marginTop: 8, height: 48 + 24 * names.length,
+    x: { domain: [0, timeline.end_s], label: "simulated time (s)", grid: true },
+    y: { domain: names, label: null, tickFormat: visible, tickSize: 0, type: "band", padding: 0.25 },
+    marks: [
+      Plot.ruleX(wrong, { x: "time", stroke: "var(--bad-mark)", strokeDasharray: "3 3" }),
+      Plot.barX(bars, { x1: "from", x2: "to", y: "lane", fill: "fill", stroke: "fill" }),
+      Plot.text(labelled, { x: (bar) => (bar.from + bar.to) / 2, y: "lane", text: (bar) => visible(bar.label), fill: "var(--ink)" }),
+      Plot.dot(dots, { x: "time", y: "lane", symbol: "symbol", fill: "fill", r: 3.5, stroke: "var(--card)", strokeWidth: 0.7 }),
+      Plot.dot(wrong, { x: "time", y: "name", symbol: "times", stroke: "var(--bad-mark)", r: 6, strokeWidth: 2.5 }),
+      Plot.tip(bars, Plot.pointer({ x: (bar) => (bar.from + bar.to) / 2, y: "lane", maxRadius: 30, ...tip })),
+      Plot.tip(dots, Plot.pointer({ x: "time", y: "lane", maxRadius: 14, ...tip })),
+    ],
+    color: { type: "identity" }, symbol: { type: "identity" },
+  }));
+}
+
+function signalPlot(width, marginLeft, name, points, end, failures) {
+  const unit = DATA.units[name], label = visible(name) + (unit ? " (" + visible(unit) + ")" : "");
+  // Of a signal that never changes, an axis needs some height all the same.
+  const still = points.every(([, value]) => value === points[0][1]);
+  const domain = still ? { domain: [points[0][1] - 0.5, points[0][1] + 0.5] } : { nice: true };
+  return Plot.plot(plain(width, {
+    ariaLabel: label, marginLeft, marginTop: 22, marginBottom: 26, height: 120,
+    x: { domain: [0, end], label: null, grid: true }, y: { label, grid: true, ticks: 4, ...domain },
+    marks: [
+      Plot.ruleX(failures, { x: "time", stroke: "var(--bad-mark)", strokeDasharray: "3 3" }),
+      Plot.line(points, { x: "0", y: "1", curve: "step-after", stroke: "var(--c0)" }),
+      Plot.tip(points, Plot.pointerX({ x: "0", y: "1", title: (point) => seconds(point[0]) + ": " + point[1], fill: "var(--card)" })),
+    ],
+  }));
+}
+
+/** The whole timeline, or what to say where there is none. */
+function timelineView(timeline, verdicts) {
+  if (!timeline) return h("p", { class: "soft" }, "No timeline: the run came to no end.");
+  const failures = verdicts.flatMap((verdict) => verdict.times.map((time) => ({ name: verdict.name, time })));
+  const view = h("div", { class: "timeline" });
+  const found = lanes(timeline), room = roomFor(found.names);
+  drawn(view, (width) => lanePlot(width, timeline, found, failures));
+  for (const [name, text] of Object.entries(timeline.signals)) {
+    const points = parsedSignal(text, timeline.end_s);
+    if (!isSwitch(name, points)) drawn(view, (width) => signalPlot(width, room, name, points, timeline.end_s, failures));
+  }
+  view.append(legend(Object.values(ATTEMPTS).map(([outcome, colour]) => ["trigger " + outcome, colour, ""])),
+    h("p", { class: "soft small" }, "A requirement's bar begins where it is triggered and ends where it is decided; × marks a violation. Signals are thinned; their extremes are kept."));
+  return view;
+}
