@@ -1,4 +1,4 @@
-"""`python -m pytest_hricdv.report`: merges reports, holds a report against gates, writes the smallest equal suite."""
+"""`python -m pytest_hricdv.report`: merges reports, holds one against gates, writes what other tools read of it."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from pytest_hricdv.allowance import Allowance, AllowanceError, allowances
 from pytest_hricdv.baseline import BaselineError
 from pytest_hricdv.bound import KINDS, Bound, BoundError, bound
 from pytest_hricdv.closing import Entry
+from pytest_hricdv.exporting import write as export
+from pytest_hricdv.exports import FILES, Exports
 from pytest_hricdv.gates import Gates
 from pytest_hricdv.gating import Judgement, judge
 from pytest_hricdv.merging import MergeError, expected, merge, missing_shards, sessions_of
@@ -51,6 +53,12 @@ def _parser() -> argparse.ArgumentParser:
     gating.set_defaults(do=_gate)
     for each in (merging, gating):
         _add_gates(each)
+    exporting = commands.add_parser("export", help="write what other tools read, of a report that is written")
+    exporting.add_argument("report", type=Path, metavar="REPORT")
+    for name, what in FILES.items():
+        exporting.add_argument(f"--{name}", type=Path, metavar="FILE", help=what)
+    exporting.add_argument("--root", default=".", help="the folder that file names are relative to (default .)")
+    exporting.set_defaults(do=_export)
     return parser
 
 
@@ -89,6 +97,18 @@ def _merge(options: argparse.Namespace) -> int:
 def _gate(options: argparse.Namespace) -> int:
     report = load(options.report)
     return _told(report, _held(report, options))
+
+
+def _export(options: argparse.Namespace) -> int:
+    exports = Exports.of({name: getattr(options, name) for name in FILES})
+    if not any(getattr(options, name) for name in FILES) and exports.job_summary is None:
+        raise ReportError(f"export: say what to write, with {', '.join(f'--{name}=FILE' for name in FILES)}")
+    written = export(load(options.report), exports, options.root)
+    for text in written.notes:
+        print(text)
+    for text in written.problems:
+        print(f"FAILED {text}")
+    return FAILED if written.problems else OK
 
 
 def _told(report: Entry, held: Judgement) -> int:

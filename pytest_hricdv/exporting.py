@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,54 @@ if TYPE_CHECKING:
     from pytest_hricdv.closing import Entry
     from pytest_hricdv.exports import Exports
     from pytest_hricdv.reporting import Reporting
+
+
+@dataclass(frozen=True)
+class Written:
+    """What to say of files: where they are, or why they are not written; and what went wrong."""
+
+    notes: tuple[str, ...]
+    problems: tuple[str, ...]
+
+
+def write(report: Entry, exports: Exports, root: str) -> Written:
+    """Write the files that were asked for.
+
+    Args:
+        report: of a session, or merged.
+        exports: which files.
+        root: the folder that the report's file names are relative to.
+    """
+    notes: list[str] = []
+    problems: list[str] = []
+    texts: dict[str, tuple[Path | None, Callable[[], str]]] = {
+        "cobertura": (exports.cobertura, lambda: cobertura.cobertura(report, root)),
+        "lcov": (exports.lcov, lambda: lcov.lcov(report)),
+        "summary": (exports.summary, lambda: markdown.markdown(report)),
+    }
+    for name, (path, text) in texts.items():
+        if path is None:
+            continue
+        if name != "summary" and not report["code_under_test"]["measured"]:  # a file would say 0 %
+            notes.append(f"{name}: not written, the code was not measured: {totals.unmeasured(report)}")
+            continue
+        try:
+            notes.append(f"{name}: {files.write_text(path, text())}")
+        except ReportError as error:
+            problems.append(f"--hri-{name}: {error}")
+    if exports.job_summary is not None:
+        problems += _appended(exports.job_summary, f"{markdown.markdown(report)}\n")
+    return Written(tuple(notes), tuple(problems))
+
+
+def _appended(path: Path, text: str) -> list[str]:
+    """GitHub reads the file when the step is over, and other steps may have written to it."""
+    try:
+        with path.open("a", encoding="utf-8", errors="backslashreplace") as file:
+            file.write(text)
+    except OSError as error:
+        return [f"GITHUB_STEP_SUMMARY={path}: {error.strerror or error}"]
+    return []
 
 
 class Exporting:
@@ -70,33 +119,10 @@ class Exporting:
                 terminalreporter.write_line(command)
 
     def _export(self, report: Entry) -> None:
-        exports = self._exports
         self._tell_junit(report)
-        root = str(self._config.rootpath)
-        self._write_coverage("cobertura", exports.cobertura, report, lambda: cobertura.cobertura(report, root))
-        self._write_coverage("lcov", exports.lcov, report, lambda: lcov.lcov(report))
-        if exports.summary is not None:
-            self._write("summary", exports.summary, markdown.markdown(report))
-        if exports.job_summary is not None:
-            try:
-                with exports.job_summary.open("a", encoding="utf-8", errors="backslashreplace") as file:
-                    file.write(f"{markdown.markdown(report)}\n")
-            except OSError as error:
-                self._problems.append(f"GITHUB_STEP_SUMMARY={exports.job_summary}: {error.strerror or error}")
-
-    def _write_coverage(self, name: str, path: Path | None, report: Entry, text: Callable[[], str]) -> None:
-        if path is None:
-            return
-        if report["code_under_test"]["measured"]:
-            self._write(name, path, text())
-        else:  # nothing is known: a file would say 0 %
-            self._notes.append(f"{name}: not written, the code was not measured: {totals.unmeasured(report)}")
-
-    def _write(self, name: str, path: Path, text: str) -> None:
-        try:
-            self._notes.append(f"{name}: {files.write_text(path, text)}")
-        except ReportError as error:
-            self._problems.append(f"--hri-{name}: {error}")
+        written = write(report, self._exports, str(self._config.rootpath))
+        self._notes += written.notes
+        self._problems += written.problems
 
     def _tell_junit(self, report: Entry) -> None:
         from _pytest.junitxml import xml_key  # pytest's own way to properties of a suite, `record_testsuite_property`,

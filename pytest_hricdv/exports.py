@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-_FILES = {
+FILES = {
     "cobertura": "write the coverage of the code under test as Cobertura XML",
     "lcov": "write the coverage of the code under test as an LCOV tracefile",
     "summary": "write the session's summary as markdown",
@@ -17,7 +18,7 @@ _FILES = {
 
 def add_options(group: pytest.OptionGroup, parser: pytest.Parser) -> None:
     """Register the options that name files, and their ini keys."""
-    for name, what in _FILES.items():
+    for name, what in FILES.items():
         group.addoption(f"--hri-{name}", metavar="FILE", help=what)
         parser.addini(f"hri_{name}", f"default of --hri-{name}", default="")
 
@@ -38,7 +39,11 @@ class Exports:
     @classmethod
     def read(cls, config: pytest.Config) -> Exports:
         """The files in force. Raises pytest.UsageError for one that cannot be written."""
-        named = {name: _path(config, name) for name in _FILES}
+        return cls.of({name: _path(config, name) for name in FILES})
+
+    @classmethod
+    def of(cls, named: Mapping[str, Path | None]) -> Exports:
+        """These files, and what GitHub's environment asks for."""
         job = os.environ.get("GITHUB_STEP_SUMMARY", "")
         return cls(**named, job_summary=Path(job) if job else None, github=os.environ.get("GITHUB_ACTIONS") == "true")
 

@@ -1,4 +1,4 @@
-"""`python -m pytest_hricdv.report merge|gate|minimal ...`: what can be done with reports that are written."""
+"""`python -m pytest_hricdv.report merge|gate|export ...`: what can be done with reports that are written."""
 
 import sys
 

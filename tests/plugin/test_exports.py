@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -138,6 +139,23 @@ def test_a_job_summary_that_cannot_be_written_fails_the_run_and_keeps_the_report
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.stdout.fnmatch_lines(["FAILED GITHUB_STEP_SUMMARY=*job.md: No such file or directory"])
     assert report(lamps.path)["reported"] == 4
+
+
+def test_a_written_report_is_exported_as_its_session_did(
+    lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lamps.runpytest_inprocess(SUITE, "--hri-cobertura=a.xml", "--hri-lcov=a.info", "--hri-summary=a.md")
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(lamps.path / "job.md"))
+    files = ("--cobertura=b.xml", "--lcov=b.info", "--summary=b.md", f"--root={lamps.path}")
+    done = lamps.run(sys.executable, "-m", "pytest_hricdv.report", "export", "hri-report", *files)
+    assert done.ret == 0
+    for end in ("xml", "info", "md"):
+        assert (lamps.path / f"a.{end}").read_text() == (lamps.path / f"b.{end}").read_text()
+    assert (lamps.path / "job.md").read_text() == (lamps.path / "a.md").read_text() + "\n"
+    monkeypatch.delenv("GITHUB_STEP_SUMMARY")
+    nothing = lamps.run(sys.executable, "-m", "pytest_hricdv.report", "export", "hri-report")
+    assert nothing.ret == 2
+    nothing.stderr.fnmatch_lines(["error: export: say what to write, with --cobertura=FILE, *"])
 
 
 def test_no_tests_and_a_name_of_every_odd_character(lamps: pytest.Pytester) -> None:
