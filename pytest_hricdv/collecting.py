@@ -12,6 +12,7 @@ from pytest_hricdv import replaying
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.options import SESSION_DAY, Options
 from pytest_hricdv.replaying import Given
+from pytest_hricdv.skimming import CASE, Skimming
 from pytest_hricdv.suites import Selected, cases, from_text, selected_suites, to_text
 from pytest_hricdv.testbench import Testbench, TestbenchError, checked, lacking
 
@@ -40,6 +41,7 @@ class Collecting:
     def __init__(self, config: pytest.Config, options: Options) -> None:
         self.config = config
         self.options = options
+        self._skimming = Skimming()
 
     @cached_property
     def testbench(self) -> Testbench:
@@ -113,6 +115,20 @@ class Collecting:
             if reporter._tw.width_of_current_line:  # the dots of tests: ensure_newline does not know those of workers
                 reporter.write("\n")
             reporter.write_line(text)
+
+    def pytest_plugin_registered(self, plugin: object) -> None:
+        """Sees every plugin and conftest.py: what fixtures it has decides which files can have generated tests."""
+        self._skimming.look_at(plugin)
+
+    def pytest_ignore_collect(self, collection_path: Path) -> bool | None:
+        """Leaves out files without generated tests where only these are wanted: importing others takes long."""
+        if self._skims and collection_path.is_file() and self._skimming.is_without_cases(collection_path):
+            return True
+        return None
+
+    @cached_property
+    def _skims(self) -> bool:
+        return self.only_cases and CASE not in self.config.getini("usefixtures")
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
         """Parametrizes `hri_case`: fixtures, -k, --lf and IDEs then work as with any parametrized test."""

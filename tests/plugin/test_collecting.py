@@ -84,3 +84,56 @@ def test_a_file_of_bare_commands_is_a_suite(lamps: pytest.Pytester) -> None:
     listed = nodeids(lamps.runpytest_inprocess("--collect-only", "-q", "--hri-suite=recorded.txt"))
     assert len(listed) == 2
     assert all("[recorded-" in nodeid for nodeid in listed)
+
+
+BROKEN = "raise ImportError('whoever imports this file fails')\n"
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_files_without_generated_tests_are_not_even_imported(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    (lamps.path / "test_others.py").write_text(BROKEN, encoding="utf-8")
+    assert lamps.runpytest_inprocess("--hri-suite=by-hand", *options).ret == 0
+
+
+def test_files_without_generated_tests_are_imported_where_they_were_asked_for(lamps: pytest.Pytester) -> None:
+    (lamps.path / "test_others.py").write_text(BROKEN, encoding="utf-8")
+    assert lamps.runpytest_inprocess("--hri-suite=by-hand", ".").ret != 0, "a path was named"
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_suite = by-hand")
+    assert lamps.runpytest_inprocess().ret != 0, "everything is wanted"
+
+
+@pytest.mark.parametrize(
+    ("text", "beside"),
+    [
+        ("def test_more(hri_case):\n    hri_case.check(hri_case.run())\n", {}),
+        ("from test_lamps import test_lamps\n", {}),
+        ("from test_lamps import *\n", {}),
+        ("import mine\n\n\nclass TestMore(mine.Base):\n    pass\n", {"mine.py": "CLASS"}),
+        (
+            "from mine import (\n    Base,\n    TestMore,\n)\n",
+            {"mine.py": "CLASS\n\n\nclass TestMore(Base):\n    pass\n"},
+        ),
+        ("def test_more(lit):\n    lit.check(lit.run())\n", {"deep/conftest.py": "FIXTURE"}),
+        ("def test_more(lit):\n    lit.check(lit.run())\n", {"conftest.py": "IMPORTED", "mine.py": "FIXTURE"}),
+        ("def test_more(lit):\n    lit.check(lit.run())\n", {"pytest.ini": "PLUGIN", "mine.py": "FIXTURE"}),
+    ],
+    ids=["by name", "imported", "with a star", "base class", "over lines", "fixture", "its import", "plugin"],
+)
+def test_generated_tests_in_disguise_are_found(lamps: pytest.Pytester, text: str, beside: dict[str, str]) -> None:
+    parts = {
+        "CLASS": "class Base:\n    def test_more(self, hri_case):\n        hri_case.check(hri_case.run())",
+        "FIXTURE": "import pytest\n\n\n@pytest.fixture\ndef lit(hri_case):\n    return hri_case\n",
+    }
+    (lamps.path / "deep").mkdir()
+    (lamps.path / "deep" / "test_deep.py").write_text(text, encoding="utf-8")
+    for name, content in beside.items():
+        if content == "IMPORTED":
+            change(lamps.path, name, "from pathlib import Path\n", "from pathlib import Path\n\nfrom mine import lit\n")
+        elif content == "PLUGIN":
+            change(lamps.path, name, "-p no:hypothesispytest", "-p no:hypothesispytest -p mine")
+        else:
+            made = content.replace("CLASS", parts["CLASS"]).replace("FIXTURE", parts["FIXTURE"])
+            (lamps.path / name).write_text(made, encoding="utf-8")
+    listed = nodeids(lamps.runpytest_inprocess("--collect-only", "-q", "--hri-suite=by-hand"))
+    assert [line.startswith("deep/") for line in listed].count(True) == 4
+    assert len(listed) == 8
