@@ -11,7 +11,7 @@ from .actions import Invocation, call_action, function_value
 from .beliefs import BeliefBase
 from .calling import hand_back, optimize_tail_recursion
 from .errors import BdiError, EvaluationError
-from .execution import execute
+from .execution import EXECUTE
 from .inference import MAX_NESTED_QUERIES, first
 from .intentions import Event, Frame, Intention, Message, Question, Wait
 from .library import PlanLibrary
@@ -128,7 +128,7 @@ class Agent:
         if self.waits and self.beliefs.version != self._condition_version:
             self._condition_version = self.beliefs.version
             waiting.wake_by_conditions(self)
-        self.awake = self.has_work()
+        self.awake = bool(self.intentions or self.events) or self.has_work()
 
     def work(self, rounds: int) -> int:
         """Do cycles while every other agent is idle, at most so many; the number done.
@@ -227,12 +227,13 @@ class Agent:
             # It waits for its own event or for time to pass: nothing may come between.
             return
         frame = intention.frames[-1]
-        if frame.finished:
+        if frame.pc >= len(frame.body):
             self.clear(intention)
             return
         self.current = intention
+        statement = frame.body[frame.pc]
         try:
-            execute(self, intention, frame, frame.statement)
+            EXECUTE[type(statement)](self, intention, frame, statement)
         except (EvaluationError, ArithmeticError, ValueError) as error:
             failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
         finally:
@@ -253,7 +254,7 @@ class Agent:
             return
         frame = frames[-1]
         frame.advance()
-        if frame.finished:
+        if frame.pc >= len(frame.body):
             self.clear(intention)
         else:
             self.ready(intention)
@@ -330,6 +331,8 @@ class Agent:
 
     def value(self, term: Term, bindings: Bindings) -> Term:
         """The term with variables replaced and expressions evaluated."""
+        if type(term) is Structure and term.ground:
+            return term
         return substitute(term, bindings, self.function)
 
     def function(self, call: Call, bindings: Bindings) -> Term:

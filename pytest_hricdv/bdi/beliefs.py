@@ -8,8 +8,8 @@ from .syntax import Rule
 from .terms import Key, Structure, Term
 
 Entry = Structure | Rule
-Bucket = dict[Structure | Rule, Entry]
-"""The beliefs of one predicate, by their text without annotations, the oldest first."""
+Bucket = dict[tuple[Term, ...] | Rule, Entry]
+"""The beliefs of one predicate by their arguments, and its rules, the oldest first."""
 
 _EMPTY: Bucket = {}
 
@@ -51,16 +51,16 @@ class BeliefBase:
             if nothing is, as when a belief is added again from the same source.
         """
         bucket = self._buckets.setdefault(belief.key, {})
-        plain = belief.plain()
-        held = bucket.get(plain)
+        args = belief.args
+        held = bucket.get(args)
         if isinstance(held, Structure):
             new = tuple(annot for annot in belief.annots if annot not in held.annots)
             if not new:
                 return None
-            bucket[plain] = held.annotated(held.annots + new)
+            bucket[args] = held.annotated(held.annots + new)
             belief = belief if len(new) == len(belief.annots) else belief.annotated(new)
         else:
-            bucket[plain] = belief
+            bucket[args] = belief
         self.version += 1
         return belief
 
@@ -70,22 +70,22 @@ class BeliefBase:
         Returns:
             Whether anything changed. Nothing does if some annotation given is not held.
         """
-        plain = belief.plain()
+        args = belief.args
         bucket = self._buckets.get(belief.key, _EMPTY)
-        held = bucket.get(plain)
+        held = bucket.get(args)
         if not isinstance(held, Structure):
             return False
         if held.annots == belief.annots:
-            del bucket[plain]
+            del bucket[args]
             self.version += 1
             return True
         if not all(annot in held.annots for annot in belief.annots):
             return False
         left = held.annotated(tuple(annot for annot in held.annots if annot not in belief.annots))
         if left.has_source():
-            bucket[plain] = left
+            bucket[args] = left
         else:
-            del bucket[plain]
+            del bucket[args]
         self.version += 1
         return True
 

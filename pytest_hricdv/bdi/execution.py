@@ -23,7 +23,6 @@ from .syntax import (
     GoalTerm,
     If,
     Internal,
-    Statement,
     Test,
     While,
 )
@@ -32,16 +31,6 @@ from .unify import Bindings, free_variables
 
 if TYPE_CHECKING:
     from .agent import Agent
-
-
-def execute(agent: Agent, intention: Intention, frame: Frame, statement: Statement) -> None:
-    """Execute a statement; afterwards the intention is where it belongs: ready, waiting, failed or ended.
-
-    Raises:
-        EvaluationError: the statement fails because something in it has no value.
-        BdiError: the run cannot go on.
-    """
-    _EXECUTE[type(statement)](agent, intention, frame, statement)
 
 
 def instantiate(agent: Agent, term: GoalTerm, frame: Frame) -> Structure:
@@ -211,7 +200,7 @@ def _requeue(agent: Agent, intention: Intention, frame: Frame) -> None:
         agent.ready(intention)
 
 
-_EXECUTE: dict[type, Callable[[Agent, Intention, Frame, Any], None]] = {
+EXECUTE: dict[type, Callable[[Agent, Intention, Frame, Any], None]] = {
     Achieve: _achieve,
     Test: _test,
     Believe: _believe,
@@ -222,3 +211,6 @@ _EXECUTE: dict[type, Callable[[Agent, Intention, Frame, Any], None]] = {
     While: _while,
     For: _for,
 }
+"""How statements are executed, by their class; afterwards the intention is where it belongs: ready, waiting, failed or
+ended. They raise an EvaluationError if the statement fails because something in it has no value, and a BdiError if the
+run cannot go on."""

@@ -95,11 +95,8 @@ def _ground_answer(agent: Agent, literal: Structure) -> bool | None:
     bucket = agent.beliefs.bucket(literal.key)
     if not bucket:
         return literal.functor == "true" and not literal.args
-    if literal.annots:
-        held = bucket.get(literal.plain())
-        if isinstance(held, Structure) and all(annot in held.annots for annot in literal.annots):
-            return True
-    elif literal in bucket:
+    held = bucket.get(literal.args)
+    if isinstance(held, Structure) and (not literal.annots or all(annot in held.annots for annot in literal.annots)):
         return True
     return None if any(isinstance(entry, Rule) or not entry.ground for entry in bucket.values()) else False
 

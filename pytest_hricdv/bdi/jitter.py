@@ -65,8 +65,8 @@ class JitteredRun(Run):
             self.progress += 1
             self._under_way.append((arrival, to, message))
 
-    def _rounds(self, limit: int) -> int:
-        """One round; 0 if no agent has anything to do, now or once what is under way has arrived."""
+    def _rounds(self, until: int) -> bool:
+        """Do one round, unless no agent has anything to do, now or once what is under way has arrived."""
         self._arrive()
         agents = list(self.agents.values())
         self._chance.shuffle(agents)
@@ -75,7 +75,7 @@ class JitteredRun(Run):
             agent.awake = agent.has_work()
         expecting = bool(self._under_way) or any(late.pending for late in self._late.values())
         if not expecting and not any(agent.awake for agent in agents):
-            return 0
+            return False
         for agent in agents:
             if agent.awake:
                 try:
@@ -86,7 +86,7 @@ class JitteredRun(Run):
         self.ticks += 1
         # While something is under way, agents that only repeat themselves may yet have reason to stop.
         self.progress += expecting
-        return 1
+        return True
 
     def _arrive(self) -> None:
         waiting = self._under_way

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import random
-from bisect import bisect_right, insort
+from bisect import bisect_left, insort
 from collections.abc import Mapping
 
 from .agent import Agent
@@ -188,7 +188,7 @@ class Run:
             if agent.awake:
                 self._ready.append(place)
         while self.rounds < max_rounds:
-            if not self._rounds((max_rounds if max_rounds < quiet.due else quiet.due) - self.rounds):
+            if not self._rounds(min(max_rounds, quiet.due)):
                 if not self._jump():
                     return "idle"
                 if quiet.polling():
@@ -202,34 +202,50 @@ class Run:
                 return "spin"
         return "round limit"
 
-    def _rounds(self, limit: int) -> int:
-        """At least one round, or several if only one agent has anything to do; their number, 0 if none has."""
+    def _rounds(self, until: int) -> bool:
+        """Do rounds while any agent has something to do, until that round or the end of a wait or of the run.
+
+        Returns:
+            Whether any was done.
+        """
         ready = self._ready
         if not ready:
-            return 0
-        place, done = -1, 1
-        try:
+            return False
+        while True:
+            limit = 1
             if len(ready) == 1:
-                place = ready[0]
+                limit = until - self.rounds
                 if self.ticks + limit > self.earliest_deadline:
-                    limit = max(1, int(self.earliest_deadline) - self.ticks)
-                done = self._order[place].work(limit)
-                if not self._order[place].awake:
-                    ready.remove(place)
-                self.rounds += done - 1
-                self.ticks += done - 1
-            # One that was alone may in the last of its rounds have given others something to do, who are yet to act.
-            while ready and ready[-1] > place:
-                place = ready[bisect_right(ready, place)]
-                self._order[place].work(1)
-                if not self._order[place].awake:
-                    ready.remove(place)
+                    limit = int(self.earliest_deadline) - self.ticks
+            self._round(limit)
+            self.rounds += 1
+            self.ticks += 1
+            if not ready or self.rounds >= until or self.ticks >= self.earliest_deadline or self._ended:
+                return True
+
+    def _round(self, limit: int) -> None:
+        """Let those act that are ready; one that is alone may do several cycles, at most so many."""
+        ready, order = self._ready, self._order
+        place = index = 0
+        try:
+            while index < len(ready):
+                place = ready[index]
+                done = order[place].work(limit)
+                if done > 1:
+                    # It was alone, but may in the last of its rounds have given others something to do.
+                    self.rounds += done - 1
+                    self.ticks += done - 1
+                limit = 1
+                if ready[index] != place:
+                    # Others before it have been woken: they act in the next round.
+                    index = bisect_left(ready, place)
+                if order[place].awake:
+                    index += 1
+                else:
+                    del ready[index]
         except RecursionError:
-            acting = self._order[place]
+            acting = order[place]
             raise BdiError(f"{acting.name}: terms nested too deeply, {acting.doing()}") from None
-        self.rounds += 1
-        self.ticks += 1
-        return done
 
     def replace(self, agent: Agent) -> None:
         """Let an agent take the place of the one of its name."""
@@ -268,11 +284,12 @@ class Run:
         self._find_earliest_deadline()
 
     def _find_earliest_deadline(self) -> None:
-        self.earliest_deadline = math.inf
-        for agent in self.agents.values():
-            if agent.waits or agent.questions:
-                deadlines = [wait.deadline for wait in agent.waits]
-                deadlines += [question.deadline for question in agent.questions.values()]
-                for deadline in deadlines:
-                    if deadline is not None:
-                        self.note_deadline(deadline)
+        earliest = math.inf
+        for agent in self._order:
+            for wait in agent.waits:
+                if wait.deadline is not None and wait.deadline < earliest:
+                    earliest = wait.deadline
+            for question in agent.questions.values():
+                if question.deadline is not None and question.deadline < earliest:
+                    earliest = question.deadline
+        self.earliest_deadline = earliest

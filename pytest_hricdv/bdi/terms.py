@@ -72,7 +72,6 @@ class Structure:
 
     __slots__ = (
         "_hash",
-        "_plain",
         "_text",
         "annots",
         "annots_tail",
@@ -101,13 +100,10 @@ class Structure:
         ground = annots_tail is None
         for term in (*args, *annots) if annots else args:
             kind = type(term)
-            if kind is Structure or kind is ListTerm:
+            if kind is not Number and kind is not String:
                 ground = ground and is_ground(term)
-            elif kind is not Number and kind is not String:
-                ground = False
         self.ground = ground
         self.evaluable = not ground and (any(map(is_evaluable, args)) or any(map(is_evaluable, annots)))
-        self._plain: Structure | None = None
         self._hash: int | None = None
         self._text: str | None = None
 
@@ -115,9 +111,7 @@ class Structure:
         """The same literal without annotations."""
         if not self.annots and self.annots_tail is None:
             return self
-        if self._plain is None:
-            self._plain = Structure(self.functor, self.args, (), self.negated)
-        return self._plain
+        return Structure(self.functor, self.args, (), self.negated)
 
     def annotated(self, annots: tuple[Term, ...], tail: Variable | None = None) -> Structure:
         """The same literal with exactly these annotations, which are put in order."""

@@ -258,7 +258,7 @@ class TracedAgent(Agent):
             except BdiError:
                 continue
             if isinstance(value, Structure) and value.key != (False, "true", 0):
-                held = self.beliefs.bucket(value.key).get(value.plain())
+                held = self.beliefs.bucket(value.key).get(value.args)
                 found.append(str(held if isinstance(held, Structure) else value))
         return tuple(found)
 

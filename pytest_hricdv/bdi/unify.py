@@ -171,9 +171,12 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
     Raises:
         EvaluationError: an expression over something that is not a number.
     """
-    if isinstance(term, Variable):
+    kind = type(term)
+    if kind is Number or kind is String:
+        return term
+    if kind is Variable:
         value = walk(term, bindings)
-        return value if is_ground(value) or isinstance(value, Variable) else substitute(value, bindings, functions)
+        return value if type(value) is Variable or is_ground(value) else substitute(value, bindings, functions)
     if isinstance(term, Structure):
         return term if term.ground else _substitute_structure(term, bindings, functions)
     if isinstance(term, ListTerm):

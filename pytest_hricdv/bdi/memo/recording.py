@@ -109,42 +109,41 @@ class RecordingRun(Run):
             return self._segment(ticks, ended), None
         return None
 
-    def _rounds(self, limit: int) -> int:
-        if not self.notes.certain:
-            self._ended = _UNCERTAIN
-            return 1
-        if self._may_cut():
-            self._ended = _CUT
-            return 1
-        before = self.progress
-        done = super()._rounds(limit)
+    def _round(self, limit: int) -> None:
+        before, first = self.progress, self.rounds
+        super()._round(limit)
+        done = self.rounds - first + 1
         if self._quiet + done >= QUIET_ROUNDS:
             self.notes.certain = False
         self._quiet = done if self.progress != before else self._quiet + done
-        return done
+        if not self.notes.certain:
+            self._ended = _UNCERTAIN
+        elif self._may_cut():
+            self._ended = _CUT
 
     def _may_cut(self) -> bool:
-        """Whether only a receiver has anything to do, most often because it has just been told something."""
-        if not self.rounds or not self.notes.forwarded or self._quiet > _QUIET_BEFORE or len(self._ready) != 1:
+        """Whether in the next round only a receiver has anything to do: most often it has been told something."""
+        if not self.notes.forwarded or self._quiet > _QUIET_BEFORE or len(self._ready) != 1:
             return False
         ready = self._order[self._ready[0]]
-        return isinstance(ready, Receiver) and ready.has_work() and self._find_states()
+        return isinstance(ready, Receiver) and self.ticks + 1 < self.earliest_deadline and self._find_states()
 
     def _find_states(self) -> bool:
-        """Note the states of all agents; False if they cannot be compared."""
+        """Note the states of all agents before the next round; False if they cannot be compared."""
+        now = self.ticks + 1
         states = []
         for name, agent in self.agents.items():
             if not isinstance(agent, CompiledAgent):
                 return False
             if isinstance(agent, Receiver):
-                states.append(mental_state(agent, agent.watched.settled_content()))
+                states.append(mental_state(agent, now, agent.watched.settled_content()))
             elif name != self.notes.forwarding.steering:
-                states.append(mental_state(agent, agent.p.items()))
+                states.append(mental_state(agent, now, agent.p.items()))
             elif agent.has_work() or agent.waits:
                 # It could still be about to forward something.
                 return False
             else:
-                states.append(mental_state(agent, agent.p.items(), self._left_out))
+                states.append(mental_state(agent, now, agent.p.items(), self._left_out))
         self._states = tuple(states)
         try:
             hash(self._states)

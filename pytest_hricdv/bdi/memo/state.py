@@ -37,15 +37,17 @@ class MentalState(NamedTuple):
     waits: tuple[Any, ...]
 
 
-def mental_state(agent: CompiledAgent, propositions: Iterable[Hashable], without: int | None = None) -> MentalState:
+def mental_state(
+    agent: CompiledAgent, now: int, propositions: Iterable[Hashable], without: int | None = None
+) -> MentalState:
     """The state of an agent.
 
     Args:
         agent: the agent.
+        now: the tick of the virtual clock.
         propositions: its beliefs without arguments.
         without: a table that does not count.
     """
-    now = agent.run.ticks
     return MentalState(
         frozenset(propositions),
         tuple([tuple(table.items()) for place, table in enumerate(agent.tables) if place != without]),
@@ -59,7 +61,7 @@ def mental_state(agent: CompiledAgent, propositions: Iterable[Hashable], without
 
 
 def restore(agent: CompiledAgent, state: MentalState, without: int | None = None) -> None:
-    """Put a new agent into a state, its propositions aside; the other arguments are those of :func:`mental_state`."""
+    """Put a new agent into a state, its propositions aside; ``without`` is as in :func:`mental_state`."""
     places = [place for place in range(len(agent.tables)) if place != without]
     for place, content in zip(places, state.tables, strict=True):
         agent.tables[place] = dict(content)
