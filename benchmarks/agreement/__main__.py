@@ -10,13 +10,15 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from benchmarks import page, pictures, session
 from benchmarks.agreement import charts, original
+from benchmarks.agreement.asked import asked
 from benchmarks.agreement.pair import OurRun, Pair
+from benchmarks.agreement.readings import in_turn
 from benchmarks.agreement.tables import context
 from pytest_hricdv.generate.files import Files
 from pytest_hricdv.generate.method import Context
@@ -67,17 +69,20 @@ def paired(report: Mapping[str, Any]) -> tuple[Pair, ...]:
     entries = {test["id"]: test for test in report["tests"]}
     if entries.keys() != set(ids.values()):
         raise session.SessionError(f"the report is not one of the tests in {original.FILE}")
+    for entry in entries.values():
+        if entry["code"] is None:
+            raise session.SessionError(f"{entry['id']} did not come to its end: {entry['failure']}")
     return tuple(Pair(theirs, _ours(entries[ids[theirs.name]])) for theirs in original.runs())
 
 
 def _ours(entry: Mapping[str, Any]) -> OurRun:
-    readings: Sequence[str] = [reading for reading, _ in entry["cross"]["decision"]]
+    legs = tuple(entry["legs"])
     return OurRun(
         id=entry["id"],
         coverage=float(entry["code"]["percent"]),
         verdicts={name: entry["requirements"][name]["verdict"] for name in original.REQUIREMENTS},
-        legs=tuple(entry["legs"]),
-        readings=tuple(readings),
+        legs=legs,
+        readings=in_turn(legs, entry["cross"]["decision"], asked(entry["abstract"])),
     )
 
 

@@ -36,7 +36,7 @@ def main() -> None:
     options = parser.parse_args()
     folder = options.report.resolve()
     try:
-        report = read(folder) if options.again else run(folder)
+        report = measured(read(folder) if options.again else run(folder))
     except session.SessionError as error:
         sys.exit(f"experiment: {error}")
     write(report, options.docs)
@@ -61,6 +61,15 @@ def read(folder: Path) -> dict[str, Any]:
     missing = published.METHODS.keys() - {suite["name"] for suite in report.get("suites", ())}
     if missing:
         raise session.SessionError(f"{path}: a report without {', '.join(sorted(missing))}; leave out --again")
+    return report
+
+
+def measured(report: dict[str, Any]) -> dict[str, Any]:
+    """The report, if it tells what code was covered. Raises SessionError where it does not."""
+    for suite in report["suites"]:
+        if suite["code"]["statements"] is None or suite["code"]["branches"] is None:
+            reason = report["code_under_test"]["reason"]
+            raise session.SessionError(f"suite {suite['name']}: the code under test was not measured: {reason}")
     return report
 
 

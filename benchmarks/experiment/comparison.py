@@ -89,7 +89,7 @@ class Method:
 
 
 def methods(report: Entry) -> dict[str, Method]:
-    """The figures of each method by name.
+    """The figures of each method by name. A test that did not come to its end has no part in them.
 
     Raises:
         KeyError: the report lacks one of the four suites.
@@ -100,7 +100,7 @@ def methods(report: Entry) -> dict[str, Method]:
 
 
 def _method(suite: Entry, report: Entry, published: Published, theirs: Sequence[original.OriginalRun]) -> Method:
-    tests = [test for test in report["tests"] if test["suite"] == suite["name"]]
+    tests = [test for test in report["tests"] if test["suite"] == suite["name"] and test["code"] is not None]
     percents = tuple(sorted(float(test["code"]["percent"]) for test in tests))
     return Method(
         suite=suite,

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from benchmarks.agreement import original, pair
 from benchmarks.agreement.asked import Asked, asked, before_first_request_s
 from benchmarks.agreement.pair import OurRun, Pair, errs
+from benchmarks.agreement.readings import in_turn
 from sim.script import PARAMETERS
 from tests.hri.bench import leg
 
@@ -152,3 +153,27 @@ def test_why_a_requirement_is_not_checked_here(ours: OurRun, cause: str) -> None
 def test_where_the_hand_is_decides_the_third_requirement() -> None:
     found = Pair(then(leg("110"), ["discarded"], R3="Failed"), now(["discarded"], ["110"]))
     assert found.verdict("R3") == pair.HAND
+
+
+POSES_OF_TURNS = st.lists(st.tuples(st.sampled_from(POSES), st.booleans()), max_size=4)
+
+
+@given(POSES_OF_TURNS, st.randoms(use_true_random=False))
+def test_readings_without_an_error_find_their_turns_in_whatever_order_they_are_told(turns: list, random) -> None:  # type: ignore[no-untyped-def,type-arg]
+    poses = [pose for pose, _ in turns]
+    legs = ["no-human-ready" if bored else "released" if pose == "111" else "discarded" for pose, bored in turns]
+    readings = ["none" if leg == "no-human-ready" else pose for pose, leg in zip(poses, legs, strict=True)]
+    told = list(zip(readings, legs, strict=True))
+    random.shuffle(told)
+    requests = [Asked(pose, ready=True, bored=False) for pose in poses]
+    assert in_turn(legs, told, requests) == tuple(readings)
+
+
+def test_a_reading_that_no_other_turn_explains_is_left_to_the_turn_that_erred() -> None:
+    requests = [Asked(pose, ready=True, bored=False) for pose in ("111", "011")]
+    told = [("011", "discarded"), ("011", "discarded")]
+    assert in_turn(["discarded", "discarded"], told, requests) == ("011", "011")
+    told = [("000", "discarded"), ("110", "discarded")]
+    assert in_turn(["discarded", "discarded"], told, [requests[1], requests[0]]) == ("000", "110")
+    with pytest.raises(ValueError, match="have the decisions"):
+        in_turn(["released"], told, requests)

@@ -154,6 +154,21 @@ def test_a_report_that_is_not_there_or_of_other_suites_is_an_error_that_says_wha
         experiment.read(tmp_path)
 
 
+def test_a_test_that_did_not_end_is_listed_and_counts_for_nothing_else() -> None:
+    broken = entry("rl", code=None, outcome="error", id="rl-1")
+    text = rendered(report(rl=[entry("rl"), broken]))
+    assert "- an error in `rl-1`" in text
+    assert "85.0 (85.0 to 85.0) %" in text
+
+
+def test_a_report_without_measured_code_is_refused_with_the_reason() -> None:
+    given = report()
+    given["suites"][0]["code"] = {"statements": None, "branches": None}
+    given["code_under_test"] = {"reason": "switched off"}
+    with pytest.raises(session.SessionError, match=r"suite by-hand: .* not measured: switched off"):
+        experiment.measured(given)
+
+
 def test_a_table_has_rows_as_wide_as_its_head() -> None:
     assert page.table(["", "a"], [["x", 1]]) == "|  | a |\n| --- | --- |\n| x | 1 |"
     with pytest.raises(ValueError, match="2 columns"):
