@@ -21,7 +21,7 @@ def packs(report: Mapping[str, Any]) -> Iterator[str]:
             separators=(",", ":"),
             sort_keys=True,
         )
-        yield base64.b64encode(zlib.compress(text.encode("ascii"), 9)).decode("ascii")
+        yield base64.b64encode(zlib.compress(text.encode("ascii"))).decode("ascii")
 
 
 def detail(report: Mapping[str, Any], test: Mapping[str, Any]) -> dict[str, Any]:

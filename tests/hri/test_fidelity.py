@@ -8,11 +8,12 @@ import conftest
 from pytest_hricdv.case import CaseResult
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import junit
-from pytest_hricdv.report.html import render
+from pytest_hricdv.report.html import PAGE_NAME, pages
 from pytest_hricdv.results import measured
 from sim.engine import SimulationError
 from tests.hri import bench
 from tests.report import sample
+from tests.report.parsed import Page, details
 
 RELEASED = bench.concrete([*bench.leg("111"), *bench.leg("011")], seed=7)
 BORED = bench.concrete(["tell leg", "receivesignal", "bored", *bench.leg("101")], seed=8)
@@ -57,9 +58,9 @@ def test_the_fidelity_is_in_every_report(monkeypatch: pytest.MonkeyPatch) -> Non
     report = sample.report(tests=1)
     report["suites"][0]["fidelity"] = report["tests"][0]["fidelity"] = "kinematic"
     assert ("hri.fidelity", "kinematic") in junit.properties(report["tests"][0])
-    page = render(report)
+    page = pages(report)[PAGE_NAME]
     assert "kinematic simulation" in page
-    assert "(kinematic)" in page
+    assert [each["facts"]["Simulation"] for each in details(Page(page))] == ["kinematic"]
 
 
 def test_an_unknown_fidelity_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
