@@ -148,7 +148,8 @@ def _rest(test: Mapping[str, Any], failed: Sequence[str]) -> Iterator[str]:
 
 
 def _course(test: Mapping[str, Any]) -> Iterator[str]:
-    yield f"legs:    {', '.join(test['legs']) or 'none handed over or discarded'}"
+    if test["legs"]:
+        yield f"turns:   {', '.join(test['legs'])}"
     if test["sim_s"] is not None:
         ended = f": {test['ended']}" if test.get("ended") else ""
         yield f"ended:   after {seconds(test['sim_s'])} simulated{ended}"

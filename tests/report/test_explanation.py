@@ -29,7 +29,7 @@ def test_failure_tells_what_when_by_how_much_and_how_to_run_it_again() -> None:
     assert "triggered at 41.2 s, violated at 51.5 s: hand_distance = 0.03 (margin -0.02)" in text
     assert "2 triggers: 1 passed, 1 failed; worst margin -0.02 at 51.5 s" in text
     assert "others:  R2 Passed, R3 Passed, R4 Passed" in text
-    assert f"legs:    {', '.join(test['legs'])}" in text
+    assert f"turns:   {', '.join(test['legs'])}" in text
     assert f"abstract test {test['id']}, own seed {test['seed']}" in text
     assert "  tell leg\n  receivesignal\n" in text
     assert text.endswith(f'run it again:\n  pytest "{test["nodeid"]}" --hri-suite=rl --hri-seed=7')
@@ -79,7 +79,7 @@ def test_an_unchecked_requirement_is_explained() -> None:
     test["requirements"]["R1"] = sample.judged("NC", 0)
     text = failure(test, REQUIREMENTS, seed=0)
     assert "R1 NC, R2 Passed, R4 Passed (NC: not checked, nothing triggered it)" in text
-    assert "         R1 nearest at 41.2 s: only reading.pressure was missing\nlegs:" in text
+    assert "         R1 nearest at 41.2 s: only reading.pressure was missing\nturns:" in text
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_an_error_shows_its_own_text() -> None:
     test = _failing()
     test.update(outcome="error", failure="RuntimeError: the world was torn down\n  by the test", requirements={})
     text = failure(test, {}, seed=0)
-    assert text.startswith("RuntimeError: the world was torn down\n  by the test\n\nlegs:")
+    assert text.startswith("RuntimeError: the world was torn down\n  by the test\n\nturns:")
 
 
 def test_many_violations_and_actions_are_cut_with_their_number() -> None:
@@ -116,7 +116,7 @@ def test_a_test_that_never_ran_still_has_a_text() -> None:
     test = _failing()
     test.update(outcome="not-run", requirements={}, legs=[], abstract=[], sim_s=None, seed=None)
     text = failure(test, {}, seed=0)
-    assert "none handed over or discarded" in text
+    assert "turns:" not in text
     assert "  nothing" in text
 
 

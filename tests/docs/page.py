@@ -1,0 +1,80 @@
+"""Pages whose examples are run: files that a page tells its reader to write, and commands with what they print."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+DOCS = Path(__file__).parents[2] / "docs"
+_BLOCK = re.compile(r"^```(?P<kind>\w+)(?: (?P<name>\S+))?\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
+_EXIT = re.compile(r"\[exit (\d+)\]")
+_ENVIRONMENT = ("PYTEST_ADDOPTS", "PYTEST_XDIST_WORKER", "PY_COLORS", "FORCE_COLOR", "CI", "GITHUB_ACTIONS")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block of a page: its language, the file it is to be written to if it says so, and its text."""
+
+    kind: str
+    name: str
+    text: str
+
+
+def blocks(page: str) -> list[Block]:
+    """The blocks of a page in docs/, in order."""
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return [Block(found["kind"], found["name"] or "", found["text"]) for found in _BLOCK.finditer(text)]
+
+
+def commands(console: str) -> list[tuple[str, list[str]]]:
+    """The commands of a console block, each with the lines that are shown below it."""
+    found: list[tuple[str, list[str]]] = []
+    for line in console.splitlines():
+        if line.startswith("$ "):
+            found.append((line[2:], []))
+        else:
+            found[-1][1].append(line)
+    return found
+
+
+def run(command: str, folder: Path) -> tuple[int, str]:
+    """Run a command of a page as its reader would; returns its exit status and all that it printed."""
+    program, *arguments = shlex.split(command)
+    module = {"python": [], "pytest": ["-m", "pytest"]}[program]
+    environment = {name: value for name, value in os.environ.items() if name not in _ENVIRONMENT} | {"COLUMNS": "80"}
+    done = subprocess.run(
+        [sys.executable, *module, *arguments],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=120,
+    )
+    return done.returncode, done.stdout
+
+
+def differences(shown: list[str], status: int, printed: str) -> str:
+    """What is not as the page shows it; empty where all is.
+
+    In what a page shows, a line `...` stands for any lines, `...` within a line for any text, and a last line
+    `[exit 1]` for the exit status, which is 0 where nothing is said.
+    """
+    *lines, last = shown or [""]
+    said = _EXIT.fullmatch(last)
+    expected = int(said[1]) if said else 0
+    if status != expected:
+        return f"exit status {status}, and the page says {expected}:\n{printed}"
+    rest = iter(printed.splitlines())
+    for line in lines if said else shown:
+        if line == "...":
+            continue
+        pattern = ".*".join(map(re.escape, line.split("...")))
+        if not any(re.search(pattern, each) for each in rest):
+            return f"no line like {line!r} where the page shows it:\n{printed}"
+    return ""
