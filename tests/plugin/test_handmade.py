@@ -79,7 +79,7 @@ def test_check_fails_with_the_explanation_and_how_to_run_it_again(lamps: pytest.
             "R2 Failed: The lamp shall never glare",
             "  triggered at * lamp_level = 100 (margin -20)",
             "what the human did*:",
-            "  set_lamp level = 100",
+            "*s  set_lamp level = 100",
             "run it again:",
             '  pytest "test_mine.py::test_of_mine"',
         ]
