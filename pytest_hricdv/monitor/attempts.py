@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 
 from pytest_hricdv.monitor.errors import UnknownValueError
-from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Holds
 from pytest_hricdv.monitor.program import Program, compile_formula
+from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.verdict import Outcome, Tally, Verdict
 from pytest_hricdv.monitor.view import NO_MESSAGE, NS_PER_S, Nanoseconds, Outputs, Values, View, nanoseconds
 
@@ -18,12 +19,15 @@ class AttemptMonitor(ABC):
     """Watches one requirement.
 
     Attributes:
+        kinds: signals and fields whose values are wanted -> type.
         active: an attempt is open, so that updates which only its response reads have to be looked at.
         wake_ns: the next time at which it has to be evaluated even if nothing is updated.
     """
 
-    def __init__(self, program: Program, view: View) -> None:
+    def __init__(self, program: Program, view: View, shows: Sequence[str]) -> None:
         self.program = program
+        self.shows = frozenset(shows) - program.kinds.keys()
+        self.kinds = {**dict.fromkeys(shows, float), **program.kinds}
         self.active = False
         self.wake_ns: Nanoseconds = math.inf
         self._view = view
@@ -93,14 +97,14 @@ class AttemptMonitor(ABC):
 
     def _snapshot(self) -> dict[str, float | bool]:
         values = self._view.values
-        return {name: values[name] for name in self.program.kinds if name in values}
+        return {name: values[name] for name in self.kinds if name in values}
 
 
 class EpisodeMonitor(AttemptMonitor):
     """A state response: an attempt is a time over which the antecedent holds without a break."""
 
-    def __init__(self, program: Program, view: View) -> None:
-        super().__init__(program, view)
+    def __init__(self, program: Program, view: View, shows: Sequence[str]) -> None:
+        super().__init__(program, view, shows)
         self._trigger_ns: Nanoseconds = 0
         self._failed = False
         self._breach: _Breach | None = None
@@ -123,6 +127,8 @@ class EpisodeMonitor(AttemptMonitor):
             if self._breach is None:
                 self._breach = _Breach(now_ns, self._snapshot(), margin)
             self._breach.margin = min(self._breach.margin, margin)
+            for name in self._breach.values.keys() & self.shows:
+                self._breach.values[name] = max(self._breach.values[name], view.values[name], key=abs)
         elif self._breach is not None:
             self._end_breach()
 
@@ -173,8 +179,8 @@ class _Obligation:
 class ObligationMonitor(AttemptMonitor):
     """A response over a time after the trigger: an attempt begins whenever the antecedent turns true."""
 
-    def __init__(self, program: Program, view: View, start_s: float, end_s: float) -> None:
-        super().__init__(program, view)
+    def __init__(self, program: Program, view: View, shows: Sequence[str], start_s: float, end_s: float) -> None:
+        super().__init__(program, view, shows)
         self._start_ns = nanoseconds(start_s)
         self._end_ns = nanoseconds(end_s)
         self._triggered = False
@@ -261,16 +267,16 @@ class SafetyMonitor(ObligationMonitor):
         return super().finish(requirement, now_ns)
 
 
-def monitor_of(formula: Formula, values: Values, arrived: Set[str]) -> AttemptMonitor:
+def monitor_of(requirement: Requirement, values: Values, arrived: Set[str]) -> AttemptMonitor:
     """A fresh monitor of a requirement; `values` and `arrived` are shared by the monitors of a run."""
-    program = compile_formula(formula)
+    program, shows = compile_formula(requirement.formula), requirement.shows
     view = View(values, arrived)
-    match formula.response:
+    match requirement.formula.response:
         case Holds():
-            return EpisodeMonitor(program, view)
+            return EpisodeMonitor(program, view, shows)
         case Eventually() as window:
-            return EventuallyMonitor(program, view, window.start_s, window.end_s)
+            return EventuallyMonitor(program, view, shows, window.start_s, window.end_s)
         case AlwaysWithin() as window:
-            return SafetyMonitor(program, view, window.start_s, window.end_s)
+            return SafetyMonitor(program, view, shows, window.start_s, window.end_s)
         case _:
-            return SafetyMonitor(program, view, 0.0, math.inf)
+            return SafetyMonitor(program, view, shows, 0.0, math.inf)

@@ -14,6 +14,7 @@ are handed to a testbench.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import overload
 
 from pytest_hricdv.monitor import formula as ast
@@ -153,7 +154,7 @@ def always(
     return ast.AlwaysWithin(condition, *_window(start_s, end_s))
 
 
-def requirement(id: str, title: str, formula: ast.Formula, source: str = "") -> Requirement:
+def requirement(id: str, title: str, formula: ast.Formula, source: str = "", shows: Sequence[str] = ()) -> Requirement:
     """A requirement as a table of a TOML file would give it; its text is written from the formula.
 
     Args:
@@ -161,13 +162,14 @@ def requirement(id: str, title: str, formula: ast.Formula, source: str = "") -> 
         title: what it says, in a sentence.
         formula: what `always(antecedent >> response)` gave.
         source: where it comes from; may be empty.
+        shows: numeric signals whose value a violation tells, too (see `Requirement`).
 
     Raises:
         TypeError: `formula` is none, for instance because the antecedent is missing.
     """
     if not isinstance(formula, ast.Formula):
         raise TypeError(f"{id}: expected always(antecedent >> response), got {formula!r}")
-    return Requirement(id, title, source, str(formula), formula)
+    return Requirement(id, title, source, str(formula), formula, tuple(shows))
 
 
 def _identifier(name: str) -> str:

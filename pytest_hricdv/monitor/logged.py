@@ -61,7 +61,9 @@ class _Judge:
         self._id = requirement.id
         self._formula = requirement.formula
         self._program: Program = compile_formula(requirement.formula)
-        self._series = SeriesOfLog(log, self._program.kinds, self._program.topics)
+        self._shows = frozenset(requirement.shows) - self._program.kinds.keys()
+        self._kinds = {**dict.fromkeys(requirement.shows, float), **self._program.kinds}
+        self._series = SeriesOfLog(log, self._kinds, self._program.topics)
         self._tally = Tally()
         missing = [name for name in self._program.kinds if "." not in name and not len(self._series.updates(name))]
         if missing:
@@ -129,7 +131,7 @@ class _Judge:
         for first, last in _runs(breached):
             failed.add(int(episode[first]))
             margin = np.inf if margins is None else float(margins[first : last + 1].min())
-            self._violate(self._ns(starts[episode[first] - 1]), self._ns(first), margin)
+            self._violate(self._ns(starts[episode[first] - 1]), self._ns(first), margin, self._end_ns(last))
         self._tally.failures = len(failed)
         self._tally.passes = self._tally.attempts - len(failed)
 
@@ -204,8 +206,14 @@ class _Judge:
             least = int(np.argmin(np.where(where, margins, np.inf)))
             self._tally.observe(float(margins[least]) if where[least] else np.inf, self._ns(least))
 
-    def _violate(self, trigger_ns: int, time_ns: int, margin: float) -> None:
-        values = self._series.values_at(self._program.kinds, time_ns)
+    def _end_ns(self, last: int) -> int:
+        """The last nanosecond that is judged as the position `last` is, which is an instant or the time after it."""
+        return self._ns(last) if last % 2 == 0 else self._ns(last + 1) - 1
+
+    def _violate(self, trigger_ns: int, time_ns: int, margin: float, end_ns: int | None = None) -> None:
+        values = self._series.values_at(self._kinds, time_ns)
+        if end_ns is not None:
+            values.update(self._series.extremes(self._shows, time_ns, end_ns))
         self._tally.violate(trigger_ns, time_ns, values, margin)
 
 

@@ -38,11 +38,11 @@ class MonitorSet:
         self._values = Values()
         self._arrived: set[str] = set()
         self._monitors: dict[AttemptMonitor, str] = {
-            monitor_of(requirement.formula, self._values, self._arrived): requirement.id for requirement in requirements
+            monitor_of(requirement, self._values, self._arrived): requirement.id for requirement in requirements
         }
         self._kinds: dict[str, type[bool] | type[float]] = {}
         for monitor in self._monitors:
-            self._kinds.update(monitor.program.kinds)
+            self._kinds.update(monitor.kinds)
         self._topics = frozenset().union(*(monitor.program.topics for monitor in self._monitors))
         self._fields = {topic: [n for n in self._kinds if n.startswith(f"{topic}.")] for topic in self._topics}
         self._watchers = self._index_watchers()
@@ -58,7 +58,7 @@ class MonitorSet:
         watchers: dict[str, list[tuple[AttemptMonitor, bool]]] = {name: [] for name in self._kinds if "." not in name}
         for monitor in self._monitors:
             always = monitor.program.always_sources
-            for source in sorted(always | monitor.program.attempt_sources):
+            for source in sorted(always.union(monitor.program.attempt_sources, monitor.shows)):
                 watchers.setdefault(source, []).append((monitor, source in always))
         return watchers
 

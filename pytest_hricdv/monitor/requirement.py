@@ -12,7 +12,7 @@ from pytest_hricdv.monitor.errors import FormulaSource, RequirementError, neares
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
-_KEYS = ("title", "source", "formula")
+_KEYS = ("title", "source", "formula", "shows")
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,8 @@ class Requirement:
         source: where it comes from (a standard's clause, a paper); may be empty.
         text: the formula as written, for reports.
         formula: the formula as data.
+        shows: numeric signals, beside those that the formula reads, whose value a violation tells, too: of a violation
+            that lasts, the one largest in size meanwhile. Verdicts do not depend on them.
     """
 
     id: str
@@ -32,12 +34,13 @@ class Requirement:
     source: str
     text: str
     formula: Formula
+    shows: tuple[str, ...] = ()
 
 
 def load_requirements(
     given: str | PathLike[str] | Sequence[Requirement], vocabulary: Vocabulary
 ) -> tuple[Requirement, ...]:
-    """The requirements of a TOML file, in the order of the file: one table each, with `title`, `formula`, `source`.
+    """The requirements of a TOML file, in the order of the file: one table each, keys as of `Requirement`.
 
     Args:
         given: the file, shown in errors as given; or requirements that were built in Python (see `build`).
@@ -80,6 +83,7 @@ def check_requirement(requirement: Requirement, vocabulary: Vocabulary) -> None:
         RequirementError: an unknown name (the nearest known one is offered), a type that does not fit, or a condition
             that could never hold where it stands; the caret stands in the formula's text.
     """
+    _check_shown(f"requirement {requirement.id}", requirement.shows, vocabulary)
     read = parse_formula(requirement.text, vocabulary, FormulaSource(requirement.text, requirement.id))
     if read != requirement.formula:
         raise RequirementError(
@@ -124,7 +128,9 @@ def _requirement(path: str, document: str, name: str, table: object, vocabulary:
     for key, value in table.items():
         if key not in _KEYS:
             raise RequirementError(f"{where}: unknown key {key!r}\n{nearest(key, _KEYS)}")
-        if not isinstance(value, str) or (not value.strip() and key != "formula"):
+        if key == "shows":
+            _check_shown(where, value, vocabulary)
+        elif not isinstance(value, str) or (not value.strip() and key != "formula"):
             raise RequirementError(f"{where}: {key!r} has to be a text, got {value!r}")
     for key in ("title", "formula"):
         if key not in table:
@@ -133,4 +139,17 @@ def _requirement(path: str, document: str, name: str, table: object, vocabulary:
             )
     text = table["formula"]
     formula = parse_formula(text, vocabulary, FormulaSource(text, name, path, document))
-    return Requirement(name, table["title"], table.get("source", ""), text.strip(), formula)
+    return Requirement(
+        name, table["title"], table.get("source", ""), text.strip(), formula, tuple(table.get("shows", ()))
+    )
+
+
+def _check_shown(where: str, names: object, vocabulary: Vocabulary) -> None:
+    numeric = [name for name, kind in vocabulary.signals.items() if kind is float]
+    if not isinstance(names, list | tuple):
+        raise RequirementError(f"{where}: 'shows' has to be a list of signals, got {names!r}")
+    for name in names:
+        if name not in numeric:
+            raise RequirementError(
+                f"{where}: shows {name!r}, which is no numeric signal\n{nearest(str(name), numeric)}"
+            )

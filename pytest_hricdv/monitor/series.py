@@ -85,6 +85,16 @@ class SeriesOfLog:
         known = {name: series for name in names if (series := self._series.get(name)) and series.known(now)[0]}
         return {name: self._kinds[name](series.at(now)[0]) for name, series in known.items()}
 
+    def extremes(self, names: Iterable[str], from_ns: Nanoseconds, to_ns: Nanoseconds) -> dict[str, float]:
+        """Of each name that had a value at `from_ns`, the one that was largest in size from then to `to_ns`."""
+        found = {}
+        for name, first in self.values_at(names, from_ns).items():
+            series = self._series[name]
+            lasts = np.diff(series.times, append=np.iinfo(np.int64).max) > 0
+            within = series.values[lasts & (series.times > from_ns) & (series.times <= to_ns)]
+            found[name] = max((first, *within.tolist()), key=abs)
+        return found
+
     def _checked(self, name: str, times_s: Iterable[float], values: Iterable[object]) -> Series:
         times = self._in_order(name, times_s)
         array = np.asarray(values)

@@ -34,9 +34,9 @@ def log_of(trace: Trace, shift_s: float = 0.0) -> Log:
     return Log(signals, messages, trace.last * TICK_S + shift_s)
 
 
-def run(formula: Formula, trace: Trace, shift_s: float = 0.0) -> Verdict:
+def run(formula: Formula, trace: Trace, shift_s: float = 0.0, shows: tuple[str, ...] = ()) -> Verdict:
     """The verdict of a monitor that is fed the trace."""
-    monitors = MonitorSet([Requirement("R", "", "", "", formula)])
+    monitors = MonitorSet([Requirement("R", "", "", "", formula, shows)])
     for tick, instant in sorted(trace.instants.items()):
         time_s = tick * TICK_S + shift_s
         for name, value in instant.signals.items():

@@ -24,9 +24,9 @@ RUNS = settings(max_examples=50, deadline=None, suppress_health_check=[HealthChe
 Series = tuple[Sequence[float], Sequence[float]]
 
 
-def agrees(formula: Formula, trace: Trace, shift_s: float = 0.0) -> None:
-    watched, log = [Requirement("R", "", "", "", formula)], log_of(trace, shift_s)
-    assert evaluate(watched, log) == explained([run(formula, trace, shift_s)], watched, log)
+def agrees(formula: Formula, trace: Trace, shift_s: float = 0.0, shows: tuple[str, ...] = ()) -> None:
+    watched, log = [Requirement("R", "", "", "", formula, shows)], log_of(trace, shift_s)
+    assert evaluate(watched, log) == explained([run(formula, trace, shift_s, shows)], watched, log)
 
 
 @pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
@@ -40,6 +40,12 @@ def test_the_case_study_is_judged_as_by_the_monitors(watched: Requirement, trace
 @settings(RUNS, max_examples=250)
 def test_a_random_formula_is_judged_as_by_the_monitors(formula: Formula, trace: Trace) -> None:
     agrees(formula, trace)
+
+
+@given(formula=formulas, trace=small_traces)
+@RUNS
+def test_what_else_a_violation_shows_is_found_as_by_the_monitors(formula: Formula, trace: Trace) -> None:
+    agrees(formula, trace, shows=("x", "y"))
 
 
 @pytest.mark.slow

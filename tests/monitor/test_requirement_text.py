@@ -107,6 +107,9 @@ def test_a_formula_written_with_escapes_is_located_by_its_own_columns(tmp_path: 
         ('[R1]\ntitel = "x"', "unknown key 'titel'\ndid you mean 'title'?"),
         ("[R1]\ntitle = 3", "'title' has to be a text, got 3"),
         ('[R1]\ntitle = "x"\nformula = ""', "the formula is empty"),
+        ('[R1]\nshows = "x"', "requirement R1: 'shows' has to be a list of signals, got 'x'"),
+        ('[R1]\nshows = ["xx"]', "shows 'xx', which is no numeric signal\ndid you mean 'x'? known: x, y"),
+        ('[R1]\nshows = ["p"]', "shows 'p', which is no numeric signal"),
     ],
 )
 def test_a_file_that_is_wrong_is_refused(document: str, says: str, tmp_path: Path) -> None:
@@ -133,6 +136,7 @@ def test_a_requirement_keeps_its_text_title_and_source() -> None:
     assert ids == ["R1", "R2", "R3", "R4", "R5"]
     assert R3.text == "always(hand_closing -> hand_distance >= 0.05 [hysteresis 0.005])"
     assert R3.source == "ISO 13482:2014"
+    assert R3.shows == ("hand_contact_force",)
     assert "restricted joint speed" in R4.title
     assert R1.text.startswith("always(on(reading)")
 

@@ -12,6 +12,7 @@ TABLE = Vocabulary(
         "leg_offset": float,
         "hand_closing": bool,
         "hand_distance": float,
+        "hand_contact_force": float,
         "arm_speed": float,
     },
     messages={
