@@ -1,0 +1,68 @@
+"""The pages name every option there is, no option that there is not, and no page that is not there."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.testbench import Testbench
+from tests.docs.page import DOCS
+
+PAGES = sorted([*DOCS.glob("*.md"), DOCS.parent / "README.md"])
+FIXTURES = {"hri_case", "hri_run"}
+
+
+@pytest.fixture(scope="module")
+def there(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
+    """The plugin's options and ini keys, as pytest lists them."""
+    command = [sys.executable, "-m", "pytest", "--help"]
+    text = subprocess.run(command, cwd=tmp_path_factory.mktemp("empty"), capture_output=True, text=True, check=True)
+    return {
+        "options": set(re.findall(r"^  (--hri-[a-z-]+)", text.stdout, re.MULTILINE)),
+        "keys": set(re.findall(r"^  (hri_[a-z_]+) \(", text.stdout, re.MULTILINE)),
+    }
+
+
+def test_the_reference_has_every_option_and_key_and_its_key_beside_it(there: dict[str, set[str]]) -> None:
+    assert len(there["options"]) > 20
+    rows = re.findall(
+        r"^\| `(--hri-[a-z-]+)[^|]*?(?:\\\|[^|]*?)*` \| (?:`(hri_[a-z_]+)`)?", _text("reference.md"), re.M
+    )
+    assert {option for option, _ in rows} == there["options"]
+    assert {key for _, key in rows if key} == there["keys"]
+    for option, key in rows:
+        assert key in ("", "hri_" + option[6:].replace("-", "_"), "hri_known_violations")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_no_page_speaks_of_an_option_or_a_key_that_is_not_there(page: Path, there: dict[str, set[str]]) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert set(re.findall(r"--hri-[a-z]+(?:-[a-z]+)*", text)) <= there["options"]
+    assert set(re.findall(r"\bhri_[a-z]+(?:_[a-z]+)*", text)) <= there["keys"] | FIXTURES
+
+
+def test_the_reference_has_every_part_of_a_testbench() -> None:
+    part = _text("reference.md").partition("## Hook")[2].partition("`run` gets")[0]
+    named = re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (`.*?) \|", part, re.MULTILINE)))
+    assert sorted(named) == sorted(Testbench.__dataclass_fields__)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    text = re.sub(r"^```.*?^```$|`[^`\n]*`", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if "://" not in target:
+            assert (page.parent / target.partition("#")[0]).exists(), target
+
+
+def test_the_index_lists_every_page() -> None:
+    listed = set(re.findall(r"\]\((\S+?\.md)\)", _text("index.md")))
+    assert listed == {page.name for page in DOCS.glob("*.md")} - {"index.md"}
+
+
+def _text(page: str) -> str:
+    return (DOCS / page).read_text(encoding="utf-8")
