@@ -10,9 +10,11 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from pytest_hricdv.cover import assertions, crossed
+from pytest_hricdv.cover import assertions, crossed, gaps
+from pytest_hricdv.cover.closed import gains
 from pytest_hricdv.cover.closure import TestCover, code_closure, curve, files, percent, plan_closure, union
 from pytest_hricdv.cover.listing import bits_of, code_of
+from pytest_hricdv.cover.points import Points
 from pytest_hricdv.cover.source import Bits, CodeMap
 
 SCHEMA = "hricdv-report/1"
@@ -33,13 +35,15 @@ def close(report: Entry, unmeasured: str) -> Entry:
     lost = [test["nodeid"] for test in tests if test["outcome"] == "not-run"]
     code = code_of(report["code_under_test"])
     total = union(map(cover_of, tests)) if code else None
+    suites = [_suite(report, suite, code, tests) for suite in report["suites"]]
     return report | {
         "selected": len(tests),
         "reported": len(tests) - len(lost),
         "not_run": len(lost),
         "not_run_tests": sorted(lost),
         "code_under_test": report["code_under_test"] | _reached_code(code, total, unmeasured),
-        "suites": [_suite(report, suite, code, tests) for suite in report["suites"]],
+        "suites": suites,
+        "closure": gains(_points(report, code), tests, runs_of) | {"gaps": _gaps(report, suites, code, total, tests)},
         "tests": tests,
     }
 
@@ -84,16 +88,42 @@ def _suite(report: Entry, suite: Entry, code: CodeMap | None, tests: Iterable[En
         "plans": plan_closure(covers, declared),
         "cross": crossed.closure(report["cross_products"], [run for test in mine for run in runs_of(test)]),
         "curve": curve(covers),
+        "closure": gains(_points(report, code), mine, runs_of),
     }
+
+
+def _points(report: Entry, code: CodeMap | None) -> Points:
+    illegal = {name: [each["bin"] for each in product["illegal"]] for name, product in report["cross_products"].items()}
+    return Points(code.statements if code else 0, code.branches if code else 0, illegal)
+
+
+def _gaps(
+    report: Entry, suites: list[Entry], code: CodeMap | None, total: Bits | None, tests: list[Entry]
+) -> list[Entry]:
+    """What no test of any suite covers."""
+    runs = [run for test in tests for run in runs_of(test)]
+    products, explored = report["cross_products"], report.get("exploration", {})
+    crossed_by_all = crossed.closure(products, runs)["products"]
+    missing = {name: product["missing"] for name, product in crossed_by_all.items()}
+    found = [
+        *(gaps.code_gaps(code, total, runs) if code and total else ()),
+        *gaps.plan_gaps(suites, runs, explored),
+        *gaps.bin_gaps(products, missing, explored),
+        *gaps.requirement_gaps(report["requirements"], tests),
+    ]
+    return [gap.plain() for gap in found]
 
 
 def reached(report: Entry, kind: str) -> list[tuple[str, float | None]]:
     """Per suite, the percentage that a gate of this kind is held against; None where nothing was measured.
 
-    Statements and branches: of what is reachable. Assertions: requirements that were checked. Cross: of what is
-    possible.
+    Statements and branches: of what is reachable. Plans: of suites that a model made. Assertions: requirements that
+    were checked. Cross: of what is possible.
     """
-    return [(suite["name"], _reached(suite, kind)) for suite in report["suites"]]
+    suites = report["suites"]
+    if kind == "plans":
+        suites = [suite for suite in suites if suite["plans"]] or suites
+    return [(suite["name"], _reached(suite, kind)) for suite in suites]
 
 
 def _reached(suite: Entry, kind: str) -> float | None:
@@ -102,9 +132,15 @@ def _reached(suite: Entry, kind: str) -> float | None:
         return None if closure is None else float(closure["percent_reachable"])
     if kind == "plans":
         plans = suite["plans"].values()
+        if not plans:
+            return None
         return percent(sum(len(each["covered"]) for each in plans), sum(each["total"] for each in plans))
     if kind == "assertions":
         tallies = suite["requirements"].values()
+        if not tallies:
+            return None
         return percent(sum(tally["passed"] + tally["failed"] > 0 for tally in tallies), len(tallies))
     cross = suite["cross"]
+    if not cross["bins"]:
+        return None
     return percent(cross["hit"], crossed.possible(cross))

@@ -20,8 +20,11 @@ from pytest_hricdv.exporting import write as export
 from pytest_hricdv.exports import FILES, Exports
 from pytest_hricdv.gates import Gates
 from pytest_hricdv.gating import Judgement, judge
+from pytest_hricdv.generate.text import dump_tests
 from pytest_hricdv.merging import MergeError, expected, merge, missing_shards, sessions_of
+from pytest_hricdv.minimal import enough
 from pytest_hricdv.report import ReportError, load, write
+from pytest_hricdv.report.files import write_text
 
 OK, FAILED, USAGE = 0, 1, 2
 
@@ -51,6 +54,10 @@ def _parser() -> argparse.ArgumentParser:
     gating = commands.add_parser("gate", help="fail when a report does not reach what is asked for")
     gating.add_argument("report", type=Path, metavar="REPORT")
     gating.set_defaults(do=_gate)
+    minimal = commands.add_parser("minimal", help="write the smallest suite that covers as much as the report's tests")
+    minimal.add_argument("report", type=Path, metavar="REPORT")
+    minimal.add_argument("folder", type=Path, metavar="DIR", help="for --hri-suite=DIR")
+    minimal.set_defaults(do=_minimal)
     for each in (merging, gating):
         _add_gates(each)
     exporting = commands.add_parser("export", help="write what other tools read, of a report that is written")
@@ -109,6 +116,24 @@ def _export(options: argparse.Namespace) -> int:
     for text in written.problems:
         print(f"FAILED {text}")
     return FAILED if written.problems else OK
+
+
+def _minimal(options: argparse.Namespace) -> int:
+    report = load(options.report)
+    closure = report.get("closure")
+    if closure is None:
+        raise ReportError(f"{options.report}: it does not say what its tests cover; run the suite anew")
+    tests = enough(report)
+    for suite in sorted({test.suite for test in tests}):
+        mine = [test for test in tests if test.suite == suite]
+        path = write_text(options.folder / f"{suite}.txt", dump_tests(mine))
+        print(f"{path}: {len(mine)} tests")
+    steps = closure["minimal"]
+    print(
+        f"{len(steps)} of {report['selected']} tests cover all {closure['points']} points in "
+        f"{steps[-1]['sim_s'] if steps else 0:.0f} of {closure['sim_s']:.0f} simulated s"
+    )
+    return OK
 
 
 def _told(report: Entry, held: Judgement) -> int:

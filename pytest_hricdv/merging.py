@@ -75,6 +75,7 @@ def merge(reports: Sequence[tuple[str, Entry]]) -> Entry:
         "workers": max(each["workers"] for each in sessions),
         "rerun": _rerun(plain),
         "sessions": sessions,
+        "exploration": max((report.get("exploration", {}) for report in plain), key=canonical),
         "models": max((report["models"] for report in plain), key=canonical),
         "suites": _suites(reports),
         "tests": _tests(plain),

@@ -153,7 +153,7 @@ def build_report(
         "code_under_test": {"packages": list(session.testbench.code), **list_code(session.code)},
         "models": session.models,
         "cross_products": session.products,
-        "suites": [_suite(each, session.sizes[each.suite.name]) for each in session.selected],
+        "suites": [_suite(each, session.sizes[each.suite.name], session.models) for each in session.selected],
         "tests": [*entries, *unrun],
     }
     return close(report, session.unmeasured)
@@ -175,7 +175,7 @@ def _diagnosis(suite: Suite) -> Entry:
     }
 
 
-def _suite(selected: Selected, size: int) -> Entry:
+def _suite(selected: Selected, size: int, models: Entry) -> Entry:
     generation = selected.suite.generation
     return {
         "name": selected.suite.name,
@@ -193,5 +193,12 @@ def _suite(selected: Selected, size: int) -> Entry:
             "diagnosis": _diagnosis(selected.suite),
             "notes": list(generation.notes),
         },
-        "plans": {agent: {"declared": list(labels)} for agent, labels in generation.declared_plans.items()},
+        "plans": {agent: {"declared": list(labels)} for agent, labels in _declared(selected.suite, models).items()},
     }
+
+
+def _declared(suite: Suite, models: Entry) -> Mapping[str, Sequence[str]]:
+    """The plans to cover. Tests that a model made and a file brought are still held against that model."""
+    if suite.generation.declared_plans or not any(test.plans for test in suite.tests):
+        return suite.generation.declared_plans
+    return {agent: list(model["plans"]) for agent, model in models.items()}
