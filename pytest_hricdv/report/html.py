@@ -1,7 +1,7 @@
 """The HTML report: a page that needs no network, made from the report alone; of a large campaign, files beside it."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -10,14 +10,27 @@ from urllib.parse import quote
 import jinja2
 from markupsafe import Markup
 
-from pytest_hricdv.report import curves, details, explanation, figure, judged, rows, texts, totals
+from pytest_hricdv.report import closure, curves, details, explanation, figure, judged, rerun, rows, texts, totals
 from pytest_hricdv.report.files import DETAILS, PAGE_NAME
 from pytest_hricdv.report.line import visible
 
 EMBEDDED_BYTES = 1_200_000
 """Tests' details of more than this lie in files beside the page: it is to be opened in no time."""
 
-_SCRIPTS = ("element", "data", "table", "plots", "tests", "requirement", "suites", "cross", "timeline", "test", "main")
+_SCRIPTS = (
+    "element",
+    "data",
+    "table",
+    "plots",
+    "tests",
+    "requirement",
+    "suites",
+    "closure",
+    "cross",
+    "timeline",
+    "test",
+    "main",
+)
 _STYLES = ("theme", "layout", "parts", "views")
 _OUTCOME_WORDS = {
     "passed": "passed",
@@ -38,7 +51,12 @@ def pages(report: Mapping[str, Any]) -> dict[str, str]:
     embedded = sum(map(len, packs)) <= EMBEDDED_BYTES
     beside = {} if embedded else {pack_name(n): f'hricdvPack({n},"{pack}")\n' for n, pack in enumerate(packs)}
     context = _context(report) | {"packs": packs if embedded else []}
-    return {**beside, PAGE_NAME: _environment().get_template("index.html.jinja").render(context)}
+    return {
+        **beside,
+        PAGE_NAME: _environment(report.get("rerun", {}).get("options", ()))
+        .get_template("index.html.jinja")
+        .render(context),
+    }
 
 
 def pack_name(number: int) -> str:
@@ -46,7 +64,7 @@ def pack_name(number: int) -> str:
     return f"{DETAILS}/{number:04d}.js"
 
 
-def _environment() -> jinja2.Environment:
+def _environment(options: Sequence[str]) -> jinja2.Environment:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("pytest_hricdv", "report/page"),
         autoescape=True,
@@ -63,6 +81,7 @@ def _environment() -> jinja2.Environment:
         anchor=rows.anchor,
         address=_address,
         times=totals.times,
+        replayed=lambda file: rerun.replay(file, options),
         outcome=_OUTCOME_WORDS.__getitem__,
     )
     return environment
@@ -89,7 +108,8 @@ def _context(report: Mapping[str, Any]) -> dict[str, Any]:
         "loss": totals.loss(report),
         "time": totals.time(report),
         "suites": [(suite, totals.tallies(report, suite)) for suite in report["suites"]],
-        "gaps": totals.gaps(report),
+        "holes": closure.holes(report),
+        "shown_items": closure.SHOWN_ITEMS,
         "waivers": totals.waivers(report),
         "unmeasured": totals.unmeasured(report),
         "reachable": totals.percent_reachable,
@@ -119,6 +139,7 @@ def _data(report: Mapping[str, Any], names: list[str]) -> dict[str, Any]:
         "state": report.get("state", ""),
         "statements": [[file["file"], line] for file in _map(report) for line in file["statements"]],
         "cross": judged.cross(report),
+        "smallest": closure.smallest(report),
     }
 
 

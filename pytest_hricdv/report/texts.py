@@ -65,7 +65,8 @@ def models(report: Mapping[str, Any]) -> tuple[Text, ...]:
     for agent, model in sorted(report.get("models", {}).items()):
         lines = {line: label for label, line in model["plans"].items() if (agent, label) in numbers}
         units = {line: numbers[agent, label] for line, label in lines.items()}
-        texts.append(_model(agent, model, units, hits))
+        notes = {line: _beliefs(report, agent, label) for line, label in lines.items()}
+        texts.append(_model(agent, model, units, hits, notes))
     return tuple(texts)
 
 
@@ -107,14 +108,27 @@ def _code(
     return Text(file["file"], "", tuple(lines), covered, len(units))
 
 
-def _model(agent: str, model: Mapping[str, Any], units: Mapping[int, int], hits: Sequence[int]) -> Text:
+def _beliefs(report: Mapping[str, Any], agent: str, label: str) -> str:
+    """The smallest belief set that triggers a plan, of all suites; or one that would, where exploring has found one."""
+    plans = (suite["plans"].get(agent, {}) for suite in report["suites"])
+    reached = [each["reached"][label]["shortest"] for each in plans if label in each.get("reached", {})]
+    smallest = min(reached, key=lambda beliefs: (len(beliefs), beliefs), default=None)
+    if smallest:
+        return f"by {' '.join(smallest)}"
+    known = report.get("exploration", {}).get("plans", {}).get(agent, {}).get(label)
+    return f"the beliefs {' '.join(known)} would" if known and smallest is None else ""
+
+
+def _model(
+    agent: str, model: Mapping[str, Any], units: Mapping[int, int], hits: Sequence[int], notes: Mapping[int, str]
+) -> Text:
     lines = []
     kind, unit = "", None
     for number, text in enumerate(model["source"].splitlines(), start=1):
         if number in units:
             unit = units[number]
             kind = "hit" if hits[unit] else "missed"
-            lines.append(TextLine(number, text, kind, unit, hits[unit]))
+            lines.append(TextLine(number, text, kind, unit, hits[unit], notes[number]))
         else:
             # A plan ends where a line is empty, or tells of something else.
             kind = kind if text.strip() and not text.startswith("//") else ""

@@ -48,6 +48,49 @@ def test_page_shows_verdicts_closure_sources_and_every_test() -> None:
     assert data["triggers"][3]["suites"].keys() == {"by-hand", "rl"}
 
 
+def with_closure(report: dict[str, Any]) -> dict[str, Any]:
+    """The report with the first half of its tests enough, and one gap of a kind that can be closed."""
+    half = report["tests"][: len(report["tests"]) // 2]
+    steps = [
+        {"nodeid": test["nodeid"], "id": test["id"], "gain": 9 - n % 9, "points": 10 * n, "sim_s": 100.0 * n}
+        for n, test in enumerate(half, start=1)
+    ]
+    gap = {"kind": "plans", "place": "human", "items": ["plan47"], "reason": "no test has beliefs that trigger it"}
+    waived = {
+        "kind": "statements",
+        "place": "controller/journal.py",
+        "items": ["60"],
+        "reason": "waived as unreachable: so",
+    }
+    none = {"suggestion": "", "test": "", "beliefs": []}
+    gaps = [
+        {**gap, "suggestion": "the beliefs leg1 m000l1 reach it", "test": half[0]["id"], "beliefs": ["leg1", "m000l1"]},
+        waived | none,
+    ]
+    needless = [test["nodeid"] for test in report["tests"][len(half) :]]
+    report["closure"] = {
+        "points": 10 * len(half),
+        "sim_s": 9000.0,
+        "minimal": steps,
+        "adds_nothing": needless,
+        "unique": {half[0]["nodeid"]: 3},
+        "gaps": gaps,
+    }
+    return report
+
+
+def test_gaps_come_with_what_may_close_them_and_the_smallest_suite_is_named() -> None:
+    report = with_closure(sample.report(tests=10))
+    page = _page(report)
+    data = json.loads(page.scripts["data"])
+    assert "human plans 1 plan47 no test has beliefs that trigger it the beliefs leg1 m000l1 reach it" in page.words
+    assert "waived as unreachable: so" not in page.words
+    assert "5 tests of 10 cover all that the tests cover together" in page.words
+    assert data["smallest"]["gains"] == {str(n): 8 - n for n in range(5)}
+    assert data["smallest"]["curve"] == [[0, 0], *([100 * n, 10 * n] for n in range(1, 6))]
+    assert "by leg4" in page.words  # the smallest belief set of each plan
+
+
 def test_a_test_has_its_details_in_full() -> None:
     report = sample.report(("by-hand", "rl"), 40)
     page = _page(report)
@@ -140,7 +183,7 @@ def poisoned() -> dict[str, Any]:
 def test_every_text_is_escaped() -> None:
     text = render(poisoned())
     page = Page(text)
-    assert page.count("script") == 5  # data, one pack, two libraries, the page's own
+    assert page.count("script") == 6  # one line at the top, data, one pack, two libraries, the page's own
     assert "\x1b" not in text
     assert "\u202e" not in text
     assert "{{ 7 * 7 }}" in page.words

@@ -13,12 +13,12 @@ import pytest
 
 from pytest_hricdv.report import write
 from tests.report import sample
-from tests.report.test_html import poisoned
+from tests.report.test_html import poisoned, with_closure
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="needs playwright: pip install --group dev")
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-VIEWS = ["summary", "suites", "requirement/R1", "requirement/R3", "code", "plans", "cross", "tests"]
+VIEWS = ["summary", "suites", "closure", "requirement/R1", "requirement/R3", "code", "plans", "cross", "tests"]
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +114,7 @@ CONTRAST = """() => {
 @pytest.mark.parametrize("width", [1280, 375])
 def test_every_view_is_legible_on_screens_of_any_kind(browser: Any, tmp_path: Path, scheme: Any, width: int) -> None:
     watched = Watched(browser, viewport={"width": width, "height": 800}, color_scheme=scheme)
-    report = sample.report(("by-hand", "rl"), 12)
+    report = with_closure(sample.report(("by-hand", "rl"), 12))
     page = watched.open(report, tmp_path)
     test = page.evaluate("() => JSON.parse(document.getElementById('data').textContent).rows[0][0]")
     for view in [*VIEWS, f"test/{test}"]:
@@ -229,6 +229,31 @@ def test_a_test_has_a_page_of_its_own(
     page.wait_for_function("id => document.querySelector('#test h2').textContent.includes(id)", arg=last["id"])
     assert any("details/0001.js" in url for url in watched.asked) == beside
     assert watched.quiet()
+
+
+def test_the_smallest_suite_and_what_adds_nothing_are_listed(watched: Watched, tmp_path: Path) -> None:
+    report = with_closure(sample.report(tests=10))
+    page = watched.open(report, tmp_path, "closure")
+    page.wait_for_selector("#closure figure svg")
+    page.get_by_role("link", name="These tests").click()
+    listed(page).to_have_text([test["id"] for test in report["tests"][:5]])
+    page.get_by_role("button", name="Adds").click()
+    assert page.locator("#tests tbody td:nth-child(9)").all_inner_texts() == ["4", "5", "6", "7", "8"]
+    watched.show("closure")
+    page.get_by_role("link", name="tests that add nothing").click()
+    listed(page).to_have_text([test["id"] for test in report["tests"][5:]])
+    assert watched.quiet()
+
+
+def test_without_scripts_everything_but_plots_and_tests_can_be_read(browser: Any, tmp_path: Path) -> None:
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    write(sample.report(tests=2), tmp_path)
+    page.goto(f"file://{tmp_path}/index.html")
+    for view in ("summary", "suites", "closure", "code", "plans"):
+        assert page.locator(f"#{view}").is_visible()
+    assert "Without scripts this page has no plots" in page.locator("noscript").inner_text()
+    context.close()
 
 
 def test_details_that_are_not_beside_the_page_are_missed_by_name(

@@ -35,7 +35,7 @@ function marginsPlot(place, n) {
     return;
   }
   const unit = DATA.marginUnits[n], suites = [...new Set(dots.map((dot) => dot.test.suite))].sort((a, b) => a - b);
-  const room = 16 + 6.6 * Math.max(...suites.map((suite) => DATA.suites[suite].length));
+  const room = 18 + 7.2 * Math.max(...suites.map((suite) => DATA.suites[suite].length));
   const low = suites[0] - 0.5, high = suites[suites.length - 1] + 0.5;
   drawn(place, (width) => Plot.plot(plain(width, {
     ariaLabel: "Margins of all tests", height: 90 + 90 * suites.length, marginLeft: Math.min(room, width / 3),

@@ -77,7 +77,7 @@ function testView(test, found) {
       h("li", {}, section("What the human does", h("div", { class: "scroll" }, actionTable(found)))),
       h("li", {}, section("What happened", timelineView(found.timeline, found.verdicts)))),
     found.shrunk.map(shrunkView),
-    section("Run it again", found.again.split("\n").map(command)),
+    section("Run it again", found.again.split("\n").map((line) => (line.startsWith("pytest ") ? command(line) : h("p", { class: "soft small" }, line)))),
     section("Run", h("dl", { class: "facts" }, Object.entries(found.facts).map(([name, value]) =>
       h("div", {}, h("dt", {}, name), h("dd", {}, value))))),
     neighbours(test),

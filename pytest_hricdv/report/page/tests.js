@@ -9,6 +9,10 @@ const CHOICES = {
     const [agent, label] = DATA.plans[n];
     return { told: "whose beliefs trigger plan " + label + " of " + agent, kept: (test) => hasBit(test.plans, n) };
   },
+  needed: () => ({ told: "of the smallest suite", kept: (test) => DATA.smallest && test.number in DATA.smallest.gains }),
+  needless: () => ({
+    told: "that add nothing to the smallest suite", kept: (test) => DATA.smallest && !(test.number in DATA.smallest.gains),
+  }),
   verdict: ([word, n]) => ({
     told: "that " + ["passed", "failed", "did not check"][word] + " " + DATA.requirements[n],
     kept: (test) => test.verdicts[n] === "PFN"[word],
@@ -27,8 +31,14 @@ function testColumns() {
     ...verdicts,
     { title: "Legs", value: (test) => test.legs.join(), cell: (test) => test.legs.join(", ") || "-", style: "less" },
     { title: "Statements", value: (test) => test.percent, cell: (test) => percent(test.percent), style: "n" },
+    DATA.smallest && { title: "Adds", value: (test) => gain(test), cell: (test) => gain(test) || "-", style: "n less" },
     { title: "Simulated", value: (test) => test.sim, cell: (test) => seconds(test.sim), style: "n" },
   ].filter(Boolean);
+}
+
+/** The points that a test adds to the smallest suite; null where it is not in it. */
+function gain(test) {
+  return test.number in DATA.smallest.gains ? DATA.smallest.gains[test.number] : null;
 }
 
 function testLink(test) {

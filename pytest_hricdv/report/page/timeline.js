@@ -75,7 +75,7 @@ function lanes(timeline) {
 
 /** Room for the longest name of a lane or signal, so that the plots stand below each other. */
 function roomFor(names) {
-  return Math.min(170, 14 + 6.6 * Math.max(8, ...names.map((name) => name.length)));
+  return Math.min(170, 16 + 7.2 * Math.max(8, ...names.map((name) => name.length)));
 }
 
 /** The plot of all lanes. `failures`: {name, time} of each violation. */
