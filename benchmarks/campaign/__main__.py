@@ -148,6 +148,7 @@ def write(plan: Plan, shards: Sequence[Shard], known: Mapping[str, str], docs: P
         "example": shards[-1].runs[0].id,
         "results": results.text(shards, list(known)),
         "requirements": requirements,
+        "alike": round(len(shards[0].runs) * (1 - (1 - (worst.rate.value if worst.rate else 0.0)) ** len(shards))),
         "known": known,
         "cpu_s": sum(shard.cpu_s for shard in shards),
         "wall_s": sum(shard.wall_s for shard in shards),

@@ -107,7 +107,8 @@ def picture(shards: Sequence[Shard], requirement: str) -> Figure:
         lines["branches"] = totals.growth(shards, totals.branches, shards[0].branches.reachable)
     axis = "seeds (number)"
     curves(left, lines, x=axis, y="covered by all runs so far (% of the reachable)", drawn="steps-post")
-    left.set_ylim(top=100)
+    left.set_ylim(0, 100)
+    left.legend(loc="lower right")
     failed = {requirement: totals.failing(shards, requirement)}
     curves(right, failed, x=axis, y=f"abstract tests that failed {requirement} so far (number)", drawn="steps-post")
     right.set_ylim(bottom=0)

@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks import session
+from benchmarks.campaign import __main__ as campaign
 from benchmarks.campaign import results, shard, totals
 from benchmarks.campaign.progress import duration
 from benchmarks.campaign.shard import Run, Shard, ShardError, Total
@@ -113,6 +114,7 @@ def test_two_campaigns_do_not_share_a_folder(tmp_path: Path) -> None:
         assert State(tmp_path).done() == ()
 
 
+OF_A = ("Failed", "Passed", "Passed")
 PLAN = Plan("rl", 0, 2, {"code/a.py": "0" * 64, "python": "3.11.1"})
 
 
@@ -235,3 +237,21 @@ def test_time_left_is_said_in_words_without_sixty_of_anything(seconds: float) ->
 @pytest.mark.parametrize(("seconds", "said"), [(0, "0 s"), (89, "89 s"), (720, "12 min"), (7500, "2 h 5 min")])
 def test_time_left(seconds: float, said: str) -> None:
     assert duration(seconds) == said
+
+
+def test_the_page_says_how_many_runs_there_are_and_of_what_code(tmp_path: Path) -> None:
+    shards = [a_shard(seed, [a_run("a", seed, verdict), a_run("b", seed)]) for seed, verdict in enumerate(OF_A)]
+    for folder in ("first", "second"):
+        campaign.write(PLAN, shards, {"R1": "it is hard"}, tmp_path / folder)
+    text = (tmp_path / "first" / "campaign.md").read_text(encoding="utf-8")
+    assert text.startswith("# A campaign: 6 runs of one method\n")
+    assert (
+        "One seed finds R1 failing in 0 to 1 of 2 tests; with 3 seeds 1 tests fail it at least once and 0 always."
+        in text
+    )
+    assert "every test as likely to fail it as any other, 1 would at least once." in text
+    assert "- R1: What is wished. Known to fail: it is hard." in text
+    assert f"| code/ | `{campaign.summed({'code/a.py': '0' * 64})['code/'][:16]}` |" in text
+    assert "python 3.11.1." in text
+    pictures = [(tmp_path / folder / "pictures" / "campaign-seeds.svg").read_bytes() for folder in ("first", "second")]
+    assert pictures[0] == pictures[1]
