@@ -159,6 +159,13 @@ def test_agent_with_rules_is_interpreted_next_to_a_compiled_one(tmp_path: Path) 
     assert MultiAgentSystem.load(tmp_path / "mas.mas2j").compiled == ("b",)
 
 
+def test_all_engines_lose_abolished_beliefs_in_the_same_order(tmp_path: Path) -> None:
+    system_of(tmp_path, a="!go. +!go <- +p(1); +p(2); +p(3); .abolish(p(_)). -p(X) <- .print(X).")
+    results = [MultiAgentSystem.load(tmp_path / "mas.mas2j", engine=engine).run() for engine in ENGINES]
+    assert results[0].prints == ["[a] 3", "[a] 2", "[a] 1"]
+    assert results[1] == results[2] == results[0]
+
+
 def test_unknown_engine_is_refused() -> None:
     with pytest.raises(ValueError, match="engine must be one of interpreter, compiled, memo, got 'jit'"):
         MultiAgentSystem.load(TABLE, engine="jit")  # type: ignore[arg-type]

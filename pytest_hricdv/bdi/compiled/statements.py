@@ -226,7 +226,7 @@ def _abolish(body: BodyWriter, call: Call, scope: Scope) -> bool:
         store, slots = body.program.table(pattern), "slots"
         names, tests = body.conditions.unpack(pattern.args, dict(scope))
         writer.line("slots = []")
-        with writer.block(f"for args, _ in {store}.items():"):
+        with writer.block(f"for args in reversed({store}):"):
             writer.line(f"({', '.join(names)},) = args")
             with writer.block(f"if {' and '.join(tests) or 'True'}:"):
                 writer.line("slots.append(args)")
