@@ -13,7 +13,7 @@ from pytest_hricdv.cover.debugger import debugger
 from pytest_hricdv.cover.measure import Measurement
 from pytest_hricdv.cover.source import Bits, CoverError
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization, concretize
+from pytest_hricdv.generate.concrete import UNIFORM, ConcreteAction, ConcreteTest, Concretization, concretize
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Verdict, Vocabulary, explained
 from pytest_hricdv.runtime import Bus, Kernel, Record, Recorder
 from pytest_hricdv.runtime.record import Value
@@ -192,6 +192,7 @@ class HriCase:
     suite: str
     abstract: AbstractTest
     ranges: Concretization
+    sampling: str = UNIFORM
     fixed: ConcreteTest | None = None
     """The concrete test to run, of a test that is repeated: nothing is sampled then."""
     result: CaseResult | None = None
@@ -202,7 +203,7 @@ class HriCase:
     @cached_property
     def concrete(self) -> ConcreteTest:
         """The test with its parameters, sampled when first asked for: collecting thousands stays quick."""
-        return self.fixed or concretize(self.abstract, self.ranges)
+        return self.fixed or concretize(self.abstract, self.ranges, sampling=self.sampling)
 
     def run(self) -> CaseResult:
         """Run the test in the simulated world, watched by the monitors."""

@@ -93,7 +93,7 @@ class Collecting:
     def everything(self) -> list[HriCase]:
         """All cases of the suites, in order."""
         if not self.replays:
-            return cases(self.selected, self.testbench, self.options.concretizations)
+            return cases(self.selected, self.testbench, self.options.concretizations, self.options.sampling)
         found = cases(self.selected, self.testbench, 1)
         for case in found:
             case.fixed = self.replays[case.abstract.id].replay.concrete

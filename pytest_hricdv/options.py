@@ -13,6 +13,7 @@ from pytest_hricdv import exports, learning
 from pytest_hricdv.allowance import Allowance, AllowanceError, allowances
 from pytest_hricdv.bound import KINDS, Bound, BoundError, bound
 from pytest_hricdv.gates import Gates
+from pytest_hricdv.generate.sampler import SAMPLINGS
 from pytest_hricdv.learning import LearningOptions
 from pytest_hricdv.shard import Shard, ShardError, shard
 
@@ -29,6 +30,7 @@ class Options:
     seed: int
     tests: int | None
     concretizations: int
+    sampling: str
     report: Path
     gates: Gates
     known: Mapping[str, str]
@@ -37,6 +39,7 @@ class Options:
     coverage: bool
     film: bool = False
     replay: tuple[Path, ...] = ()
+    replay_anyway: bool = False
     shrink: bool = False
     shrink_runs: int = 60
     shrink_seconds: int = 60
@@ -63,6 +66,12 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption("--hri-seed", metavar="N", help="seed of generation and concretization (default 0)")
     group.addoption("--hri-tests", metavar="N", help="number of abstract tests per suite (default: the method's own)")
     group.addoption("--hri-concretizations", metavar="K", help="concrete tests per abstract test (default 1)")
+    group.addoption(
+        "--hri-sampling",
+        metavar="NAME",
+        help="how parameters are drawn from their ranges: uniform (default), or corners: extreme values every other "
+        "time",
+    )
     group.addoption("--hri-report", metavar="DIR", help="where report.json and index.html go (default hri-report)")
     group.addoption(
         "--hri-fail-under",
@@ -110,6 +119,12 @@ def add_options(parser: pytest.Parser) -> None:
         "a report, and check that each run is the same to the bit",
     )
     group.addoption(
+        "--hri-replay-anyway",
+        action="store_true",
+        default=False,
+        help="replay files also where the code under test or a version has changed since: the run need not be the same",
+    )
+    group.addoption(
         "--hri-shrink",
         action="store_true",
         default=None,
@@ -134,6 +149,7 @@ def add_options(parser: pytest.Parser) -> None:
         ("seed", "default of --hri-seed"),
         ("tests", "default of --hri-tests"),
         ("concretizations", "default of --hri-concretizations"),
+        ("sampling", "default of --hri-sampling"),
         ("report", "default of --hri-report"),
         ("export", "default of --hri-export"),
         ("search", "default of --hri-search"),
@@ -165,6 +181,7 @@ def read_options(config: pytest.Config) -> Options:
         seed=_integer(config, "seed", 0, least=None) or 0,
         tests=_integer(config, "tests", None, least=1),
         concretizations=_integer(config, "concretizations", 1, least=1) or 1,
+        sampling=_sampling(config),
         report=config.invocation_params.dir / (_text(config, "report") or "hri-report"),
         gates=Gates(
             bounds=_bounds(config),
@@ -182,6 +199,7 @@ def read_options(config: pytest.Config) -> Options:
         coverage=not _flag(config, "no_cov"),
         film=_flag(config, "film"),
         replay=replay,
+        replay_anyway=config.getoption("hri_replay_anyway"),
         search=_integer(config, "search", 0, least=1) or 0,
         shrink=_flag(config, "shrink"),
         shrink_runs=_integer(config, "shrink_runs", 60, least=1) or 60,
@@ -204,11 +222,20 @@ def _replay(config: pytest.Config) -> tuple[Path, ...]:
 
 
 def _again(config: pytest.Config) -> tuple[str, ...]:
-    single = [(name, config.getoption(f"hri_{name}")) for name in ("tests", "concretizations")]
+    single = [(name, config.getoption(f"hri_{name}")) for name in ("tests", "concretizations", "sampling")]
     known = [f"--hri-known={requirement}" for requirement in config.getoption("hri_known") or ()]
     strict = ["--hri-strict"] if config.getoption("hri_strict") else []
     learned = learning.read_options(config).again
-    return (*(f"--hri-{name}={value}" for name, value in single if value is not None), *learned, *known, *strict)
+    anyway = ["--hri-replay-anyway"] if config.getoption("hri_replay_anyway") else []
+    drawn = (f"--hri-{name}={value}" for name, value in single if value is not None)
+    return (*drawn, *learned, *known, *strict, *anyway)
+
+
+def _sampling(config: pytest.Config) -> str:
+    name = _text(config, "sampling") or "uniform"
+    if name not in SAMPLINGS:
+        raise pytest.UsageError(f"--hri-sampling={name}: expected one of {', '.join(SAMPLINGS)}")
+    return name
 
 
 def _text(config: pytest.Config, name: str) -> str:

@@ -42,7 +42,7 @@ MARKUP: dict[str, dict[str, bool]] = {
     "dim": {"light": True},
     "plain": {},
 }
-_DIGEST = re.compile(r"-[0-9a-f]{8,16}(?:-k\d+)?(?=[-\]])")
+_DIGEST = re.compile(r"-[0-9a-f]{8,16}(?:-corners)?(?:-k\d+)?(?=[-\]])")
 
 
 class Reporting:
@@ -81,6 +81,7 @@ class Reporting:
         """Finds what is wrong with the testbench, its files and the report folder before any test runs; exports."""
         self._judging.check({requirement.id for requirement in self.running.requirements})
         _ = self.running.code
+        self._check_replays()
         if self.options.film:
             self._check_film()
         running = not self.collecting.config.getoption("collectonly")
@@ -94,6 +95,14 @@ class Reporting:
                 files.prepare(self.options.report)
             except ReportError as error:
                 raise pytest.UsageError(str(error)) from None
+
+    def _check_replays(self) -> None:
+        """Refuse files whose runs cannot be expected to be the same, unless they are to be run anyway."""
+        notes = [self.running.surroundings.note(each) for each in self.collecting.replays.values()]
+        changed = [note for note in notes if note]
+        if changed and not self.options.replay_anyway:
+            told = "\n  ".join(changed)
+            raise pytest.UsageError(f"--hri-replay: {told}\nadd --hri-replay-anyway to run it all the same")
 
     def _check_film(self) -> None:
         try:

@@ -92,6 +92,7 @@ class Shrinking:
             "id": None,
             "replay": None,
             "abstract": [action.command for action in found.test.actions],
+            "concrete": list(self.case.ranges.shown(found.test)),
             "actions_before": len(self.case.concrete.actions),
             "runs": found.runs,
             "wall_s": round(found.wall_s, 3),

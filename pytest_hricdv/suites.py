@@ -13,7 +13,7 @@ import pytest
 
 from pytest_hricdv import learning
 from pytest_hricdv.case import HriCase
-from pytest_hricdv.generate.concrete import expand
+from pytest_hricdv.generate.concrete import UNIFORM, expand
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.files import Files
 from pytest_hricdv.generate.method import Context, Method
@@ -116,13 +116,15 @@ def check_commands(suite: Suite, testbench: Testbench) -> None:
                 raise pytest.UsageError(f"suite {suite.name}, test {test.id}: nobody knows {line!r}; known: {commands}")
 
 
-def cases(selected: Iterable[Selected], testbench: Testbench, concretizations: int) -> list[HriCase]:
+def cases(
+    selected: Iterable[Selected], testbench: Testbench, concretizations: int, sampling: str = UNIFORM
+) -> list[HriCase]:
     """One case for each concrete test."""
     ranges = testbench.concretization
     return [
-        HriCase(each.suite.name, test, ranges)
+        HriCase(each.suite.name, test, ranges, sampling)
         for each in selected
-        for test in expand(each.suite.tests, concretizations)
+        for test in expand(each.suite.tests, concretizations, sampling)
     ]
 
 

@@ -11,10 +11,15 @@ from dataclasses import dataclass, field, replace
 
 from .abstract import AbstractTest, command_of
 from .error import GenerateError, nearest
-from .sampler import Sampler
+from .sampler import SAMPLINGS, Sampler
 from .stream import canonical, derive_seed, stream
 
 Parameters = Mapping[str, float]
+UNIFORM = "uniform"
+"""The sampling that is the default."""
+
+
+_UNKNOWN = Sampler()
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,16 @@ class Concretization:
                 raise GenerateError(f"concretization of {command!r}: expected the spelling {command_of(command)!r}")
             _check_samplers(f"concretization of {command!r}", samplers)
         _check_samplers("concretization of a run", self.run)
+
+    def shown(self, test: ConcreteTest) -> tuple[str, ...]:
+        """A concrete test for people: a line an action, then one for the run, each value with its unit."""
+        lines = [_shown(each.command, each.parameters, self.commands.get(each.command, {})) for each in test.actions]
+        return (*lines, _shown("run", test.run, self.run)) if test.run else tuple(lines)
+
+
+def _shown(what: str, parameters: Parameters, samplers: Mapping[str, Sampler]) -> str:
+    told = [f"{name} {samplers.get(name, _UNKNOWN).shown(value)}" for name, value in parameters.items()]
+    return f"{what}: {', '.join(told)}" if told else what
 
 
 def _check_samplers(where: str, samplers: Mapping[str, Sampler]) -> None:
@@ -98,18 +113,25 @@ def variant(test: AbstractTest, k: int) -> AbstractTest:
     return test if k == 0 else replace(test, id=f"{test.id}-k{k}", seed=derive_seed("variant", test.seed, k))
 
 
-def expand(tests: Iterable[AbstractTest], concretizations: int) -> tuple[AbstractTest, ...]:
+def expand(tests: Iterable[AbstractTest], concretizations: int, sampling: str = UNIFORM) -> tuple[AbstractTest, ...]:
     """Each test `concretizations` times, variants side by side; ids for k = 0 are unchanged.
 
+    Another sampling than the uniform one gives other tests, so these have ids and seeds of their own.
+
     Raises:
-        GenerateError: fewer than one concretization.
+        GenerateError: fewer than one concretization, or an unknown sampling.
     """
+    if sampling not in SAMPLINGS:
+        raise GenerateError(f"no sampling {sampling!r}{nearest(sampling, SAMPLINGS)}")
+    if sampling != UNIFORM:
+        drawn = (replace(test, id=f"{test.id}-{sampling}", seed=derive_seed(sampling, test.seed)) for test in tests)
+        return expand(drawn, concretizations)
     if concretizations < 1:
         raise GenerateError(f"{concretizations} concretizations of a test: expected at least 1")
     return tuple(variant(test, k) for test in tests for k in range(concretizations))
 
 
-def concretize(test: AbstractTest, concretization: Concretization, k: int = 0) -> ConcreteTest:
+def concretize(test: AbstractTest, concretization: Concretization, k: int = 0, sampling: str = UNIFORM) -> ConcreteTest:
     """Sample a test's parameters.
 
     Each parameter of each action has a stream of its own, from the test's seed, the action's place and the parameter's
@@ -118,14 +140,14 @@ def concretize(test: AbstractTest, concretization: Concretization, k: int = 0) -
     Raises:
         GenerateError: a command of the test has no declared ranges.
     """
-    test = variant(test, k)
+    test, sample = variant(test, k), SAMPLINGS[sampling]
     actions = []
     for place, command in enumerate(test.lines):
         samplers = concretization.commands.get(command)
         if samplers is None:
             known = nearest(command, concretization.commands)
             raise GenerateError(f"test {test.id}: no ranges are declared for command {command!r}{known}")
-        drawn = {name: each.sample(stream(test.seed, place, command, name)) for name, each in samplers.items()}
+        drawn = {name: sample(each, stream(test.seed, place, command, name)) for name, each in samplers.items()}
         actions.append(ConcreteAction(command, drawn))
-    run = {name: each.sample(stream(test.seed, "run", name)) for name, each in concretization.run.items()}
+    run = {name: sample(each, stream(test.seed, "run", name)) for name, each in concretization.run.items()}
     return ConcreteTest(test.id, test.suite, test.seed, tuple(actions), run)

@@ -49,6 +49,8 @@ class Files:
             raise GenerateError(f"{self.path}: no tests in it; expected at least one")
         if context.tests is not None and context.tests > len(tests):
             notes.append(f"{context.tests} tests asked for, but {self.path.name} has {len(tests)} only")
+        if repeats := len(tests) - len({test.lines for test in tests}):
+            notes.append(f"{repeats} of {len(tests)} tests repeat the commands of others")
         kept = spread(tests, min(context.tests or len(tests), len(tests)))
         suites = {test.suite for test in tests}
         name = suites.pop() if len(suites) == 1 else self.name
@@ -58,14 +60,19 @@ class Files:
         paths = sorted(self.path.rglob("*.txt")) if self.path.is_dir() else [self.path]
         if not paths:
             raise GenerateError(f"{self.path}: no text file (*.txt) in this folder; expected at least one")
+        home: dict[str, Path] = {}
         for path in paths:
-            yield from parse_tests(
-                _read(path),
-                file=str(path),
-                suite=slug(path.stem),
-                master_seed=context.seed,
-                known=context.commands,
-            )
+            suite = slug(path.stem)
+            for test in parse_tests(
+                _read(path), file=str(path), suite=suite, master_seed=context.seed, known=context.commands
+            ):
+                if test.id in home:
+                    raise GenerateError(
+                        f"{path}: test {test.id!r} is in {home[test.id]} already; expected each id once: "
+                        "take one of the two away"
+                    )
+                home[test.id] = path
+                yield test
 
 
 def _read(path: Path) -> str:

@@ -3,18 +3,30 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from random import Random
 
 from .error import GenerateError
+from .stream import pick
 
 
 class Sampler:
     """Draws one parameter's value from a private stream."""
 
+    unit: str = ""
+
     def sample(self, random: Random) -> float:
         """A value. The stream is this parameter's own and used for nothing else."""
         raise NotImplementedError
+
+    def corners(self) -> tuple[float, ...]:
+        """The extreme values; none for a sampler that knows none."""
+        return ()
+
+    def shown(self, value: float) -> str:
+        """A value with its unit, for people."""
+        return f"{value:.6g} {self.unit}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -30,6 +42,10 @@ class Constant(Sampler):
     def sample(self, random: Random) -> float:
         """The value."""
         return float(self.value)
+
+    def corners(self) -> tuple[float, ...]:
+        """The value."""
+        return (float(self.value),)
 
 
 @dataclass(frozen=True)
@@ -61,6 +77,10 @@ class Range(Sampler):
         share = random.random()
         return self.clipped(self.low * (1.0 - share) + self.high * share)
 
+    def corners(self) -> tuple[float, ...]:
+        """Both ends; of a half-open range, the greatest number below its high end."""
+        return (float(self.low), self.clipped(self.high))
+
     def clipped(self, value: float) -> float:
         """The value in the range that is nearest to this one."""
         highest = math.nextafter(self.high, -math.inf) if self.open_high else float(self.high)
@@ -89,6 +109,40 @@ class Chance(Sampler):
     def sample(self, random: Random) -> float:
         """A value of `then`, or 0.0."""
         return self.then.sample(random) if random.random() < self.probability else 0.0
+
+    def corners(self) -> tuple[float, ...]:
+        """That it does not happen, and where it does, the extreme values."""
+        return (0.0, *self.then.corners()) if self.probability > 0.0 else (0.0,)
+
+    def shown(self, value: float) -> str:
+        """As `then` shows it."""
+        return self.then.shown(value)
+
+
+#: How parameters are drawn: a function of the sampler and of the parameter's own stream.
+Sampling = Callable[[Sampler, Random], float]
+
+_AT_A_CORNER = 0.5
+
+
+def uniform(sampler: Sampler, random: Random) -> float:
+    """As the range is declared."""
+    return sampler.sample(random)
+
+
+def corners(sampler: Sampler, random: Random) -> float:
+    """Half of the time an extreme value, each as likely as the others; otherwise as the range is declared.
+
+    Faults live where several parameters are extreme at once, and uniform drawing hardly ever gets there. What is
+    declared to be rare comes often.
+    """
+    extremes = sampler.corners()
+    if extremes and random.random() < _AT_A_CORNER:
+        return pick(random, extremes)
+    return sampler.sample(random)
+
+
+SAMPLINGS: Mapping[str, Sampling] = {"uniform": uniform, "corners": corners}
 
 
 def _check_finite(what: str, value: float) -> None:

@@ -61,6 +61,7 @@ def parse_tests(
     """
     blocks = [block for block in _blocks(text, file, known) if block.is_test]
     finished = [_stated(block) if "id" in block.headers else None for block in blocks]
+    _check_ids(blocks)
     drafts: dict[str, list[Draft]] = {}
     for block, test in zip(blocks, finished, strict=True):
         if test is None:
@@ -70,6 +71,18 @@ def parse_tests(
         test if test is not None else next(fresh[block.headers.get("suite", suite)])
         for block, test in zip(blocks, finished, strict=True)
     )
+
+
+def _check_ids(blocks: Iterable[_Block]) -> None:
+    places: dict[str, str] = {}
+    for block in blocks:
+        name = block.headers.get("id")
+        if name is not None and name in places:
+            raise GenerateError(
+                f"{block.where}: a second test with the id {name!r}, which is at {places[name]} already; expected "
+                "each id once: without its '# id:' line a test gets one of its own"
+            )
+        places |= {} if name is None else {name: block.where}
 
 
 def _blocks(text: str, file: str, known: Collection[str]) -> list[_Block]:

@@ -52,8 +52,8 @@ def _shrunk(
     if shrunk["note"]:
         yield Line(visible(f"{name} was not shrunk: {shrunk['note']}"), "warn")
         return
-    actions = shrunk["abstract"]
-    what = f"{plural(shrunk['actions_before'], 'action')} to {len(actions)}"
+    actions = shrunk.get("concrete", shrunk["abstract"])
+    what = f"{plural(shrunk['actions_before'], 'action')} to {len(shrunk['abstract'])}"
     yield Line(visible(f"{name} shrunk from {what}, for {' & '.join(shrunk['reason'])} ({cost}):"), "title")
     yield from (Line(visible(f"  {action}")) for action in actions[:_MAX_ACTIONS] or ["nothing"])
     if len(actions) > _MAX_ACTIONS:

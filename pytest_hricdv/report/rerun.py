@@ -4,7 +4,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-_JUDGING = ("--hri-known", "--hri-strict")
+_JUDGING = ("--hri-replay-anyway", "--hri-known", "--hri-strict")
 _PLAIN_IN_DOUBLE_QUOTES = set("[]/.:-_ ()=,+@%#~{}&;<>|*?'")
 
 

@@ -39,6 +39,21 @@ def test_a_folder_is_read_in_the_order_of_its_names(tmp_path: Path) -> None:
     assert suite.name == Files(tmp_path).name
 
 
+def test_a_test_in_two_files_of_a_folder_is_an_error_that_names_both(tmp_path: Path) -> None:
+    suite = Pseudorandom().generate(replace(CONTEXT, tests=2))
+    for name in ("one.txt", "two.txt"):
+        (tmp_path / name).write_text(dump_tests(suite.tests), encoding="utf-8")
+    with pytest.raises(GenerateError, match=r"two.txt: test 'pseudorandom-.*' is in .*one.txt already"):
+        Files(tmp_path).generate(CONTEXT)
+
+
+def test_tests_that_repeat_others_are_counted(tmp_path: Path) -> None:
+    (tmp_path / "t.txt").write_text("bored\n\nbored\n\ntell leg\n\nbored\n")
+    suite = Files(tmp_path / "t.txt").generate(CONTEXT)
+    assert len({test.id for test in suite.tests}) == 4
+    assert suite.generation.notes == ("2 of 4 tests repeat the commands of others",)
+
+
 def test_recorded_runs_without_steps_are_left_out_and_counted(tmp_path: Path) -> None:
     path = tmp_path / "recorded runs.json"
     path.write_text(RECORDED)

@@ -27,7 +27,7 @@ bored
 """
 
 
-@given(st.lists(abstract_tests, max_size=4))
+@given(st.lists(abstract_tests, max_size=4, unique_by=lambda test: test.id))
 def test_written_tests_read_back_unchanged(tests: list[AbstractTest]) -> None:
     assert list(parse_tests(dump_tests(tests), file="f", suite="other", master_seed=7)) == tests
 
@@ -55,6 +55,10 @@ def test_a_test_without_commands_has_an_id() -> None:
         ("# seed: soon\nbored\n", "f.txt:1:1: seed 'soon': expected a whole number"),
         ("# aim: a\n# aim: b\nbored\n", "f.txt:2:1: a second '# aim:' in one test"),
         ("# id: x\n# suite: s\n# aim: a\nbored\n", "f.txt:1:1: test 'x' has an id but no seed"),
+        (
+            "# id: x\n# suite: s\n# aim: a\n# seed: 1\nbored\n\n\n# id: x\n# suite: s\n# aim: a\n# seed: 2\n",
+            "f.txt:8:1: a second test with the id 'x', which is at f.txt:1:1 already; expected each id once",
+        ),
         ("# id: x.y\n# suite: s\n# aim: a\n# seed: 1\nbored\n", "f.txt:1:1: test id 'x.y': expected letters"),
     ],
 )

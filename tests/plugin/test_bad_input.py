@@ -54,6 +54,7 @@ def mode(request: pytest.FixtureRequest) -> tuple[str, ...]:
         ([SUITE, "--hri-seed=abc"], "--hri-seed=abc: expected a whole number"),
         ([SUITE, "--hri-seed=1.5"], "--hri-seed=1.5: expected a whole number"),
         ([SUITE, "--hri-concretizations=0"], "--hri-concretizations=0: expected at least 1"),
+        ([SUITE, "--hri-sampling=edges"], "--hri-sampling=edges: expected one of uniform, corners"),
         (
             [SUITE, "--hri-fail-under=lines=80"],
             "--hri-fail-under=lines=80: expected KIND=PCT with KIND in statements, ",
@@ -182,6 +183,21 @@ def test_files(lamps: pytest.Pytester, mode: tuple[str, ...], name: str, old: st
         ('{"lamp_level": float}', '{"lamp_level": str}', "signal 'lamp_level': expected the type bool or float, got"),
         ('{"lamp_level": float}', '{"until": float}', "signal 'until': this is a keyword of the requirement language"),
         (
+            '"curt"), "wish"',
+            '"bright"), "wish"',
+            "conftest.py:20: pytest_hricdv_testbench: GenerateError: belief 'bright' is in group 'mood' and in group",
+        ),
+        (
+            '"mood": ("polite", "curt")',
+            '"mood": ()',
+            "GenerateError: group 'mood' of beliefs is empty; expected at least",
+        ),
+        (
+            'start=("hall", "cellar")',
+            "start=()",
+            "GenerateError: group 'start' of beliefs is empty; expected at least o",
+        ),
+        (
             "Range(0.5, 1.0",
             "Range(0.5, -1.0",
             "conftest.py:13: pytest_hricdv_testbench: GenerateError: range [0.5, -1]",
@@ -212,6 +228,10 @@ def test_no_testbench(lamps: pytest.Pytester, mode: tuple[str, ...]) -> None:
         ("greet\n\n  gret\n", "recorded.txt:3:3: unknown command 'gret'; nearest: greet"),
         ("# nothing but words\n", "recorded.txt: no tests in it; expected at least one"),
         ("# id: a.b\ngreet\n", "recorded.txt:"),
+        (
+            "# id: a\n# suite: s\n# aim: a\n# seed: 1\ngreet\n\n# id: a\n# suite: s\n# aim: a\n# seed: 1\ngreet\n",
+            "recorded.txt:7:1: a second test with the id 'a', which is at ",
+        ),
     ],
     ids=short,
 )

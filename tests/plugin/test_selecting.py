@@ -73,3 +73,24 @@ def test_two_paths(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess("--hri-suite=by-hand", "test_others.py", "test_lamps.py")
     result.assert_outcomes(passed=5, xfailed=1)
     assert report(lamps.path)["selected"] == 4
+
+
+@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+def test_corners_are_other_tests_with_names_of_their_own(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    result = lamps.runpytest_inprocess(
+        "--hri-suite=by-hand", "--hri-sampling=corners", "--hri-concretizations=2", *options
+    )
+    assert result.ret == 0
+    written = report(lamps.path)
+    assert (written["selected"], written["reported"]) == (8, 8)
+    ids = [test["id"] for test in written["tests"]]
+    assert [name.endswith("-corners") for name in ids].count(True) == 4
+    assert [name.endswith("-corners-k1") for name in ids].count(True) == 4
+    pauses = [
+        action["parameters"]["pause_s"]
+        for test in written["tests"]
+        for action in test["concrete"]["actions"]
+        if action["parameters"]
+    ]
+    assert 0 < sum(pause in (0.5, 1.0) for pause in pauses) < len(pauses)
+    assert written["rerun"]["options"] == ["--hri-concretizations=2", "--hri-sampling=corners"]

@@ -40,7 +40,8 @@ def test_the_shortest_failing_test_of_a_requirement_is_shrunk_and_can_be_replaye
         [
             f"hricdv: shrinking {test['id']}, which failed R2 ...",
             f"R2 of {test['id']} shrunk from 7 actions to 1, for lamp_level <= 80 (* runs, * s):",
-            "  set_lamp level = 100",
+            "  set_lamp level = 100: pause_s 0.75 s",
+            "  run: patience_s 6.5 s",
             f"  {command}",
         ]
     )

@@ -1,0 +1,83 @@
+"""The declared ranges as Hypothesis strategies, for property tests of one's own.
+
+    from hypothesis import given
+    from pytest_hricdv.strategies import concrete_tests
+
+    @given(concrete_tests(RANGES, ["tell leg", "receivesignal", "bored"]))
+    def test_the_person_always_ends(test):
+        ...
+
+A module of its own: the plugin does without Hypothesis. Suites are not drawn with it, for its stream changes with its
+version, and a suite's seed is to mean the same tests for years.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+try:
+    from hypothesis import strategies as st
+except ImportError as error:
+    raise ImportError("pytest_hricdv.strategies needs Hypothesis: pip install hypothesis") from error
+
+from pytest_hricdv.generate.abstract import SEED_LIMIT
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
+from pytest_hricdv.generate.error import GenerateError, nearest
+from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler
+
+NAME = "property"
+
+
+def values(sampler: Sampler) -> st.SearchStrategy[float]:
+    """All values of a range, in its unit; of a chance also 0.0, which is the simplest.
+
+    Raises:
+        GenerateError: a sampler of one's own; it has no bounds to draw from.
+    """
+    if isinstance(sampler, Constant):
+        return st.just(float(sampler.value))
+    if isinstance(sampler, Range):
+        return st.floats(sampler.low, sampler.high, exclude_max=sampler.open_high)
+    if isinstance(sampler, Chance):
+        return st.just(0.0) | values(sampler.then) if sampler.probability > 0.0 else st.just(0.0)
+    raise GenerateError(f"no strategy for {sampler!r}; expected a Range, Chance or Constant")
+
+
+def parameters(samplers: Mapping[str, Sampler]) -> st.SearchStrategy[dict[str, float]]:
+    """Values of all parameters, by name."""
+    return st.fixed_dictionaries({name: values(sampler) for name, sampler in samplers.items()})
+
+
+def concrete_tests(
+    ranges: Concretization, lines: Sequence[str] | None = None, *, max_actions: int = 20
+) -> st.SearchStrategy[ConcreteTest]:
+    """Concrete tests: their parameters from the declared ranges, their sensors' errors from a seed.
+
+    Args:
+        ranges: of the testbench.
+        lines: the commands of the test; None: any, of up to `max_actions` commands.
+        max_actions: for tests of any commands.
+
+    Raises:
+        GenerateError: a command without declared ranges.
+    """
+    for line in lines or ():
+        if line not in ranges.commands:
+            raise GenerateError(f"no ranges are declared for command {line!r}{nearest(line, ranges.commands)}")
+    actions = {
+        line: st.builds(ConcreteAction, st.just(line), parameters(samplers))
+        for line, samplers in ranges.commands.items()
+    }
+    drawn: st.SearchStrategy[tuple[ConcreteAction, ...]]
+    if lines is None:
+        drawn = st.lists(st.one_of(list(actions.values())), max_size=max_actions).map(tuple)
+    else:
+        drawn = st.tuples(*(actions[line] for line in lines))
+    return st.builds(
+        ConcreteTest,
+        id=st.just(NAME),
+        suite=st.just(NAME),
+        seed=st.integers(0, SEED_LIMIT - 1),
+        actions=drawn,
+        run=parameters(ranges.run),
+    )

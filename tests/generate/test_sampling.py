@@ -1,0 +1,116 @@
+"""Corner-biased sampling, units, and ranges as Hypothesis strategies."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+from hypothesis import find, given, settings
+from hypothesis import strategies as st
+from hypothesis.errors import NoSuchExample
+
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import ConcreteTest, concretize, expand
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler, corners, uniform
+from pytest_hricdv.generate.stream import stream
+from pytest_hricdv.strategies import concrete_tests, values
+from tests.generate.table import COMMANDS, CONCRETIZATION, ROOT
+
+TEST = AbstractTest(id="t", suite="s", aim="a", beliefs=(), lines=COMMANDS, seed=5)
+BOUNDS = st.tuples(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
+RANGES = st.builds(lambda at, half: Range(at[0], at[0] + at[1], "m", open_high=half), BOUNDS, st.booleans())
+SAMPLERS = RANGES | st.builds(Constant, st.floats(-9, 9)) | st.builds(Chance, st.floats(0, 1), RANGES)
+
+
+def _is_inside(value: float, sampler: Sampler) -> bool:
+    if isinstance(sampler, Chance):
+        return value == 0.0 or (sampler.probability > 0.0 and _is_inside(value, sampler.then))
+    if isinstance(sampler, Range):
+        return sampler.contains(value)
+    return isinstance(sampler, Constant) and value == sampler.value
+
+
+@given(SAMPLERS, st.integers(0, 999))
+def test_every_sampling_stays_inside_and_the_stream_decides(sampler: Sampler, seed: int) -> None:
+    for sampling in (uniform, corners):
+        drawn = [sampling(sampler, stream("x", seed)) for _ in range(2)]
+        assert drawn[0] == drawn[1]
+        assert _is_inside(drawn[0], sampler)
+    assert all(_is_inside(value, sampler) for value in sampler.corners())
+
+
+def test_half_of_what_is_drawn_is_at_a_corner() -> None:
+    sampler, random = Range(2.0, 3.0), stream("corners")
+    drawn = [corners(sampler, random) for _ in range(4000)]
+    assert drawn.count(2.0) / 4000 == pytest.approx(0.25, abs=0.03)
+    assert drawn.count(3.0) / 4000 == pytest.approx(0.25, abs=0.03)
+
+
+def test_what_is_rare_comes_often_and_what_cannot_happen_never() -> None:
+    random = stream("rare")
+    assert [corners(Chance(0.02, Range(4.0, 14.0)), random) > 0 for _ in range(1000)].count(True) > 250
+    assert [corners(Chance(0.0, Range(4.0, 14.0)), random) for _ in range(1000)].count(0.0) == 1000
+
+
+def test_tests_of_another_sampling_have_ids_and_seeds_of_their_own() -> None:
+    (plain,), (cornered,) = expand([TEST], 1), expand([TEST], 1, "corners")
+    assert plain == TEST
+    assert cornered.id == "t-corners"
+    assert cornered.seed != plain.seed
+    assert [test.id for test in expand([TEST], 2, "corners")] == ["t-corners", "t-corners-k1"]
+    concrete = concretize(cornered, CONCRETIZATION, sampling="corners")
+    assert concrete == concretize(cornered, CONCRETIZATION, sampling="corners")
+    assert concrete != concretize(cornered, CONCRETIZATION)
+    with pytest.raises(GenerateError, match="no sampling 'corner'; nearest: corners"):
+        expand([TEST], 1, "corner")
+
+
+def test_a_concrete_test_is_shown_with_units() -> None:
+    shown = CONCRETIZATION.shown(concretize(TEST, CONCRETIZATION))
+    assert len(shown) == len(COMMANDS) + 1
+    lines = dict(zip([*COMMANDS, "run"], shown, strict=True))
+    assert lines["bored"] == "bored"
+    assert lines["receivesignal"] == "receivesignal: patience_s 60 s"
+    assert lines["set_param gaze = 0"].endswith(" deg")
+    assert lines["set_param pressure = 1"].endswith(" N")
+    assert lines["run"].startswith("run: sensing_timeout_s ")
+    unknown = replace(concretize(TEST, CONCRETIZATION), run={"other": 2.5})
+    assert CONCRETIZATION.shown(unknown)[-1] == "run: other 2.5"
+
+
+@given(concrete_tests(CONCRETIZATION))
+def test_drawn_tests_can_be_run_and_lie_in_their_ranges(test: ConcreteTest) -> None:
+    assert ConcreteTest.from_json(test.to_json()) == test
+    for action in test.actions:
+        samplers = CONCRETIZATION.commands[action.command]
+        assert action.parameters.keys() == samplers.keys()
+        assert all(_is_inside(value, samplers[name]) for name, value in action.parameters.items())
+    assert test.run.keys() == CONCRETIZATION.run.keys()
+
+
+@given(concrete_tests(CONCRETIZATION, ["tell leg", "bored"]))
+def test_drawn_tests_of_given_commands_have_these(test: ConcreteTest) -> None:
+    assert [action.command for action in test.actions] == ["tell leg", "bored"]
+
+
+def test_the_simplest_of_a_chance_is_that_it_does_not_happen() -> None:
+    assert find(values(Chance(0.1, Range(4.0, 14.0))), lambda value: True) == 0.0
+    with pytest.raises(NoSuchExample):
+        find(values(Chance(0.0, Range(4.0, 14.0))), bool, settings=settings(max_examples=50, database=None))
+
+
+def test_strategies_say_what_they_cannot_draw() -> None:
+    with pytest.raises(GenerateError, match="no ranges are declared for command 'tell legs'; nearest: tell leg"):
+        concrete_tests(CONCRETIZATION, ["tell legs"])
+    with pytest.raises(GenerateError, match="no strategy for"):
+        values(Sampler())
+
+
+def test_the_plugin_loads_without_hypothesis() -> None:
+    code = "import sys; sys.modules['hypothesis'] = None; import pytest_hricdv.testbench, pytest_hricdv.suites\n"
+    code += "try:\n    import pytest_hricdv.strategies\nexcept ImportError as error:\n    print(error)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout == "pytest_hricdv.strategies needs Hypothesis: pip install hypothesis\n"
