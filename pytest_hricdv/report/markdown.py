@@ -12,6 +12,7 @@ from pytest_hricdv.report.rerun import again
 _MAX_FAILURES = 10
 _MAX_GAP_COLUMNS = 200
 _SPECIAL = {
+    "\\": "\\\\",
     "&": "&amp;",
     "<": "&lt;",
     ">": "&gt;",
