@@ -28,7 +28,7 @@ def render(template: str, context: Mapping[str, Any]) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    environment.filters.update(percent=percent, interval=interval, minutes=minutes, thousands=thousands)
+    environment.filters.update(percent=percent, interval=interval, minutes=minutes, thousands=thousands, points=points)
     return environment.get_template(template).render(context)
 
 
@@ -59,6 +59,11 @@ def interval(each: Interval | None, scale: float = 100.0, digits: int = 1) -> st
         return "-"
     value, low, high = (f"{scale * number:.{digits}f}" for number in (each.value, each.low, each.high))
     return f"{value} ({low} to {high})"
+
+
+def points(value: float | None) -> str:
+    """`+7.9` or `-0.7` of percentage points, or a dash."""
+    return "-" if value is None else f"{value:+.1f}"
 
 
 def minutes(seconds: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from statistics import fmean
 from typing import Any
 
 from benchmarks.agreement import original
@@ -33,6 +34,7 @@ def context(pairs: Sequence[Pair]) -> dict[str, Any]:
         "disagreements": disagreements(pairs),
         "unexplained": sum(UNEXPLAINED in _reasons(each) for each in pairs),
         "repeats": repeats(pairs),
+        "gains": gains(pairs),
         "errors": errors(pairs),
         "late_s": LATE_S,
         "heard_s": max((s for s, legs in heard if s is not None and s < LATE_S and legs), default=0.0),
@@ -52,6 +54,30 @@ def repeats(pairs: Sequence[Pair]) -> dict[str, Any]:
     theirs = [[each.theirs.coverage for each in group] for group in several]
     ours = [[each.ours.coverage for each in group] for group in several]
     return {"texts": len(several), "theirs": _repeated(theirs), "ours": _repeated(ours)}
+
+
+def gains(pairs: Sequence[Pair]) -> dict[str, dict[str, float | None]]:
+    """How many points of coverage a release adds to tests that discard, and how many a person who does not answer.
+
+    In tests of BDI RL only, whose records are the tests' and which were all measured alike.
+    """
+    mine = [each for each in pairs if each.theirs.suite == "rl" and not each.awry]
+    then = [(set(each.theirs.legs or ()), each.theirs.coverage) for each in mine]
+    now = [(set(each.ours.legs), each.ours.coverage) for each in mine]
+    return {"theirs": _gains(then), "ours": _gains(now)}
+
+
+def _gains(tests: Sequence[tuple[set[str], float]]) -> dict[str, float | None]:
+    def average(legs: set[str]) -> float | None:
+        values = [coverage for found, coverage in tests if found == legs]
+        return fmean(values) if values else None
+
+    plain = average({"discarded"})
+    found = {}
+    for what, leg in (("release", "released"), ("timeout", "no-human-ready")):
+        more = average({"discarded", leg})
+        found[what] = None if plain is None or more is None else more - plain
+    return found
 
 
 def _repeated(values: Sequence[Sequence[float]]) -> dict[str, float | None]:

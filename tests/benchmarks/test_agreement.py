@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import pytest
@@ -12,6 +13,7 @@ from benchmarks.agreement import original, pair
 from benchmarks.agreement.asked import Asked, asked, before_first_request_s
 from benchmarks.agreement.pair import OurRun, Pair, errs
 from benchmarks.agreement.readings import in_turn
+from benchmarks.agreement.tables import gains
 from sim.script import PARAMETERS
 from tests.hri.bench import leg
 
@@ -177,3 +179,19 @@ def test_a_reading_that_no_other_turn_explains_is_left_to_the_turn_that_erred() 
     assert in_turn(["discarded", "discarded"], told, [requests[1], requests[0]]) == ("000", "110")
     with pytest.raises(ValueError, match="have the decisions"):
         in_turn(["released"], told, requests)
+
+
+def test_what_a_release_adds_to_coverage_is_told_apart_from_what_a_time_out_adds() -> None:
+    def one(legs: list[str], poses: list[str], covered_then: float, covered_now: float) -> Pair:
+        lines = [line for pose in poses for line in (BORED if pose == "none" else leg(pose))]
+        theirs = replace(then(lines, legs), suite="rl", coverage=covered_then)
+        return Pair(theirs, replace(now(legs, poses), coverage=covered_now))
+
+    plain = one(["discarded"], ["110"], 70.0, 80.0)
+    released = one(["discarded", "released"], ["110", "111"], 78.0, 84.0)
+    bored = one(["discarded", "no-human-ready"], ["110", "none"], 69.0, 83.0)
+    assert gains([plain, released, bored]) == {
+        "theirs": {"release": 8.0, "timeout": -1.0},
+        "ours": {"release": 4.0, "timeout": 3.0},
+    }
+    assert gains([released])["ours"] == {"release": None, "timeout": None}
