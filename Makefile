@@ -8,7 +8,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: suite test lint bench experiment agreement campaign clean
+.PHONY: suite test lint bench experiment agreement campaign pictures clean
 
 suite: $(VENV)/.installed
 	$(BIN)/pytest --hri-suite=rl -n 2
@@ -35,6 +35,9 @@ agreement: $(VENV)/.installed
 
 campaign: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.campaign --write
+
+pictures: $(VENV)/.installed
+	$(BIN)/python -m benchmarks.screenshots
 
 $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -39,7 +39,13 @@ class Exports:
     @classmethod
     def read(cls, config: pytest.Config) -> Exports:
         """The files in force. Raises pytest.UsageError for one that cannot be written."""
-        return cls.of({name: _path(config, name) for name in FILES})
+        named = {name: _path(config, name) for name in FILES}
+        given = [path for path in named.values() if path is not None]
+        twice = next((path for path in given if given.count(path) > 1), None)
+        if twice is not None:
+            names = " and ".join(f"--hri-{name}" for name, path in named.items() if path == twice)
+            raise pytest.UsageError(f"{names}: expected a file for each, and both are to be {twice}")
+        return cls.of(named)
 
     @classmethod
     def of(cls, named: Mapping[str, Path | None]) -> Exports:

@@ -38,7 +38,7 @@ def line(standing: Standing, columns: int) -> str:
     parts = [f"{standing.done} of {standing.total}"]
     if standing.failed:
         parts.append(f"{standing.failed} failed")
-    if standing.left_s is not None:
+    if standing.left_s is not None and standing.done < standing.total:
         parts.append(left(standing.left_s))
     start = f"hri: {', '.join(parts)}"
     if not standing.running:

@@ -131,6 +131,12 @@ def test_a_file_that_cannot_be_written_is_said_before_the_first_test(lamps: pyte
         assert message in result.stdout.str() + result.stderr.str()
 
 
+def test_two_files_of_one_name_are_refused(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(SUITE, "--hri-cobertura=x/a", "--hri-lcov=x/a")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: --hri-cobertura and --hri-lcov: expected a file for each, and both are *a"])
+
+
 def test_a_job_summary_that_cannot_be_written_fails_the_run_and_keeps_the_report(
     lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
