@@ -21,28 +21,26 @@ class Hole:
     items: tuple[str, ...]
     reason: str = ""
     suggestion: str = ""
-    beliefs: tuple[str, ...] = ()
     test: tuple[str, str] | None = None
 
 
 def holes(report: Mapping[str, Any]) -> tuple[Hole, ...]:
-    """Every gap: with reasons and suggestions where the report has them. What is waived is listed elsewhere."""
+    """Every gap: with reasons and suggestions where the report has them; gaps that share these are one.
+
+    What is waived is listed elsewhere.
+    """
     listed = report.get("closure", {}).get("gaps")
     if listed is None:
         return tuple(Hole(gap.place, gap.kind, gap.items) for gap in totals.gaps(report))
     anchors = {test["id"]: anchor(test["nodeid"]) for test in report["tests"]}
+    grouped: dict[tuple[str, ...], list[str]] = {}
+    for gap in listed:
+        if not gap["reason"].startswith(_WAIVED):
+            key = gap["place"], gap["kind"], gap["reason"], gap["suggestion"], gap["test"]
+            grouped.setdefault(key, []).extend(gap["items"])
     return tuple(
-        Hole(
-            gap["place"],
-            gap["kind"],
-            tuple(gap["items"]),
-            gap["reason"],
-            gap["suggestion"],
-            tuple(gap["beliefs"]),
-            (anchors[gap["test"]], gap["test"]) if gap["test"] in anchors else None,
-        )
-        for gap in listed
-        if not gap["reason"].startswith(_WAIVED)
+        Hole(place, kind, tuple(items), reason, suggestion, (anchors[test], test) if test in anchors else None)
+        for (place, kind, reason, suggestion, test), items in grouped.items()
     )
 
 

@@ -41,7 +41,9 @@ def detail(report: Mapping[str, Any], test: Mapping[str, Any]) -> dict[str, Any]
         "nodeid": test["nodeid"],
         "beliefs": test["beliefs"],
         "plans": {agent: sorted(labels, key=natural) for agent, labels in test.get("plans", {}).items()},
+        "aim": test.get("name") or test.get("aim") or "",
         "abstract": test["abstract"],
+        "acted": [round(time_s, 3) for time_s in test.get("acted_s", ())],
         "actions": [_action(each) for each in concrete.get("actions", ())],
         "run": {key: _values(value) for key, value in concrete.items() if key != "actions"},
         "verdicts": [_verdict(name, test["requirements"][name]) for name in sorted(test["requirements"], key=natural)],
@@ -50,6 +52,7 @@ def detail(report: Mapping[str, Any], test: Mapping[str, Any]) -> dict[str, Any]
         "facts": {name: value for name, value in facts.items() if value},
         "film": test.get("film"),
         "shrunk": [_shrunk(name, each, report) for name, each in sorted(test.get("shrunk", {}).items())],
+        "repeats": len(test.get("repeats", ())),
         "replayed": _replayed(test.get("replayed")),
         "timeline": test.get("timeline"),
     }

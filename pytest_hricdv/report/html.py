@@ -105,6 +105,7 @@ def _context(report: Mapping[str, Any]) -> dict[str, Any]:
         "code": report.get("code_under_test", {}),
         "merged": _merged(report),
         "outcomes": totals.outcomes(report),
+        "gates": report.get("gates", {}),
         "loss": totals.loss(report),
         "time": totals.time(report),
         "suites": [(suite, totals.tallies(report, suite)) for suite in report["suites"]],

@@ -18,6 +18,7 @@ class Judged:
     Attributes:
         texts: its title, source and formula, as far as the report has them.
         known: why its violation is known; empty where it is not.
+        until: the last day on which it is; empty where that is not limited.
         counts: verdict -> number of tests.
         triggers: over all tests.
         tight: tests that passed with the least margins.
@@ -29,6 +30,7 @@ class Judged:
     name: str
     texts: Mapping[str, str]
     known: str
+    until: str
     counts: Mapping[str, int]
     triggers: int
     failures: tuple[Pair, ...]
@@ -48,6 +50,7 @@ def requirement(report: Mapping[str, Any], name: str) -> Judged:
         name=name,
         texts=report.get("requirements", {}).get(name, {}),
         known="" if report.get("strict") else report.get("known_violations", {}).get(name, ""),
+        until=report.get("known_until", {}).get(name, ""),
         counts={word: len(found) for word, found in by_verdict.items()},
         triggers=sum(verdict["triggers"] for _, verdict in pairs),
         failures=tuple(sorted(by_verdict["Failed"], key=_margin)[:SHOWN]),
@@ -73,13 +76,14 @@ def cross(report: Mapping[str, Any]) -> list[dict[str, Any]]:
 
     Returns:
         `name`, `coordinates` ([name, bins] each), `closed` (["impossible" or "illegal", reason, bit set of bins as a
-        hexadecimal number] each), `suites` (suite -> [bin, tests that hit it] each), `proof`. Bins are numbered,
-        the last coordinate's fastest.
+        hexadecimal number] each), `suites` (suite -> [bin, tests that hit it] each), `tests` (the bins that each
+        test of the report hit), `proof`. Bins are numbered, the last coordinate's fastest.
     """
     found = []
     for name, declared in sorted(report.get("cross_products", {}).items()):
         coordinates = [(each["name"], each["bins"]) for each in declared["coordinates"]]
         places = [{each: number for number, each in enumerate(bins)} for _, bins in coordinates]
+        hits = [sorted({_number(each, places) for each in _hits(test, name)}) for test in report["tests"]]
         closed: dict[tuple[str, str], int] = {}
         for kind in ("impossible", "illegal"):
             for each in declared[kind]:
@@ -94,8 +98,15 @@ def cross(report: Mapping[str, Any]) -> list[dict[str, Any]]:
         }
         bins = [(kind, reason, f"{bits:x}") for (kind, reason), bits in closed.items()]
         proof = declared.get("proof", {}).get("reason", "")
-        found.append({"name": name, "coordinates": coordinates, "closed": bins, "suites": suites, "proof": proof})
+        found.append(
+            {"name": name, "coordinates": coordinates, "closed": bins, "suites": suites, "tests": hits, "proof": proof}
+        )
     return found
+
+
+def _hits(test: Mapping[str, Any], name: str) -> list[list[str]]:
+    hits: list[list[str]] = (test.get("cross") or {}).get(name, [])
+    return hits
 
 
 def _number(combination: list[str], places: list[dict[str, int]]) -> int:

@@ -56,6 +56,7 @@ def with_closure(report: dict[str, Any]) -> dict[str, Any]:
         for n, test in enumerate(half, start=1)
     ]
     gap = {"kind": "plans", "place": "human", "items": ["plan47"], "reason": "no test has beliefs that trigger it"}
+    other = {**gap, "items": ["plan48"], "suggestion": "the beliefs leg1 m000l1 reach it", "test": half[0]["id"]}
     waived = {
         "kind": "statements",
         "place": "controller/journal.py",
@@ -65,6 +66,7 @@ def with_closure(report: dict[str, Any]) -> dict[str, Any]:
     none = {"suggestion": "", "test": "", "beliefs": []}
     gaps = [
         {**gap, "suggestion": "the beliefs leg1 m000l1 reach it", "test": half[0]["id"], "beliefs": ["leg1", "m000l1"]},
+        {**other, "beliefs": ["leg1", "m000l1"]},
         waived | none,
     ]
     needless = [test["nodeid"] for test in report["tests"][len(half) :]]
@@ -83,12 +85,26 @@ def test_gaps_come_with_what_may_close_them_and_the_smallest_suite_is_named() ->
     report = with_closure(sample.report(tests=10))
     page = _page(report)
     data = json.loads(page.scripts["data"])
-    assert "human plans 1 plan47 no test has beliefs that trigger it the beliefs leg1 m000l1 reach it" in page.words
+    assert (
+        "human plans 2 plan47, plan48 no test has beliefs that trigger it the beliefs leg1 m000l1 reach it"
+        in page.words
+    )
     assert "waived as unreachable: so" not in page.words
     assert "5 tests of 10 cover all that the tests cover together" in page.words
     assert data["smallest"]["gains"] == {str(n): 8 - n for n in range(5)}
     assert data["smallest"]["curve"] == [[0, 0], *([100 * n, 10 * n] for n in range(1, 6))]
     assert "by leg4" in page.words  # the smallest belief set of each plan
+
+
+def test_what_failed_the_run_beside_its_tests_is_at_the_top() -> None:
+    report = sample.report(tests=2)
+    report["gates"] = {"failed": ["suite rl: plans 80.00 %, at least 90 % asked for"], "improved": ["R1 is triggered"]}
+    report |= {"shard": "2/3", "sessions": [{}, {}], "known_until": {"R3": "2099-12-31"}}
+    words = _page(report).words
+    assert "Failed: suite rl: plans 80.00 %, at least 90 % asked for" in words
+    assert "Better than the baseline: R1 is triggered" in words
+    assert "2 tests of 1 suite, shard 2/3 only, merged from 2 runs." in words
+    assert "Its violation is known until 2099-12-31: no crush prevention." in words
 
 
 def test_a_test_has_its_details_in_full() -> None:

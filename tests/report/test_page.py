@@ -231,6 +231,32 @@ def test_a_test_has_a_page_of_its_own(
     assert watched.quiet()
 
 
+def test_a_cell_of_a_heat_map_leads_to_its_tests(watched: Watched, tmp_path: Path) -> None:
+    report = sample.report(tests=30)
+    page = watched.open(report, tmp_path, "cross")
+    page.wait_for_selector("#cross svg [aria-label=cell] a")
+    address = page.locator("#cross svg [aria-label=cell] a").first.get_attribute("href")
+    *_, across, leg, down, gpl = address.split("/")
+    assert (across, down) == ("1", "0")
+    page.evaluate("address => { location.hash = address; }", address)
+    bins = [sample.GPL[int(gpl)], sample.LEGS[int(leg)]]
+    hit = [test["id"] for test in report["tests"] if bins in test["cross"]["handover"]]
+    listed(page).to_have_text(hit)
+    assert f"that hit leg {bins[1]}, gpl {bins[0]} of handover" in page.locator("#tests .notice").inner_text()
+    assert watched.quiet()
+
+
+def test_actions_have_their_times(watched: Watched, tmp_path: Path) -> None:
+    report = sample.report(tests=1)
+    report["tests"][0]["acted_s"] = [0.0, 6.25]
+    page = watched.open(report, tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .timeline svg")
+    times = page.locator("#test .actions tbody td:nth-child(2)").all_inner_texts()
+    assert times[:3] == ["0.00 s", "6.25 s", "not done"]
+    assert "the human" in (page.locator("#test .timeline svg").first.text_content() or "")
+
+
 def test_the_smallest_suite_and_what_adds_nothing_are_listed(watched: Watched, tmp_path: Path) -> None:
     report = with_closure(sample.report(tests=10))
     page = watched.open(report, tmp_path, "closure")

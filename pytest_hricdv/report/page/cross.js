@@ -1,12 +1,16 @@
 // Cross products as heat maps; of one with more than two coordinates, two are chosen and the others are counted through.
 
+/** The bin of coordinate `n` in a combination: combinations are numbered through, the last coordinate's bins fastest. */
+function binAlong(product, combination, n) {
+  const step = product.coordinates.slice(n + 1).reduce((all, [, bins]) => all * bins.length, 1);
+  return Math.floor(combination / step) % product.coordinates[n][1].length;
+}
+
 /** Cells of a heat map: a product looked at along coordinates `x` and `y` (y is null where there is only one). */
 function heatCells(product, suite, x, y) {
   const kinds = product.coordinates, cells = new Map();
-  // Bins are numbered through, the last coordinate's fastest.
-  const steps = kinds.map((_, n) => kinds.slice(n + 1).reduce((all, [, bins]) => all * bins.length, 1));
-  const along = (bin, n) => (n === null ? 0 : Math.floor(bin / steps[n]) % kinds[n][1].length);
-  const all = steps[0] * kinds[0][1].length;
+  const along = (bin, n) => (n === null ? 0 : binAlong(product, bin, n));
+  const all = kinds.reduce((count, [, bins]) => count * bins.length, 1);
   const hits = new Map();
   for (const [name, found] of Object.entries(product.suites)) {
     if (suite !== "" && DATA.suites[suite] !== name) continue;
@@ -15,7 +19,7 @@ function heatCells(product, suite, x, y) {
   for (let bin = 0; bin < all; bin++) {
     const key = along(bin, x) + "/" + along(bin, y);
     if (!cells.has(key)) {
-      cells.set(key, { x: kinds[x][1][along(bin, x)], y: y === null ? "" : kinds[y][1][along(bin, y)], open: 0, illegal: 0, hit: 0, tests: 0, why: new Set() });
+      cells.set(key, { x: kinds[x][1][along(bin, x)], y: y === null ? "" : kinds[y][1][along(bin, y)], href: "#tests/bin/" + [DATA.cross.indexOf(product), x, along(bin, x), ...(y === null ? [] : [y, along(bin, y)])].join("/"), open: 0, illegal: 0, hit: 0, tests: 0, why: new Set() });
     }
     const cell = cells.get(key), closed = product.closed.find(([, , bits]) => hasBit(bits, bin)), tests = hits.get(bin) || 0;
     cell.tests += tests;
@@ -54,7 +58,7 @@ function heatPlot(width, product, suite, x, y) {
     x: { label: visible(kinds[x][0]), domain: kinds[x][1], axis: "top", tickRotate: slanted ? -40 : 0, tickFormat: visible },
     y: { label: y === null ? null : visible(kinds[y][0]), domain: y === null ? [""] : kinds[y][1], tickFormat: visible },
     marks: [
-      Plot.cell(cells, { x: "x", y: "y", fill: (cell) => cell.look.fill, stroke: (cell) => cell.look.stroke, title: told }),
+      Plot.cell(cells, { x: "x", y: "y", fill: (cell) => cell.look.fill, stroke: (cell) => cell.look.stroke, title: told, href: (cell) => (cell.tests ? cell.href : null) }),
       Plot.text(cells, { x: "x", y: "y", text: (cell) => cell.look.text, fill: "var(--ink)" }),
       Plot.tip(cells, Plot.pointer({ x: "x", y: "y", title: told, fill: "var(--card)" })),
     ],

@@ -21,25 +21,26 @@ function verdictTable(verdicts) {
   return h("table", {}, h("thead", {}, h("tr", {}, ["", "Verdict", "Attempts", "Least margin"].map((each) => h("th", {}, each)))),
     h("tbody", {}, verdicts.map((verdict) => h("tr", {},
       h("td", {}, h("a", { href: "#requirement/" + encodeURIComponent(verdict.name) }, verdict.name)),
-      h("td", {}, verdictMark(verdict.verdict === "NC" ? "N" : verdict.verdict[0]), " ", verdict.verdict === "NC" ? "" : verdict.verdict),
+      h("td", { class: "nowrap" }, verdictMark(verdict.verdict === "NC" ? "N" : verdict.verdict[0]), " ", verdict.verdict === "NC" ? "" : verdict.verdict),
       h("td", { class: "wide small" }, verdict.counts, verdict.violations.slice(0, 20).map((text) => [h("br"), h("strong", {}, text)]),
         verdict.violations.length > 20 && [h("br"), "and " + (verdict.violations.length - 20) + " more"],
         verdict.miss && [h("br"), h("span", { class: "soft" }, verdict.miss)]),
-      h("td", { class: "small" }, verdict.margin || "-")))));
+      h("td", { class: "small nowrap" }, verdict.margin || "-")))));
 }
 
 /** Abstract and concrete test side by side: what the human does, and with which figures. */
 function actionTable(found) {
   const count = Math.max(found.abstract.length, found.actions.length);
   if (!count) return h("p", { class: "soft" }, "No action.");
+  const times = found.acted.length > 0;
   const rows = Array.from({ length: count }, (_, n) => {
     const [name, parameters] = found.actions[n] || ["", ""], abstract = found.abstract[n];
     const concrete = abstract === name || !name ? parameters : name + " " + parameters;
-    return h("tr", {}, h("td", { class: "n soft" }, n + 1), h("td", { class: "mono" }, abstract || "-"), h("td", { class: "mono wide" }, concrete));
+    return h("tr", {}, h("td", { class: "n soft" }, n + 1), times && h("td", { class: "n soft" }, n < found.acted.length ? seconds(found.acted[n]) : "not done"), h("td", { class: "mono" }, abstract || "-"), h("td", { class: "mono wide" }, concrete));
   });
   const run = Object.entries(found.run).map(([name, text]) =>
-    h("tr", {}, h("td"), h("td", { class: "soft" }, name), h("td", { class: "mono wide" }, text)));
-  return h("table", { class: "actions" }, h("thead", {}, h("tr", {}, h("th", { class: "n" }, ""), h("th", {}, "Abstract test"), h("th", {}, "Concrete test"))), h("tbody", {}, rows, run));
+    h("tr", {}, h("td"), times && h("td"), h("td", { class: "soft" }, name), h("td", { class: "mono wide" }, text)));
+  return h("table", { class: "actions" }, h("thead", {}, h("tr", {}, h("th", { class: "n" }, ""), times && h("th", { class: "n" }, "At"), h("th", {}, "Abstract test"), h("th", {}, "Concrete test"))), h("tbody", {}, rows, run));
 }
 
 function filmView(film) {
@@ -66,7 +67,8 @@ function testView(test, found) {
   const plans = Object.entries(found.plans).map(([agent, labels]) =>
     [h("h4", {}, agent + " (" + labels.length + ")"), chips(labels)]);
   return [
-    h("p", { class: "mono small soft" }, found.nodeid),
+    h("p", { class: "small soft" }, found.aim && found.aim + " · ", h("span", { class: "mono" }, found.nodeid)),
+    found.repeats > 0 && h("p", { class: "notice mild" }, "Its runs differ: of " + (found.repeats + 1) + ", the worst is shown."),
     found.failure && section("Failure", h("pre", {}, found.failure)),
     found.replayed && h("p", { class: "notice mild" }, found.replayed),
     section("Verdicts", h("div", { class: "scroll" }, verdictTable(found.verdicts))),
@@ -75,7 +77,7 @@ function testView(test, found) {
       h("li", {}, section("Beliefs", chips(found.beliefs))),
       h("li", {}, section("Plans they trigger", plans.length ? plans : h("p", { class: "soft" }, "none"))),
       h("li", {}, section("What the human does", h("div", { class: "scroll" }, actionTable(found)))),
-      h("li", {}, section("What happened", timelineView(found.timeline, found.verdicts)))),
+      h("li", {}, section("What happened", timelineView(found)))),
     found.shrunk.map(shrunkView),
     section("Run it again", found.again.split("\n").map((line) => (line.startsWith("pytest ") ? command(line) : h("p", { class: "soft small" }, line)))),
     section("Run", h("dl", { class: "facts" }, Object.entries(found.facts).map(([name, value]) =>

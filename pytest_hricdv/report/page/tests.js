@@ -9,6 +9,13 @@ const CHOICES = {
     const [agent, label] = DATA.plans[n];
     return { told: "whose beliefs trigger plan " + label + " of " + agent, kept: (test) => hasBit(test.plans, n) };
   },
+  bin: ([number, ...places]) => {
+    const product = DATA.cross[number], pairs = [];
+    for (let n = 0; n + 1 < places.length; n += 2) pairs.push([places[n], places[n + 1]]);
+    const named = pairs.map(([n, bin]) => product.coordinates[n][0] + " " + product.coordinates[n][1][bin]).join(", ");
+    const kept = (test) => product.tests[test.number].some((hit) => pairs.every(([n, bin]) => binAlong(product, hit, n) === bin));
+    return { told: "that hit " + named + " of " + product.name, kept };
+  },
   needed: () => ({ told: "of the smallest suite", kept: (test) => DATA.smallest && test.number in DATA.smallest.gains }),
   needless: () => ({
     told: "that add nothing to the smallest suite", kept: (test) => DATA.smallest && !(test.number in DATA.smallest.gains),

@@ -38,7 +38,7 @@ function stateSpans(messages, end) {
 }
 
 /** Everything that has a lane: {lane, from, to, kind, told}, and the names of the lanes from top to bottom. */
-function lanes(timeline) {
+function lanes({ timeline, acted, abstract }) {
   const messages = parsedMessages(timeline), end = timeline.end_s, bars = [], dots = [], names = [];
   const states = DATA.state ? stateSpans(messages, end) : [];
   const stateTopic = states.length ? DATA.state.split(".")[0] : null;
@@ -48,6 +48,10 @@ function lanes(timeline) {
     const fill = "color-mix(in srgb, " + colourOf(labels.indexOf(span.label)) + " 28%, var(--card))";
     bars.push({ lane: "state", ...span, fill, told: span.label + "\n" + seconds(span.from) + " to " + seconds(span.to) });
   }
+  if (acted.length) names.push("the human");
+  acted.forEach((time, n) => dots.push({
+    lane: "the human", time, symbol: "square", fill: "var(--c2)", told: seconds(time) + ": " + (n + 1) + " " + abstract[n],
+  }));
   for (const each of messages.filter((message) => message.topic !== stateTopic)) {
     if (!names.includes(each.topic)) names.push(each.topic);
     const fields = Object.entries(each.fields).map(([name, value]) => name + " " + value).join(", ");
@@ -117,12 +121,13 @@ function signalPlot(width, marginLeft, name, points, end, failures) {
 }
 
 /** The whole timeline, or what to say where there is none. */
-function timelineView(timeline, verdicts) {
+function timelineView(found) {
+  const { timeline, verdicts } = found;
   if (!timeline) return h("p", { class: "soft" }, "No timeline: the run came to no end.");
   const failures = verdicts.flatMap((verdict) => verdict.times.map((time) => ({ name: verdict.name, time })));
   const view = h("div", { class: "timeline" });
-  const found = lanes(timeline), room = roomFor(found.names);
-  drawn(view, (width) => lanePlot(width, timeline, found, failures));
+  const drawnLanes = lanes(found), room = roomFor(drawnLanes.names);
+  drawn(view, (width) => lanePlot(width, timeline, drawnLanes, failures));
   for (const [name, text] of Object.entries(timeline.signals)) {
     const points = parsedSignal(text, timeline.end_s);
     if (!isSwitch(name, points)) drawn(view, (width) => signalPlot(width, room, name, points, timeline.end_s, failures));
