@@ -34,6 +34,7 @@ class Progress:
         self._over: set[str] = set()
         self._failed: set[str] = set()
         self._began_s = 0.0
+        self._done_work = self._whole_work = self._counted = 0  # actions; counted once, as tests may be many
 
     @pytest.hookimpl(wrapper=True, trylast=True)
     def pytest_runtestloop(self) -> Iterator[None]:
@@ -85,17 +86,19 @@ class Progress:
     def _wanted(self, reporter: pytest.TerminalReporter) -> bool:
         option = self._config.option
         return (
-            bool(reporter.isatty)
+            bool(getattr(reporter, "isatty", False))
             and os.name == "posix"
             and os.environ.get("TERM", "dumb") != "dumb"
             and self._config.get_verbosity() >= 0
-            and bool(reporter._show_progress_info)  # off with -s, and where the user wants none
+            and bool(getattr(reporter, "_show_progress_info", False))  # off with -s, and where the user wants none
             and not (option.collectonly or getattr(option, "usepdb", False) or getattr(option, "trace", False))
         )
 
     def _end(self, nodeid: str) -> None:
         self._running.pop(nodeid, None)
-        self._over.add(nodeid)
+        if nodeid in self._chosen and nodeid not in self._over:
+            self._over.add(nodeid)
+            self._done_work += self._work(nodeid)
 
     def _show(self) -> None:
         if self._below is None or self._reporter is None or not self._chosen:
@@ -104,18 +107,18 @@ class Progress:
         self._below.show(writer.markup(line(self._standing(), writer.fullwidth - 1), light=True))
 
     def _standing(self) -> Standing:
-        over = [nodeid for nodeid in self._chosen if nodeid in self._over]
         running = tuple(self._chosen[nodeid].abstract.id for nodeid in self._running if nodeid in self._chosen)
-        failed = sum(nodeid in self._failed for nodeid in over)
-        return Standing(len(over), len(self._chosen), failed, self._left_s(over), running)
+        failed = len(self._failed & self._over)
+        return Standing(len(self._over), len(self._chosen), failed, self._left_s(), running)
 
-    def _left_s(self, over: list[str]) -> float | None:
+    def _left_s(self) -> float | None:
         """From how long the actions took that are over: a test takes as long as its human has things to do."""
-        done = sum(self._work(nodeid) for nodeid in over)
-        if len(over) < _ENOUGH:
+        if len(self._over) < _ENOUGH:
             return None
-        whole = sum(map(self._work, self._chosen))
-        return (time.monotonic() - self._began_s) / done * (whole - done)
+        if self._counted != len(self._chosen):
+            self._counted, self._whole_work = len(self._chosen), sum(map(self._work, self._chosen))
+        spent_s = time.monotonic() - self._began_s
+        return spent_s / self._done_work * (self._whole_work - self._done_work)
 
     def _work(self, nodeid: str) -> int:
         return 1 + len(self._chosen[nodeid].abstract.lines)
