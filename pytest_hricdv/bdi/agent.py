@@ -2,96 +2,33 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from . import communication, failure, perception, waiting
 from .actions import Invocation, call_action, function_value
-from .beliefs import BeliefBase
 from .calling import hand_back, optimize_tail_recursion
 from .errors import BdiError, EvaluationError
 from .execution import EXECUTE
+from .formulas import Formula
 from .inference import MAX_NESTED_QUERIES, first
-from .intentions import Event, Frame, Intention, Message, Question, Wait
-from .library import PlanLibrary
-from .syntax import Formula, Plan
+from .intentions import Event, Frame, Intention, Message
+from .mind import Mind
+from .substitution import Bindings, substitute
+from .syntax import Plan
 from .terms import Call, Structure, Term, Variable
-from .unify import Bindings, Trail, substitute, unify
+from .unify import Trail, unify
 
 if TYPE_CHECKING:
-    from .scheduler import Run
+    pass
 
 
-class Agent:
-    """An agent in a run, interpreted.
-
-    Args:
-        name: its name.
-        run: the run it takes part in.
-        beliefs: what it believes at first; the agent makes it its own.
-        library: its plans.
-        events: what it has to react to at first.
-    """
+class Agent(Mind):
+    """An agent in a run, interpreted: a mind, and the reasoning cycle on it."""
 
     takes_letters = False
 
-    def __init__(
-        self,
-        name: str,
-        run: Run,
-        beliefs: BeliefBase,
-        library: PlanLibrary,
-        events: list[tuple[str, Structure]],
-    ) -> None:
-        self.name = name
-        self.run = run
-        self.beliefs = beliefs
-        self.library = library
-        self.awake = True
-        """Whether it may have something to do; an agent that has not is left alone by the scheduler."""
-        self.place = 0
-        """Its place in the order in which agents act."""
-        self.mailbox: deque[Message] = deque()
-        self.events: deque[Event] = deque(Event(sign, literal, None) for sign, literal in events)
-        self.feedback: deque[tuple[Intention, bool]] = deque()
-        self.intentions: deque[Intention] = deque()
-        self.waits: list[Wait] = []
-        self.woken: list[Intention] = []
-        """Intentions that will go on with the next cycle: what they waited for has happened in this one."""
-        self.questions: dict[str, Question] = {}
-        self.listed: tuple[Structure, ...] = ()
-        """What its environment listed when it last looked."""
-        self.suspended: list[Intention] = []
-        self.suspending: list[Intention] = []
-        """Intentions that will be suspended as soon as what they wait for has come."""
-        self.executed: list[str] = []
-        """The labels of the plans selected as intended means, in order."""
-        self.current: Intention | None = None
-        """The intention whose statement is being executed."""
-        message_plans = library.relevant("+!", communication.KQML_RECEIVED)
-        self.has_own_message_plans = any(not plan.builtin for plan in message_plans)
-        self._considered: Plan | None = None
-        self._atomic: Intention | None = None
-        self._percept_versions = run.percept_versions(name)
-        self._seen_percepts = 0
-        self._queries = 0
-        self._intention_count = 0
-        self._condition_version = -1
-        self.awake = self.has_work()
-
     # --- the reasoning cycle
-
-    def has_work(self) -> bool:
-        """Whether a reasoning cycle would do anything."""
-        return bool(
-            self.intentions
-            or self.events
-            or self.mailbox
-            or self.feedback
-            or self.woken
-            or self._seen_percepts != self._percept_versions.get(self.name, 0)
-        )
 
     def cycle(self) -> None:
         """Perceive, read one message, react to one event, take one action's outcome, do one statement."""
@@ -152,16 +89,6 @@ class Agent:
     def interpreted(self) -> Agent:
         """This agent: it is in the form that the interpreter runs."""
         return self
-
-    def take_over(self, intentions: int, seen_percepts: int) -> None:
-        """Go on where a compiled agent has left off, whose queues have been handed over.
-
-        Args:
-            intentions: how many it has had.
-            seen_percepts: the version of its percepts when it last looked.
-        """
-        self._intention_count = intentions
-        self._seen_percepts = seen_percepts
 
     def receive(self, message: Message) -> None:
         """Act on one message."""
@@ -240,11 +167,6 @@ class Agent:
             self.current = None
 
     # --- intentions
-
-    def new_intention(self) -> Intention:
-        """An intention without plans yet."""
-        self._intention_count += 1
-        return Intention(self._intention_count)
 
     def go_on(self, intention: Intention) -> None:
         """The statement an intention was at is done: make it ready for the next one."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .intentions import Event, Frame, Intention
-from .unify import Bindings, free_variables, substitute_only
+from .substitution import Bindings, free_variables, substitute_only
 
 if TYPE_CHECKING:
     from .agent import Agent

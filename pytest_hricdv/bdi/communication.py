@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 from . import failure
 from .errors import EvaluationError
 from .intentions import Message, Question
+from .substitution import Bindings, free_variables, substitute_only
 from .terms import ListTerm, Number, String, Structure, Term, source
-from .unify import Bindings, free_variables, substitute_only, undo, unify
+from .unify import undo, unify
 
 if TYPE_CHECKING:
     from .agent import Agent
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 FORCES = frozenset(
     {"tell", "untell", "achieve", "unachieve", "askOne", "askAll", "askHow", "tellHow", "untellHow", "signal"}
 )
-KQML_RECEIVED = (False, "kqml_received", 4)
 
 
 def add_source(content: Term, sender: str) -> Term:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .errors import EvaluationError
-from .syntax import Comparison
+from .formulas import Comparison
+from .substitution import Bindings, substitute, walk
 from .terms import Arithmetic, ListTerm, Number, Structure, Term, order
-from .unify import Bindings, Trail, substitute, unify, walk
+from .unify import Trail, unify
 
 if TYPE_CHECKING:
     from .agent import Agent

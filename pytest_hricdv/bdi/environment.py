@@ -86,7 +86,9 @@ class Environment:
         Raises:
             BdiError: a text is not a literal without variables.
         """
-        self._percepts[agent] = dict.fromkeys(map(_percept, literals))
+        self._percepts[agent] = dict.fromkeys(
+            [_parsed_percept(literal) if type(literal) is str else _percept(literal) for literal in literals]
+        )
         self._note_change(agent)
 
     def clear_percepts(self, agent: str) -> None:

@@ -10,24 +10,12 @@ from . import failure
 from .actions import Invocation, call_action
 from .comparison import compare
 from .errors import EvaluationError
+from .formulas import Comparison, Formula, GoalTerm
 from .inference import first, solve
 from .intentions import Frame, Intention, Loop
-from .syntax import (
-    Achieve,
-    Act,
-    Believe,
-    Check,
-    Comparison,
-    For,
-    Formula,
-    GoalTerm,
-    If,
-    Internal,
-    Test,
-    While,
-)
+from .substitution import Bindings, free_variables
+from .syntax import Achieve, Act, Believe, Check, For, If, Internal, Test, While
 from .terms import SOURCE_SELF, Annotated, Structure, Variable
-from .unify import Bindings, free_variables
 
 if TYPE_CHECKING:
     from .agent import Agent

@@ -10,8 +10,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .errors import BdiError
+from .formulas import Comparison
 from .intentions import ROOT_OF_ADDED_GOALS, ROOT_OF_FAILED_GOALS, Event, Frame, Intention
-from .syntax import Check, Comparison, Internal, Test
+from .syntax import Check, Internal, Test
 from .terms import Number, String, Structure, Term, Variable
 from .unify import unify
 

@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING
 
 from .comparison import compare
 from .errors import BdiError, EvaluationError
-from .syntax import And, Comparison, Formula, Not, Or, Rule
+from .formulas import And, Comparison, Formula, Not, Or
+from .substitution import Bindings, substitute, substitute_only
+from .syntax import Rule
 from .terms import Arithmetic, Call, Structure, Term, Variable, is_ground
-from .unify import Bindings, Trail, match_annotations, substitute, substitute_only, undo, unify
+from .unify import Trail, match_annotations, undo, unify
 
 if TYPE_CHECKING:
     from .agent import Agent

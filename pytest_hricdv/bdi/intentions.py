@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 
-from .syntax import Body, For, Formula, Plan, Statement, Trigger, While
+from .formulas import Formula
+from .substitution import Bindings
+from .syntax import Body, For, Plan, Statement, Trigger, While
 from .terms import Structure, Term
-from .unify import Bindings
 
 TICKS_PER_MS = 10
 """Ticks of the virtual clock: one a round, which is what Jason itself takes for one, within a factor of two."""

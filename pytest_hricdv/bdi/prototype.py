@@ -15,10 +15,10 @@ from .parser import read_program
 from .participant import Participant
 from .project import AgentEntry
 from .scheduler import Run
+from .substitution import Bindings, free_variables, substitute_only
 from .syntax import Plan, Program, Rule
 from .terms import SOURCE_SELF, Structure, Variable
 from .tracing import TracedAgent, TracedRun
-from .unify import Bindings, free_variables, substitute_only
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,62 +1,15 @@
-"""The syntax tree of an AgentSpeak program: formulas, statements, plans, rules."""
+"""The syntax tree of an AgentSpeak program: statements, plans, rules."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
 from .errors import Location
+from .formulas import And, Comparison, Formula, GoalTerm, Not, Or
 from .terms import SOURCE_SELF, Annotated, Arithmetic, Call, Key, ListTerm, Number, Quoted, Structure, Term, Variable
 
 NOWHERE = Location("<text>", 1, 1)
 """The place of what was not read from a file."""
-
-
-@dataclass(frozen=True, slots=True)
-class And:
-    """All parts hold, tried from left to right."""
-
-    parts: tuple[Formula, ...]
-
-    def __str__(self) -> str:
-        return f"({' & '.join(map(str, self.parts))})"
-
-
-@dataclass(frozen=True, slots=True)
-class Or:
-    """Some part holds, tried from left to right."""
-
-    parts: tuple[Formula, ...]
-
-    def __str__(self) -> str:
-        return f"({' | '.join(map(str, self.parts))})"
-
-
-@dataclass(frozen=True, slots=True)
-class Not:
-    """Negation as failure: the part cannot be shown."""
-
-    part: Formula
-
-    def __str__(self) -> str:
-        return f"not {self.part}"
-
-
-@dataclass(frozen=True, slots=True)
-class Comparison:
-    """A relation between two terms; ``=`` unifies them, the others compare values."""
-
-    operator: str
-    left: Term
-    right: Term
-
-    def __str__(self) -> str:
-        return f"({self.left} {self.operator} {self.right})"
-
-
-Formula = Structure | Variable | Annotated | Call | And | Or | Not | Comparison
-FORMULAS = (Structure, Variable, Annotated, Call, And, Or, Not, Comparison)
-GoalTerm = Structure | Variable | Annotated
-"""What may be achieved, tested or believed: a literal, or a variable that will hold one."""
 
 
 def posted(literal: GoalTerm) -> Structure | None:

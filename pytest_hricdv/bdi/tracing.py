@@ -16,14 +16,15 @@ from pathlib import Path
 from .agent import Agent
 from .beliefs import BeliefBase
 from .errors import BdiError, Location
+from .formulas import And, Formula
 from .intentions import Event, Intention, Message
 from .jitter import JitteredRun
 from .library import PlanLibrary
 from .participant import Participant
 from .scheduler import Run
-from .syntax import Act, And, Formula, Plan
+from .substitution import Bindings
+from .syntax import Act, Plan
 from .terms import SOURCE_PERCEPT, Structure
-from .unify import Bindings
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,25 +13,20 @@ from lark.tree import Meta
 from lark.visitors import Transformer_NonRecursive
 
 from .errors import BdiSyntaxError, EvaluationError, Location
+from .formulas import FORMULAS, And, Comparison, Formula, GoalTerm, Not, Or
 from .parser import Include, InitialGoal
+from .substitution import substitute
 from .syntax import (
-    FORMULAS,
     NOWHERE,
     TRUE,
     Achieve,
     Act,
-    And,
     Believe,
     Body,
     Check,
-    Comparison,
     For,
-    Formula,
-    GoalTerm,
     If,
     Internal,
-    Not,
-    Or,
     Plan,
     Rule,
     Statement,
@@ -54,7 +49,6 @@ from .terms import (
     is_name,
     source,
 )
-from .unify import substitute
 
 _ESCAPES = {"n": "\n", "t": "\t", "r": "\r"}
 _FORMULA_ONLY = (And, Or, Not, Comparison)

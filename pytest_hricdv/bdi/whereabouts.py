@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING
 
 from .intentions import Event, Intention
-
-if TYPE_CHECKING:
-    from .agent import Agent
+from .mind import Mind
 
 
-def everywhere(agent: Agent) -> list[tuple[Intention, Event | None]]:
+def everywhere(agent: Mind) -> list[tuple[Intention, Event | None]]:
     """All intentions, whatever they are doing or waiting for, and the goal events that wait for a plan."""
     found: list[tuple[Intention, Event | None]] = []
     found += [(event.intention or Intention(0), event) for event in agent.events]
@@ -26,7 +23,7 @@ def everywhere(agent: Agent) -> list[tuple[Intention, Event | None]]:
     return found
 
 
-def take_out(agent: Agent, intention: Intention) -> None:
+def take_out(agent: Mind, intention: Intention) -> None:
     """Take an intention out of whatever it is in; it is neither ready nor waiting any more."""
     agent.events = deque(event for event in agent.events if event.intention is not intention)
     agent.intentions = deque(other for other in agent.intentions if other is not intention)

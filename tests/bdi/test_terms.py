@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.bdi import BdiError, BdiSyntaxError, ListTerm, Number, String, Structure, Term, Variable
 from pytest_hricdv.bdi.parser import parse_literal, parse_program, parse_term
+from pytest_hricdv.bdi.substitution import substitute_only
 from pytest_hricdv.bdi.terms import Arithmetic, in_order, order
-from pytest_hricdv.bdi.unify import substitute_only, unify
+from pytest_hricdv.bdi.unify import unify
 
 KEYWORDS = {"not", "div", "mod", "if", "else", "elif", "while", "for", "include"}
 names = st.from_regex(r"[a-z][a-zA-Z0-9_]{0,5}", fullmatch=True).filter(lambda name: name not in KEYWORDS)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from ..errors import EvaluationError
 from ..inference import solve
+from ..substitution import Bindings
 from ..terms import Call, ListTerm, Number, String, Term, is_ground
-from ..unify import Bindings
 from .registry import FUNCTIONS
 
 if TYPE_CHECKING:

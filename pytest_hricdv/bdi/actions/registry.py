@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..errors import BdiError, EvaluationError
+from ..formulas import Formula
 from ..intentions import Intention
-from ..syntax import Formula, Program, children
+from ..substitution import Bindings
+from ..syntax import Program, children
 from ..terms import Call, ListTerm, Number, String, Structure, Term, Variable
-from ..unify import Bindings, Trail, undo, unify
+from ..unify import Trail, undo, unify
 
 if TYPE_CHECKING:
     from ..agent import Agent

@@ -7,7 +7,8 @@ left, the activity is put where the interpreter would have its intention after t
 
 from __future__ import annotations
 
-from ..syntax import Body, Check, For, Formula, If, Plan, Test, While, posted
+from ..formulas import Formula
+from ..syntax import Body, Check, For, If, Plan, Test, While, posted
 from ..terms import Key, Structure, Variable, is_name, source
 from .conditions import Conditions, binds
 from .layout import Layout, blocks, number, variables_in

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ..beliefs import BeliefBase
-from ..communication import KQML_RECEIVED
 from ..library import PlanLibrary
+from ..mind import KQML_RECEIVED
 from ..syntax import Rule
 from ..terms import SOURCE_PERCEPT, Structure
 from . import changes, effects

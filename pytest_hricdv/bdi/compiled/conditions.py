@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..syntax import And, Comparison, Formula, Not, Or, variables_of
+from ..formulas import And, Comparison, Formula, Not, Or
+from ..syntax import variables_of
 from ..terms import Arithmetic, Number, Structure, Term, Variable, is_name
 from ..terms import source as source_of
 from .layout import variables_in

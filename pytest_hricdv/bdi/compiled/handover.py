@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from ..agent import Agent
 from ..beliefs import BeliefBase
 from ..intentions import Event, Frame, Intention, Loop, Wait
+from ..substitution import Bindings
 from ..syntax import Body, For, If, While
 from ..terms import Structure, Term, Variable
-from ..unify import Bindings
 from .activity import Activity, Goal
 from .layout import blocks, number, size
 from .program import PlanCode, Values

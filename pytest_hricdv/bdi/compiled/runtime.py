@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NoReturn
 
+from ..substitution import OPERATIONS
 from ..terms import ListTerm, Number, String, Structure, Term
-from ..unify import OPERATIONS
 
 Annots = tuple[Term, ...]
 

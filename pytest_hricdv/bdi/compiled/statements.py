@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ..syntax import Achieve, Act, Believe, Check, For, Formula, If, Internal, Statement, Test, While
+from ..formulas import Formula
+from ..syntax import Achieve, Act, Believe, Check, For, If, Internal, Statement, Test, While
 from ..terms import SOURCE_PERCEPT, Call, String, Structure, is_ground, is_name
 from .bodies import BodyWriter
 from .conditions import binds

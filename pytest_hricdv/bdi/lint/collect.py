@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from ..errors import Location
+from ..formulas import And, Comparison, Not, Or
 from ..syntax import (
     Achieve,
-    And,
     Believe,
     Body,
     Check,
-    Comparison,
     For,
     If,
     Internal,
-    Not,
-    Or,
     Plan,
     Program,
     Rule,

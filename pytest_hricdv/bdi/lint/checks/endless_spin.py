@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ...errors import Location
-from ...syntax import Achieve, Body, Formula, Internal, Plan, Statement, While, children
+from ...formulas import Formula
+from ...syntax import Achieve, Body, Internal, Plan, Statement, While, children
 from ...terms import Call, Key, Structure
 from ...unify import unify
 from ..model import AgentModel, System

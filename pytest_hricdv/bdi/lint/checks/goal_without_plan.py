@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ...errors import Location
+from ...substitution import Bindings, free_variables, substitute_only
 from ...terms import Structure, Term, Variable, is_evaluable
-from ...unify import Bindings, free_variables, substitute_only, unify
+from ...unify import unify
 from ..model import AgentModel, Mention, System, name_of
 from ..names import nearest
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ...errors import Location
-from ...syntax import And, Comparison, Formula, Not, Or, Plan, variables_of
+from ...formulas import And, Comparison, Formula, Not, Or
+from ...substitution import Bindings, substitute_only
+from ...syntax import Plan, variables_of
 from ...terms import Call, Structure, Term, Variable
-from ...unify import Bindings, substitute_only, unify
+from ...unify import unify
 from ..model import System
 
 UNDECIDED = frozenset({".random", "math.random", ".time", "system.time"})

@@ -5,20 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ...errors import Location
+from ...formulas import And, Comparison, Formula, Not, Or
 from ...syntax import (
     Achieve,
     Act,
-    And,
     Believe,
     Body,
     Check,
-    Comparison,
     For,
-    Formula,
     If,
     Internal,
-    Not,
-    Or,
     Plan,
     Statement,
     Test,

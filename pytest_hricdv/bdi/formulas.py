@@ -1,0 +1,55 @@
+"""Formulas: what a context, a rule or a test asks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .terms import Annotated, Call, Structure, Term, Variable
+
+
+@dataclass(frozen=True, slots=True)
+class And:
+    """All parts hold, tried from left to right."""
+
+    parts: tuple[Formula, ...]
+
+    def __str__(self) -> str:
+        return f"({' & '.join(map(str, self.parts))})"
+
+
+@dataclass(frozen=True, slots=True)
+class Or:
+    """Some part holds, tried from left to right."""
+
+    parts: tuple[Formula, ...]
+
+    def __str__(self) -> str:
+        return f"({' | '.join(map(str, self.parts))})"
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    """Negation as failure: the part cannot be shown."""
+
+    part: Formula
+
+    def __str__(self) -> str:
+        return f"not {self.part}"
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A relation between two terms; ``=`` unifies them, the others compare values."""
+
+    operator: str
+    left: Term
+    right: Term
+
+    def __str__(self) -> str:
+        return f"({self.left} {self.operator} {self.right})"
+
+
+Formula = Structure | Variable | Annotated | Call | And | Or | Not | Comparison
+FORMULAS = (Structure, Variable, Annotated, Call, And, Or, Not, Comparison)
+GoalTerm = Structure | Variable | Annotated
+"""What may be achieved, tested or believed: a literal, or a variable that will hold one."""

@@ -1,0 +1,100 @@
+"""An agent's mental state."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+from .beliefs import BeliefBase
+from .intentions import Event, Intention, Message, Question, Wait
+from .library import PlanLibrary
+from .syntax import Plan
+from .terms import Structure
+
+if TYPE_CHECKING:
+    from .scheduler import Run
+
+KQML_RECEIVED = (False, "kqml_received", 4)
+"""The goals that messages are that are not acted on at once."""
+
+
+class Mind:
+    """What an interpreted agent believes, intends and has yet to react to.
+
+    Args:
+        name: the name of the agent.
+        run: the run it takes part in.
+        beliefs: what it believes at first; the agent makes it its own.
+        library: its plans.
+        events: what it has to react to at first.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        run: Run,
+        beliefs: BeliefBase,
+        library: PlanLibrary,
+        events: list[tuple[str, Structure]],
+    ) -> None:
+        self.name = name
+        self.run = run
+        self.beliefs = beliefs
+        self.library = library
+        self.awake = True
+        """Whether it may have something to do; an agent that has not is left alone by the scheduler."""
+        self.place = 0
+        """Its place in the order in which agents act."""
+        self.mailbox: deque[Message] = deque()
+        self.events: deque[Event] = deque(Event(sign, literal, None) for sign, literal in events)
+        self.feedback: deque[tuple[Intention, bool]] = deque()
+        self.intentions: deque[Intention] = deque()
+        self.waits: list[Wait] = []
+        self.woken: list[Intention] = []
+        """Intentions that will go on with the next cycle: what they waited for has happened in this one."""
+        self.questions: dict[str, Question] = {}
+        self.listed: tuple[Structure, ...] = ()
+        """What its environment listed when it last looked."""
+        self.suspended: list[Intention] = []
+        self.suspending: list[Intention] = []
+        """Intentions that will be suspended as soon as what they wait for has come."""
+        self.executed: list[str] = []
+        """The labels of the plans selected as intended means, in order."""
+        self.current: Intention | None = None
+        """The intention whose statement is being executed."""
+        message_plans = library.relevant("+!", KQML_RECEIVED)
+        self.has_own_message_plans = any(not plan.builtin for plan in message_plans)
+        self._considered: Plan | None = None
+        self._atomic: Intention | None = None
+        self._percept_versions = run.percept_versions(name)
+        self._seen_percepts = 0
+        self._queries = 0
+        self._intention_count = 0
+        self._condition_version = -1
+        self.awake = self.has_work()
+
+    def has_work(self) -> bool:
+        """Whether a reasoning cycle would do anything."""
+        return bool(
+            self.intentions
+            or self.events
+            or self.mailbox
+            or self.feedback
+            or self.woken
+            or self._seen_percepts != self._percept_versions.get(self.name, 0)
+        )
+
+    def take_over(self, intentions: int, seen_percepts: int) -> None:
+        """Go on where a compiled agent has left off, whose queues have been handed over.
+
+        Args:
+            intentions: how many it has had.
+            seen_percepts: the version of its percepts when it last looked.
+        """
+        self._intention_count = intentions
+        self._seen_percepts = seen_percepts
+
+    def new_intention(self) -> Intention:
+        """An intention without plans yet."""
+        self._intention_count += 1
+        return Intention(self._intention_count)

@@ -1,0 +1,183 @@
+"""The values of terms under bindings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from .errors import EvaluationError
+from .terms import (
+    Annotated,
+    Arithmetic,
+    Call,
+    ListTerm,
+    Number,
+    String,
+    Structure,
+    Term,
+    Variable,
+    is_evaluable,
+    is_ground,
+)
+
+Bindings = dict[Variable, Term]
+Functions = Callable[[Call, Bindings], Term]
+"""Gives the value of a function such as ``math.abs(X)`` in an expression."""
+
+
+def walk(term: Term, bindings: Bindings) -> Term:
+    """What a variable stands for in the end; any other term as it is."""
+    while type(term) is Variable:
+        value = bindings.get(term)
+        if value is None:
+            return term
+        term = value
+    return term
+
+
+def no_functions(call: Call, bindings: Bindings) -> Term:
+    """For terms in which nothing is to be evaluated."""
+    raise EvaluationError(f"{call} has no value here")
+
+
+def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
+    """The term with its variables replaced by their values and its expressions evaluated.
+
+    Raises:
+        EvaluationError: an expression over something that is not a number.
+    """
+    kind = type(term)
+    if kind is Number or kind is String:
+        return term
+    if kind is Variable:
+        value = walk(term, bindings)
+        return value if type(value) is Variable or is_ground(value) else substitute(value, bindings, functions)
+    if isinstance(term, Structure):
+        return term if term.ground else _substitute_structure(term, bindings, functions)
+    if isinstance(term, ListTerm):
+        if term.ground:
+            return term
+        items = tuple(substitute(item, bindings, functions) for item in term.items)
+        return ListTerm(items, None if term.tail is None else substitute(term.tail, bindings, functions))
+    if isinstance(term, Arithmetic):
+        return _evaluate(term, [substitute(operand, bindings, functions) for operand in term.operands])
+    if isinstance(term, Call):
+        return functions(term, bindings)
+    if isinstance(term, Annotated):
+        return _substitute_annotated(term, bindings, functions)
+    return term
+
+
+def _substitute_structure(term: Structure, bindings: Bindings, functions: Functions) -> Structure:
+    args = tuple(substitute(arg, bindings, functions) for arg in term.args)
+    if not term.annots and term.annots_tail is None:
+        return Structure(term.functor, args, (), term.negated)
+    annots, tail = _substitute_annots(term, bindings, functions)
+    return Structure(term.functor, args, (), term.negated).annotated(annots, tail)
+
+
+def _substitute_annots(
+    term: Structure | Annotated, bindings: Bindings, functions: Functions
+) -> tuple[tuple[Term, ...], Variable | None]:
+    annots = tuple(substitute(annot, bindings, functions) for annot in term.annots)
+    tail = term.annots_tail
+    if tail is not None:
+        rest = substitute(tail, bindings, functions)
+        if isinstance(rest, ListTerm):
+            return annots + rest.items, rest.tail if isinstance(rest.tail, Variable) else None
+        tail = rest if isinstance(rest, Variable) else None
+    return annots, tail
+
+
+def _substitute_annotated(term: Annotated, bindings: Bindings, functions: Functions) -> Term:
+    value = substitute(term.variable, bindings, functions)
+    annots, tail = _substitute_annots(term, bindings, functions)
+    if isinstance(value, Structure):
+        negated = value.negated != term.negated
+        return Structure(value.functor, value.args, (), negated).annotated(value.annots + annots, tail)
+    if isinstance(value, Variable):
+        return Annotated(value, annots, tail, term.negated)
+    return value
+
+
+def _evaluate(expression: Arithmetic, operands: list[Term]) -> Term:
+    numbers: list[float] = []
+    for operand in operands:
+        if isinstance(operand, Number):
+            numbers.append(float(operand))
+        elif isinstance(operand, Variable) or is_evaluable(operand):
+            return Arithmetic(expression.operator, tuple(operands))
+        else:
+            raise EvaluationError(f"{operand} is not a number, in {expression}")
+    if len(numbers) == 1:
+        return Number(-numbers[0])
+    try:
+        return Number(OPERATIONS[expression.operator](*numbers))
+    except (ArithmeticError, ValueError):
+        raise EvaluationError(f"{Arithmetic(expression.operator, tuple(operands))} has no value") from None
+
+
+def _divide(x: float, y: float) -> float:
+    if y == 0.0:
+        return math.nan if x == 0.0 else math.copysign(math.inf, x)
+    return x / y
+
+
+# Integer division and remainder truncate towards zero, as on the Java numbers Jason computes with.
+OPERATIONS: dict[str, Callable[..., float]] = {
+    "+": lambda x, y: x + y,
+    "-": lambda x, y: x - y,
+    "*": lambda x, y: x * y,
+    "/": _divide,
+    "div": lambda x, y: float(math.trunc(math.trunc(x) / math.trunc(y))),
+    "mod": math.fmod,
+    "**": math.pow,
+}
+
+
+def substitute_only(term: Term, bindings: Bindings) -> Term:
+    """Replace variables once, leaving expressions as they are."""
+    if isinstance(term, Variable):
+        return bindings.get(term, term)
+    if isinstance(term, Structure):
+        if term.ground:
+            return term
+        args = tuple(substitute_only(arg, bindings) for arg in term.args)
+        annots = tuple(substitute_only(annot, bindings) for annot in term.annots)
+        tail = None if term.annots_tail is None else bindings.get(term.annots_tail, term.annots_tail)
+        return Structure(term.functor, args, annots, term.negated, tail if isinstance(tail, Variable) else None)
+    if isinstance(term, ListTerm):
+        items = tuple(substitute_only(item, bindings) for item in term.items)
+        return ListTerm(items, None if term.tail is None else substitute_only(term.tail, bindings))
+    if isinstance(term, Arithmetic):
+        return Arithmetic(term.operator, tuple(substitute_only(operand, bindings) for operand in term.operands))
+    if isinstance(term, Annotated):
+        value = bindings.get(term.variable, term.variable)
+        annots = tuple(substitute_only(annot, bindings) for annot in term.annots)
+        variable = value if isinstance(value, Variable) else term.variable
+        return Annotated(variable, annots, term.annots_tail, term.negated)
+    return term
+
+
+def _free_variables(term: Term) -> list[Variable]:
+    """The variables of a term in order of appearance."""
+    found: dict[Variable, None] = {}
+    pending: list[Term | None] = [term]
+    while pending:
+        part = pending.pop()
+        if isinstance(part, Variable):
+            found[part] = None
+        elif isinstance(part, Structure) and not part.ground:
+            pending.extend((part.annots_tail, *reversed(part.annots), *reversed(part.args)))
+        elif isinstance(part, ListTerm) and not part.ground:
+            pending.extend((part.tail, *reversed(part.items)))
+        elif isinstance(part, Arithmetic):
+            pending.extend(reversed(part.operands))
+        elif isinstance(part, Annotated):
+            pending.extend((part.annots_tail, *reversed(part.annots), part.variable))
+    return list(found)
+
+
+def free_variables(term: Term) -> list[Variable]:
+    """The variables of a term in order of appearance."""
+    return [] if is_ground(term) or isinstance(term, String) else _free_variables(term)
