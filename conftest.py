@@ -73,6 +73,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         messages=MESSAGES,
         signals={
             "leg_held": bool,
+            "leg_torn": bool,
             "leg_offset": float,
             "hand_closing": bool,
             "hand_distance": float,

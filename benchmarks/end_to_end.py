@@ -34,11 +34,13 @@ def main() -> None:
         show("learning and collecting", repeat, lambda: collect(["-p", "no:cacheprovider"]))
         collect(cache)
         show("collecting a learned suite", repeat, lambda: collect(cache))
-        show("the learned suite on two workers", repeat, lambda: suite([*cache, f"--hri-report={report}"]))
+        options = [*cache, f"--hri-report={report}"]
+        one_s = show("the learned suite on one worker", repeat, lambda: suite(1, options))
+        two_s = show("the learned suite on two workers", repeat, lambda: suite(2, options))
         figures = json.loads((report / "report.json").read_text(encoding="utf-8"))
     simulated_s = sum(test["sim_s"] for test in figures["tests"])
     busy_s = sum(test["wall_s"] for test in figures["tests"])
-    print(f"\ntests {figures['reported']}, simulated {simulated_s:.0f} s")
+    print(f"\ntests {figures['reported']}, simulated {simulated_s:.0f} s; two workers {one_s / two_s:.2f} x one")
     print(f"simulated seconds per second of one core, coverage and monitors included: {simulated_s / busy_s:.0f}")
 
 
@@ -52,14 +54,16 @@ def machine() -> str:
     return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}"
 
 
-def show(what: str, repeat: int, action: Callable[[], None]) -> None:
-    """Print the median wall time of an action."""
+def show(what: str, repeat: int, action: Callable[[], None]) -> float:
+    """Print the median wall time (s) of an action; returns it."""
     times = []
     for _ in range(repeat):
         began = time.perf_counter()
         action()
         times.append(time.perf_counter() - began)
-    print(f"{what:34} {statistics.median(times):7.2f} s", flush=True)
+    median_s = statistics.median(times)
+    print(f"{what:34} {median_s:7.2f} s", flush=True)
+    return median_s
 
 
 def collect(options: list[str]) -> None:
@@ -67,9 +71,9 @@ def collect(options: list[str]) -> None:
     pytest(["--hri-suite=rl", "--collect-only", "-q", *options])
 
 
-def suite(options: list[str]) -> None:
+def suite(workers: int, options: list[str]) -> None:
     """The main job."""
-    pytest(["--hri-suite=rl", "-n", "2", *options])
+    pytest(["--hri-suite=rl", "-n", str(workers), *options])
 
 
 def pytest(arguments: list[str]) -> None:

@@ -29,7 +29,8 @@ RATE_HZ = 240
 DURATION_S = 150
 REQUIREMENTS = Path(__file__).parents[1] / "tests" / "hri" / "requirements.toml"
 VOCABULARY = Vocabulary(
-    signals={"leg_held": bool, "leg_offset": float, "hand_closing": bool, "hand_distance": float, "arm_speed": float},
+    signals={"leg_held": bool, "leg_torn": bool, "leg_offset": float, "hand_closing": bool}
+    | dict.fromkeys(("hand_distance", "hand_contact_force", "arm_speed"), float),
     messages={
         "reading": {"gaze": bool, "pressure": bool, "location": bool},
         "request": {},
@@ -39,7 +40,7 @@ VOCABULARY = Vocabulary(
 # The four requirements in rtamt's words, a tick being a step: a hysteresis only merges violations of one attempt.
 READY = "(reading > 0) and (gaze > 0) and (pressure > 0) and (location > 0)"
 NOT_READY = "(reading > 0) and not((gaze > 0) and (pressure > 0) and (location > 0))"
-RELEASED = "(fall(leg_held > 0) and (leg_offset < 0.15))"
+RELEASED = "(fall(leg_held > 0) and not(leg_torn > 0) and (leg_offset < 0.15))"
 RTAMT = {
     "R1": f"({READY}) implies eventually[0:{10 * RATE_HZ}]({RELEASED})",
     "R2": f"({NOT_READY}) implies (always(not {RELEASED}) or ((not {RELEASED} or (request > 0)) until (request > 0)))",
@@ -91,6 +92,8 @@ def made_up() -> Log:
     signals = {name: (array("d", steps), array("d", map(value, steps))) for name, value in dense.items()}
     signals["hand_closing"] = (array("d", range(0, DURATION_S, 5)), array("d", [0.0, 1.0] * (DURATION_S // 10)))
     signals["leg_held"] = (array("d", range(0, DURATION_S, 10)), array("d", [1.0, 0.0, 1.0] * (DURATION_S // 30)))
+    signals["leg_torn"] = (array("d", [0.0]), array("d", [0.0]))
+    signals["hand_contact_force"] = (array("d", [0.0]), array("d", [0.0]))
     messages: list[Message] = []
     for second in range(DURATION_S):
         at_s = second + 0.5

@@ -1,6 +1,6 @@
 """How fast the simulated world is, through the whole path of a test: coverage, monitors and record. Prints medians.
 
-    python -m benchmarks.world [--repeat N] [--tests N]
+    python -m benchmarks.world [--repeat N]
 
 Beside each figure stands the physics engine alone, timed in the same run, so that our own share is what is left. All
 figures are of one core; run it on an otherwise idle machine.
@@ -9,15 +9,12 @@ figures are of one core; run it on an otherwise idle machine.
 from __future__ import annotations
 
 import argparse
-import os
 import statistics
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import islice
-from pathlib import Path
 from typing import Any
 
 from benchmarks.end_to_end import machine
@@ -54,7 +51,6 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repeat", type=int, default=5, metavar="N", help="runs of each measurement (default 5)")
-    parser.add_argument("--tests", type=int, default=100, metavar="N", help="tests to watch the memory over (100)")
     options = parser.parse_args()
     print(f"machine: {machine()}\nmedians of {options.repeat}\n")
     measurement = choose(map_code(bench.testbench().code, bench.ROOT), contexts_by_test=False)
@@ -65,7 +61,6 @@ def main() -> None:
         for how, frozen in (("freezing when calm", True), ("every step computed", False)):
             with freezing(frozen):
                 print(f"{name:20} {how:20} {pace(test, measurement, options.repeat)}", flush=True)
-    show_memory(options.tests, measurement)
 
 
 def one_handover() -> ConcreteTest:
@@ -93,9 +88,9 @@ def pace(test: ConcreteTest, measurement: Measurement, repeat: int) -> Pace:
 def run(test: ConcreteTest, measurement: Measurement) -> Pace:
     """One run, with the time in the physics engine taken apart."""
     with clocked("stepSimulation") as spent:
-        began_s = time.process_time()
+        began_s = time.thread_time()
         result = bench.run(test, measurement)
-        cpu_s = time.process_time() - began_s
+        cpu_s = time.thread_time() - began_s
     return Pace(result.sim_s, result.sim_s - result.outcome.frozen_s, cpu_s, sum(spent))
 
 
@@ -104,7 +99,7 @@ def clocked(function: str) -> Iterator[list[float]]:
     """Note the duration (s) of every call of an engine's function."""
     original: Callable[..., Any] = getattr(bullet, function)
     spent: list[float] = []
-    clock = time.process_time
+    clock = time.thread_time  # exact, which a process's is not while the run's watchdog has a timer
 
     def clocking(*arguments: Any, **more: Any) -> Any:
         began_s = clock()
@@ -130,28 +125,11 @@ def freezing(on: bool) -> Iterator[None]:
         workshop.Workshop = original  # type: ignore[misc]
 
 
-def show_memory(count: int, measurement: Measurement) -> None:
-    """Print what the process occupies while tests run one after the other."""
-    tests = list(islice(bench.suite("by-hand"), 10))
-    seen = []
-    for number in range(count):
-        bench.run(tests[number % len(tests)], measurement)
-        if number % max(1, count // 5) == max(1, count // 5) - 1:
-            seen.append(f"{number + 1}: {resident_mb():.0f} MB")
-    print("memory after so many tests: " + ", ".join(seen))
-
-
-def resident_mb() -> float:
-    """Resident memory of this process (MB; Linux)."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
-
-
 def timed(action: Callable[[], None]) -> float:
     """Processor time (s) of an action."""
-    began_s = time.process_time()
+    began_s = time.thread_time()
     action()
-    return time.process_time() - began_s
+    return time.thread_time() - began_s
 
 
 if __name__ == "__main__":

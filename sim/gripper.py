@@ -77,7 +77,6 @@ class Gripper:
         self._touch = Touch(engine, torso, fingers, person.hand.body)
         self._distance_m = 0.0  # at the last step of closing
         self.doing = Doing.NOTHING
-        self.released = 0  # legs let go so far
 
     def close(self) -> None:
         """Start to close the fingers."""
@@ -131,17 +130,22 @@ class Gripper:
             self._distance_m = self.human_distance()
             self._signal("hand_distance", self._distance_m)
         elif self.doing is Doing.OPENING and self._legs.in_hand is not None and self._beyond_release():
-            self._release(self._legs.in_hand)
+            self._let_go(self._legs.in_hand)
 
     def tick(self) -> None:
         """Once every control tick: has the hand done what it was about?"""
         self._fingers.follow(self._torso.palm_pose())
+        held = self._legs.in_hand
+        if held is not None and self._person.pulls and held.torn():
+            self._signal("leg_torn", True)
+            self._let_go(held)
         if self.doing is Doing.CLOSING and self._stand_at(CLOSED):
             self._end_closing()
             self._stop()
             leg = self._legs.current
             if leg.graspable and self._in_grasp(leg):
                 leg.grasp(self._torso)
+                self._signal("leg_torn", False)
                 self._signal("leg_held", True)
         elif self.doing is Doing.OPENING and self._stand_at(OPEN):
             self._stop()
@@ -161,10 +165,9 @@ class Gripper:
         self.doing = Doing.NOTHING
         self._fingers.rest()
 
-    def _release(self, leg: Leg) -> None:
+    def _let_go(self, leg: Leg) -> None:
         at_leg = self._engine.distance(self._person.hand.body, leg.body, -1) < REACH_M
         self._legs.release(self._person.hand.body if at_leg else None)
-        self.released += 1
         self._signal("leg_offset", offset_of(leg))
         self._signal("leg_held", False)
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 from sim.drive import Drive, Joints, Move
 from sim.engine import UPRIGHT, Engine, Pose, Vector, bullet, finite
-from sim.leg import Held, Leg
+from sim.leg import GRASP_FORCE_N, Held, Leg
 from sim.physics_time import STEP_S, TICK_STEPS
 from sim.places import LEG_LENGTH_M, LEG_MASS_KG, height_below
 from sim.torso import Torso
@@ -88,6 +89,10 @@ class HeldLeg(Leg):
     def grasp(self, torso: Torso) -> None:
         """Be held by the robot's palm as it stands."""
         self._be_carried(torso.palm_pose, Held.ROBOT)
+
+    def torn(self) -> bool:
+        """True while it is pulled at with more than the grasp holds."""
+        return math.hypot(*self._felt) > GRASP_FORCE_N
 
     def take(self, hand: int) -> None:
         """Be held by a person's hand as it is, and by nothing else."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from enum import Enum, auto
 
@@ -12,7 +13,10 @@ from sim.torso import Torso
 
 GRASP_FORCE_N = 15.0
 """The most that the grasp holds: above the leg's weight in every arm move together with a pull of 10 N
-(tests/sim/test_grasp.py), and a leg that is torn out with more does come out."""
+(tests/sim/test_grasp.py). A leg that is pulled at with more slips."""
+
+TORN_M = 0.02
+"""A leg that has slipped this far is out of the fingers: at a pull that it withstands it slips by less than 2 mm."""
 
 CARRY_FORCE_N = 200.0
 """The most that a person's hand holds of a leg it took."""
@@ -69,6 +73,10 @@ class Leg(ABC):
         """Be held by the robot's palm as it stands."""
 
     @abstractmethod
+    def torn(self) -> bool:
+        """True when the leg was pulled out of the robot's closed hand. Asked of a leg that the robot holds."""
+
+    @abstractmethod
     def take(self, hand: int) -> None:
         """Be held by a person's hand as it is, and by nothing else."""
 
@@ -116,6 +124,7 @@ class RigidLeg(Leg):
     def __init__(self, engine: Engine, place: Vector) -> None:
         super().__init__(engine, place)
         self._constraint = -1
+        self._grasp: tuple[Torso, Pose] | None = None  # the holding palm, and the leg as seen from it
 
     def speed(self) -> float:
         """Speed of the middle (m/s)."""
@@ -130,7 +139,14 @@ class RigidLeg(Leg):
         joint = self._join(torso.body, torso.palm, frame)
         bullet.changeConstraint(joint, maxForce=GRASP_FORCE_N, physicsClientId=self._client)
         self._let_go()
-        self._constraint, self.held = joint, Held.ROBOT
+        self._constraint, self._grasp, self.held = joint, (torso, frame), Held.ROBOT
+
+    def torn(self) -> bool:
+        """True when the leg has slipped out of the robot's grasp."""
+        if self._grasp is None:
+            return False
+        torso, (grasped, _) = self._grasp
+        return math.dist(_relative(torso.palm_mass_pose(), self.pose())[0], grasped) > TORN_M
 
     def take(self, hand: int) -> None:
         """Join the leg to a person's hand as it is, and to nothing else."""
@@ -193,7 +209,7 @@ class RigidLeg(Leg):
     def _let_go(self) -> None:
         if self._constraint >= 0:
             bullet.removeConstraint(self._constraint, physicsClientId=self._client)
-        self._constraint = -1
+        self._constraint, self._grasp = -1, None
 
 
 def _relative(base: Pose, other: Pose) -> Pose:

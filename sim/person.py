@@ -126,6 +126,11 @@ class Person:
         self._pull_n, self._pull_step = force_n, self._time.step
 
     @property
+    def pulls(self) -> bool:
+        """True while the person pulls at the leg, however gently yet."""
+        return self._pull_n > 0.0
+
+    @property
     def pull_changing(self) -> bool:
         """True while a pull rises to its full force, and in the step in which one ends."""
         return (self._time.step - self._pull_step) * STEP_S < PULL_RAMP_S

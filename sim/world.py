@@ -45,9 +45,9 @@ class World:
 
     Args:
         recorder: gets the signals `arm_speed` (rad/s, the arm's fastest joint, each physics step), `leg_held`,
-            `leg_offset` (m, leg's middle to the handover place), `hand_closing`, and each physics step while closing
-            `hand_distance` (m, the person's hand to the robot's palm and fingers) and `hand_contact_force` (N, with
-            which the fingers press on the person's hand).
+            `leg_torn` (it was pulled out of the closed hand), `leg_offset` (m, leg's middle to the handover place),
+            `hand_closing`, and each physics step while closing `hand_distance` (m, the person's hand to the robot's
+            palm and fingers) and `hand_contact_force` (N, with which the fingers press on the person's hand).
         freeze: let time pass without stepping while nothing can move. Messages and verdicts are the same without.
         fidelity: "dynamic" or "kinematic" (see `sim.mechanics`).
 
@@ -152,6 +152,7 @@ class World:
         self._speed_rad_s = 0.0
         self.signal("arm_speed", self._speed_rad_s)
         self.signal("leg_held", False)
+        self.signal("leg_torn", False)
         self.signal("leg_offset", offset_of(self.legs.current))
         self.signal("hand_closing", False)
         self.signal("hand_contact_force", 0.0)

@@ -62,6 +62,7 @@ readings = st.fixed_dictionaries(
 )
 TABLE_SIGNALS: Signals = {
     "leg_held": truths,
+    "leg_torn": st.sampled_from([False, False, False, True]),
     "leg_offset": st.sampled_from([0.0, 0.149, 0.15, 0.4]),
     "hand_closing": truths,
     "hand_distance": st.sampled_from([0.0, 0.049, 0.05, 0.052, 0.055, 0.3]),

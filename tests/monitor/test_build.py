@@ -43,7 +43,7 @@ a, b = on("a"), on("b")
 
 def case_study() -> list[Requirement]:
     gaze, pressure, location = field("reading.gaze"), field("reading.pressure"), field("reading.location")
-    released = fall(signal("leg_held")) & (signal("leg_offset") < 0.15)
+    released = fall(signal("leg_held")) & ~signal("leg_torn") & (signal("leg_offset") < 0.15)
     closing, distance, speed = signal("hand_closing"), signal("hand_distance"), signal("arm_speed")
     moving = (speed > 0.001).hysteresis(0.004)
     return [

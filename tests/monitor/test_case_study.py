@@ -7,7 +7,7 @@ from tests.monitor.vocabulary import R1, R2, R3, R4, Update, judge
 
 READY: dict[str, float | bool] = {"gaze": True, "pressure": True, "location": True}
 NOT_READY = READY | {"pressure": False}
-HELD: list[Update] = [(0.0, "leg_held", True), (0.0, "leg_offset", 0.02)]
+HELD: list[Update] = [(0.0, "leg_held", True), (0.0, "leg_torn", False), (0.0, "leg_offset", 0.02)]
 
 
 def outcome(verdict: Verdict) -> tuple[str, int]:
@@ -29,6 +29,12 @@ def test_r1_takes_a_leg_let_go_elsewhere_for_no_release() -> None:
     verdict = judge(R1, updates, 30.0)
     assert (verdict.verdict, verdict.violations[0].time_s) == ("Failed", 15.0)
     assert verdict.violations[0].values["leg_offset"] == 0.15
+
+
+def test_a_leg_that_is_torn_out_of_the_hand_is_no_release() -> None:
+    torn: list[Update] = [(6.0, "leg_torn", True), (6.0, "leg_held", False)]
+    assert outcome(judge(R1, [*HELD, (5.0, "reading", READY), *torn], 30.0)) == ("Failed", 1)
+    assert outcome(judge(R2, [*HELD, (5.0, "reading", NOT_READY), *torn], 30.0)) == ("Passed", 1)
 
 
 def test_r1_without_a_ready_reading_is_not_checked() -> None:
@@ -70,7 +76,7 @@ def test_r4_takes_each_motion_for_an_attempt_and_rest_for_none() -> None:
 def test_all_four_are_watched_in_one_pass() -> None:
     def order(requirements: tuple[Requirement, ...]) -> list[str]:
         monitors = MonitorSet(requirements)
-        for name, value in [("leg_held", False), ("hand_closing", False)]:
+        for name, value in [("leg_held", False), ("leg_torn", False), ("hand_closing", False)]:
             monitors.signal(0.0, name, value)
         for name in ("leg_offset", "hand_distance", "arm_speed"):
             monitors.signal(0.0, name, 1.0)

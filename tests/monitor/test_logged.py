@@ -64,6 +64,7 @@ def test_a_run_that_starts_late_is_judged_as_by_the_monitors(formula: Formula, t
 def test_several_requirements_are_judged_in_their_order() -> None:
     signals: dict[str, Series] = {
         "leg_held": (array("d", [0.0]), array("d", [0.0])),
+        "leg_torn": ([0.0], [0.0]),
         "hand_closing": ([0.0], [0.0]),
         **{name: ([0.0], [1.0]) for name in ("leg_offset", "hand_distance", "arm_speed")},
     }

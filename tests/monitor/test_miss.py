@@ -81,7 +81,9 @@ def test_a_conjunct_that_is_guarded_by_another_is_no_error() -> None:
 def test_only_what_was_never_triggered_is_explained() -> None:
     log = Log({"hand_closing": ([0.0], [0.0]), "hand_distance": ([0.0], [1.0])}, [reading(1.0, True, True, True)], 2.0)
     monitors = MonitorSet([R1, R3])
-    for name, value in [("hand_closing", False), ("hand_distance", 1.0), ("leg_held", True), ("leg_offset", 0.0)]:
+    for name, value in [("hand_closing", False), ("hand_distance", 1.0)]:
+        monitors.signal(0.0, name, value)
+    for name, value in [("leg_held", True), ("leg_torn", False), ("leg_offset", 0.0)]:
         monitors.signal(0.0, name, value)
     monitors.message(1.0, "reading", {"gaze": True, "pressure": True, "location": True})
     pending, unchecked = explained(monitors.finish(2.0), (R1, R3), log)

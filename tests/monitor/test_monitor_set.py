@@ -132,7 +132,7 @@ def test_a_deadline_is_decided_once_time_has_passed_it() -> None:
 
 def test_a_verdict_is_plain_data_in_json() -> None:
     monitors = MonitorSet([R1])
-    for name, value in [("leg_held", True), ("leg_offset", 0.5)]:
+    for name, value in [("leg_held", True), ("leg_torn", False), ("leg_offset", 0.5)]:
         monitors.signal(0.0, name, value)
     monitors.message(1.0, "reading", {"gaze": True, "pressure": True, "location": True, "extra": "ignored"})
     verdict = monitors.finish(20.0)[0]
@@ -155,6 +155,7 @@ def test_a_verdict_is_plain_data_in_json() -> None:
                     "reading.pressure": True,
                     "reading.location": True,
                     "leg_held": True,
+                    "leg_torn": False,
                     "leg_offset": 0.5,
                 },
                 "margin": 0.0,

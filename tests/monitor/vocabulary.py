@@ -9,6 +9,7 @@ from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict, Vocabulary, 
 TABLE = Vocabulary(
     signals={
         "leg_held": bool,
+        "leg_torn": bool,
         "leg_offset": float,
         "hand_closing": bool,
         "hand_distance": float,

@@ -88,7 +88,7 @@ def test_initial_values_are_recorded_at_time_0() -> None:
     with Stage() as stage:
         signals = stage.recorder.finish().signals
     assert {name: times[0] for name, (times, _) in signals.items()} == dict.fromkeys(
-        ("arm_speed", "hand_closing", "hand_contact_force", "hand_distance", "leg_held", "leg_offset"), 0.0
+        ("arm_speed", "hand_closing", "hand_contact_force", "hand_distance", "leg_held", "leg_offset", "leg_torn"), 0.0
     )
     assert signals["arm_speed"][1][0] == 0.0
     assert 0.3 < signals["leg_offset"][1][0] < 0.6

@@ -1,0 +1,103 @@
+"""A leg that is pulled at with more than the grasp holds comes out of the closed hand, and everybody notices."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from controller.ports import Reading
+from sim.leg import Held
+from sim.places import TABLE_TOP_M
+from tests.hri import bench
+
+from .stage import Stage
+
+
+def pulled(pull_n: float, *, at_leg: bool) -> Stage:
+    """The stage after a pull at a leg that is held out, from 2 s before its end; the person's hand goes away then."""
+    with Stage() as stage:
+        world = stage.world
+
+        def body() -> None:
+            assert stage.fetch()
+            x, y, z = world.legs.current.pose()[0]
+            if at_leg:
+                stage.kernel.sleep(world.person.hand.move((x + 0.03, y, z - 0.03)))
+            world.disturb()
+            world.person.pull(pull_n)
+            stage.kernel.sleep(1.0)
+            assert stage.robot.hand.holds() == (pull_n < 15.0)
+            world.person.pull(0.0)
+            if at_leg:
+                stage.kernel.sleep(world.person.hand.move((0.75, 0.0, 0.70)))
+                hand = world.person.hand.pose()[0]
+                if pull_n > 15.0:
+                    assert math.dist(world.legs.legs[0].pose()[0], hand) < 0.15  # it went with the hand
+            stage.kernel.sleep(1.0)
+
+        assert stage.run(body) == "over"
+        return stage
+
+
+@pytest.mark.parametrize("pull_n", [12.0, 14.0])
+def test_a_leg_that_is_pulled_at_with_less_than_the_grasp_holds_stays(pull_n: float) -> None:
+    signals = pulled(pull_n, at_leg=True).recorder.finish().signals
+    assert list(signals["leg_held"][1]) == [False, True]
+    assert list(signals["leg_torn"][1]) == [False]
+
+
+@pytest.mark.parametrize("pull_n", [16.0, 20.0, 30.0])
+def test_a_leg_that_is_pulled_at_with_more_leaves_with_the_persons_hand(pull_n: float) -> None:
+    stage = pulled(pull_n, at_leg=True)
+    signals = stage.recorder.finish().signals
+    assert list(signals["leg_held"][1]) == [False, True, False]
+    assert list(signals["leg_torn"][1]) == [False, True]
+    assert signals["leg_torn"][0][1] == signals["leg_held"][0][2]
+    assert stage.world.legs.legs[0].held is Held.PERSON
+
+
+def test_a_leg_that_is_torn_out_by_nobodys_hand_falls() -> None:
+    stage = pulled(20.0, at_leg=False)
+    signals = stage.recorder.finish().signals
+    assert list(signals["leg_torn"][1]) == [False, True]
+    assert signals["leg_offset"][1][-1] > 0.705 - TABLE_TOP_M - 0.25 / 2 - 0.03
+
+
+def test_the_sensors_feel_no_pull_at_a_leg_that_is_gone() -> None:
+    with Stage() as stage:
+        readings: list[Reading] = []
+        sensors = stage.sensors()
+
+        def body() -> None:
+            assert stage.fetch()
+            stage.world.disturb()
+            stage.world.person.pull(20.0)
+            stage.kernel.sleep(2.0)
+            readings.append(sensors.read())
+
+        stage.run(body)
+    assert not readings[0].pressure
+
+
+@pytest.mark.parametrize("fidelity", ["dynamic", "kinematic"])
+def test_the_robot_discards_what_was_torn_away_and_that_is_no_release(
+    fidelity: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("conftest.FIDELITY", fidelity)
+    result = bench.run(bench.concrete(bench.leg(), pull_n=25.0))
+    assert list(result.record.signals["leg_torn"][1]) == [False, True]
+    assert bench.times(result, "reading", pressure=False)
+    assert result.outcome.legs == ("discarded",)
+    assert (result.verdict("R1").verdict, result.verdict("R2").verdict) == ("NC", "Passed")
+
+
+def test_a_leg_torn_away_after_a_refusal_is_no_release_either() -> None:
+    pull = "set_param pressure = 1"
+    lines = [line for line in bench.leg("011") if line != pull]
+    result = bench.run(bench.concrete([*lines, "tell humanReady", pull], pull_n=25.0, voice_s=2.2))
+    signals = result.record.signals
+    (torn_s,) = [at for at, torn in zip(*signals["leg_torn"], strict=True) if torn]
+    assert torn_s > bench.times(result, "reading", gaze=False)[0]
+    assert 0.0 < [offset for at, offset in zip(*signals["leg_offset"], strict=True) if at <= torn_s][-1] < 0.15
+    assert result.verdict("R2").verdict == "Passed"
