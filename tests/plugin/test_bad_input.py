@@ -180,6 +180,11 @@ def test_files(lamps: pytest.Pytester, mode: tuple[str, ...], name: str, old: st
             '["lamp_level"]',
             "signals is ['lamp_level']; expected the physical signals, name ->",
         ),
+        (
+            '{"lamp_level": float},',
+            '{"lamp_level": float}, units={"lamp": "%"},',
+            "units has 'lamp', which is no signal; there are ['lamp_level']",
+        ),
         ('{"lamp_level": float}', '{"lamp_level": str}', "signal 'lamp_level': expected the type bool or float, got"),
         ('{"lamp_level": float}', '{"until": float}', "signal 'until': this is a keyword of the requirement language"),
         (

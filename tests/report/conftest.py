@@ -1,0 +1,39 @@
+"""A browser for the tests of the page."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from tests.report.watched import Watched
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Chromium without a head: the machine's own, or the one that playwright has installed."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="needs playwright: pip install --group dev")
+    found = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
+    with sync_api.sync_playwright() as playwright:
+        quiet = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
+        try:
+            browser = playwright.chromium.launch(executable_path=found, args=quiet)
+        except sync_api.Error as error:
+            pytest.skip(
+                f"no Chromium: install one (Debian: apt install chromium) or set CHROMIUM ({error.message:.80})"
+            )
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def watched(browser: Any) -> Iterator[Watched]:
+    """A page as wide as a desk's screen."""
+    found = Watched(browser, viewport={"width": 1280, "height": 900})
+    yield found
+    found.page.context.close()

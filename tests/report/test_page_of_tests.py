@@ -1,0 +1,189 @@
+"""The page in a browser: the table of tests, what leads to them, and the page of each."""
+
+from __future__ import annotations
+
+import base64
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.report import sample
+from tests.report.test_html import with_closure
+from tests.report.watched import Watched, listed
+
+
+def test_the_table_of_tests_is_sorted_and_searched(watched: Watched, tmp_path: Path) -> None:
+    report = sample.report(("by-hand", "rl"), 80)
+    page = watched.open(report, tmp_path, "tests")
+    listed(page).to_have_count(100)
+    page.get_by_role("button", name="More").click()
+    listed(page).to_have_count(60)
+
+    page.get_by_role("button", name="Simulated").click()
+    ascending = [test["id"] for test in sorted(report["tests"], key=lambda test: test["sim_s"])]
+    listed(page).to_have_text(ascending[:100])
+    page.get_by_role("button", name="Simulated").click()
+    listed(page).to_have_text(ascending[:-101:-1])
+    assert page.locator("#tests th[aria-sort=descending]").inner_text().strip() == "Simulated"
+
+    page.get_by_role("searchbox").fill("RL leg4")
+    found = [each for each in ascending[::-1] if each.startswith("rl-leg4")]
+    listed(page).to_have_text(found)
+    page.get_by_label("Outcome").select_option("failed")
+    failed = {test["id"] for test in report["tests"] if test["outcome"] == "failed"}
+    listed(page).to_have_text([each for each in found if each in failed])
+    page.get_by_role("searchbox").fill("no such test")
+    listed(page).to_have_count(0)
+    assert "0 of 160 tests" in page.locator("#shown").inner_text()
+    assert watched.quiet()
+
+
+def test_tables_that_come_with_the_page_can_be_sorted(watched: Watched, tmp_path: Path) -> None:
+    page = watched.open(sample.report(tests=60), tmp_path)
+    table = page.locator("#summary table").first
+    column = [int(text) for text in table.locator("tbody td:nth-child(2)").all_inner_texts()]
+    table.get_by_role("button", name="Passed").click()
+    assert [int(text) for text in table.locator("tbody td:nth-child(2)").all_inner_texts()] == sorted(column)
+    table.get_by_role("button", name="Passed").click()
+    assert [int(text) for text in table.locator("tbody td:nth-child(2)").all_inner_texts()] == sorted(column)[::-1]
+
+
+def test_figures_at_lines_plans_and_verdicts_lead_to_their_tests(watched: Watched, tmp_path: Path) -> None:
+    report = sample.report(tests=30)
+    page = watched.open(report, tmp_path, "code")
+    page.locator("#code summary").nth(1).click()
+    link = page.locator("#code details[open] .source a").nth(40)
+    bit, count = int((link.get_attribute("href") or "").rpartition("/")[2]), int(link.inner_text())
+    link.click()
+    reach = [test["id"] for test in report["tests"] if int(test["code"]["bits"][0], 16) >> bit & 1]
+    listed(page).to_have_text(reach)
+    assert len(reach) == count
+    assert "that reach controller/states.py:" in page.locator("#tests .notice").inner_text()
+
+    watched.show("plans")
+    page.locator("#plans summary").first.click()
+    page.locator("#plans details[open] .source a").first.click()
+    listed(page).to_have_text([test["id"] for test in report["tests"]])
+    watched.show("requirement/R1")
+    page.locator("[id='requirement/R1'] a.badge", has_text="NC").click()
+    unchecked = [test["id"] for test in report["tests"] if test["requirements"]["R1"]["verdict"] == "NC"]
+    listed(page).to_have_text(unchecked)
+    page.get_by_role("link", name="show all").click()
+    listed(page).to_have_count(30)
+    assert watched.quiet()
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_test_has_a_page_of_its_own(
+    watched: Watched, tmp_path: Path, beside: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if beside:
+        monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 1000)
+    report = sample.report(tests=60)
+    page = watched.open(report, tmp_path, "tests")
+    last = report["tests"][-1]
+    page.get_by_role("link", name=last["id"]).click()
+    page.wait_for_selector("#test .timeline svg")
+    words = page.locator("#test").inner_text()
+    for text in (last["nodeid"], *last["beliefs"], *last["abstract"], "--hri-suite=rl --hri-seed=0"):
+        assert text in words
+    lanes = page.locator("#test .timeline svg").first.text_content()
+    for lane in ("state", "request", "reading", "leg_held", "R4", "simulated time (s)"):
+        assert lane in lanes
+    assert "arm_speed (rad/s)" in (page.locator("#test .timeline").text_content() or "")
+    page.get_by_role("link", name="← previous").click()
+    page.wait_for_function(
+        "id => document.querySelector('#test h2').textContent.includes(id)", arg=report["tests"][-2]["id"]
+    )
+    page.go_back()
+    page.wait_for_function("id => document.querySelector('#test h2').textContent.includes(id)", arg=last["id"])
+    assert any("details/0001.js" in url for url in watched.asked) == beside
+    assert watched.quiet()
+
+
+def test_a_cell_of_a_heat_map_leads_to_its_tests(watched: Watched, tmp_path: Path) -> None:
+    report = sample.report(tests=30)
+    page = watched.open(report, tmp_path, "cross")
+    page.wait_for_selector("#cross svg [aria-label=cell] a")
+    address = page.locator("#cross svg [aria-label=cell] a").first.get_attribute("href")
+    *_, across, leg, down, gpl = address.split("/")
+    assert (across, down) == ("1", "0")
+    page.evaluate("address => { location.hash = address; }", address)
+    bins = [sample.GPL[int(gpl)], sample.LEGS[int(leg)]]
+    hit = [test["id"] for test in report["tests"] if bins in test["cross"]["handover"]]
+    listed(page).to_have_text(hit)
+    assert f"that hit leg {bins[1]}, gpl {bins[0]} of handover" in page.locator("#tests .notice").inner_text()
+    assert watched.quiet()
+
+
+def test_actions_have_their_times(watched: Watched, tmp_path: Path) -> None:
+    report = sample.report(tests=1)
+    report["tests"][0]["acted_s"] = [0.0, 6.25]
+    page = watched.open(report, tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .timeline svg")
+    times = page.locator("#test .actions tbody td:nth-child(2)").all_inner_texts()
+    assert times[:3] == ["0.00 s", "6.25 s", "not done"]
+    assert "the human" in (page.locator("#test .timeline svg").first.text_content() or "")
+
+
+def test_the_smallest_suite_and_what_adds_nothing_are_listed(watched: Watched, tmp_path: Path) -> None:
+    report = with_closure(sample.report(tests=10))
+    page = watched.open(report, tmp_path, "closure")
+    page.wait_for_selector("#closure figure svg")
+    page.get_by_role("link", name="These tests").click()
+    listed(page).to_have_text([test["id"] for test in report["tests"][:5]])
+    page.get_by_role("button", name="Adds").click()
+    assert page.locator("#tests tbody td:nth-child(9)").all_inner_texts() == ["4", "5", "6", "7", "8"]
+    watched.show("closure")
+    page.get_by_role("link", name="tests that add nothing").click()
+    listed(page).to_have_text([test["id"] for test in report["tests"][5:]])
+    assert watched.quiet()
+
+
+def test_details_that_are_not_beside_the_page_are_missed_by_name(
+    watched: Watched, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 1000)
+    report = sample.report(tests=3)
+    page = watched.open(report, tmp_path, "tests")
+    shutil.rmtree(tmp_path / "details")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .notice")
+    assert "details/0000.js is missing beside this page" in page.locator("#test").inner_text()
+    watched.show("test/nosuchtest")
+    assert "There is no such test in this report." in page.locator("#test").inner_text()
+
+
+def test_a_violation_is_marked_where_it_happened(watched: Watched, tmp_path: Path) -> None:
+    report = sample.report(tests=60)
+    failed = next(test for test in report["tests"] if test["requirements"]["R3"]["verdict"] == "Failed")
+    page = watched.open(report, tmp_path, "requirement/R3")
+    page.locator("[id='requirement/R3'] table a", has_text=failed["id"]).first.click()
+    page.wait_for_selector("#test .timeline svg")
+    assert "violated at 51.5 s: hand_distance = 0.03" in page.locator("#test").inner_text()
+    marks = page.locator("#test .timeline svg").first.locator("[aria-label=rule][stroke='var(--bad-mark)'] line")
+    assert marks.count() >= 1
+
+
+@pytest.mark.parametrize(("video", "tag"), [("a.mp4", "video"), ("a.gif", "img")])
+def test_a_film_is_shown_with_its_strip(watched: Watched, tmp_path: Path, video: str, tag: str) -> None:
+    report = sample.report(tests=2)
+    report["tests"][0]["film"] = {
+        "video": f"films/{video}",
+        "strip": "films/a.png",
+        "seconds": 2.0,
+        "frames": 24,
+        "note": "the replay went another way",
+    }
+    (tmp_path / "films").mkdir()
+    picture = base64.b64decode("R0lGODlhAQABAIAAAAAAAP///yH5BAEAAAAALAAAAAABAAEAAAIBRAA7")
+    for name in ("a.png", "a.gif", "a.mp4"):
+        (tmp_path / "films" / name).write_bytes(picture)
+    page = watched.open(report, tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    assert page.locator("#test a img").get_attribute("src") == "films/a.png"
+    assert page.locator(f"#test {tag}.film").last.get_attribute("src") == f"films/{video}"
+    assert "the replay went another way" in page.locator("#test").inner_text()
+    assert watched.quiet()

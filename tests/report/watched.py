@@ -1,0 +1,53 @@
+"""A page in a browser, watched."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pytest_hricdv.report import write
+
+
+class Watched:
+    """A page, and everything that it complained of or asked for."""
+
+    def __init__(self, browser: Any, **options: Any) -> None:
+        context = browser.new_context(offline=True, reduced_motion="reduce", **options)
+        context.set_default_timeout(20_000)
+        self.page = context.new_page()
+        self.complaints: list[str] = []
+        self.asked: list[str] = []
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("console", lambda message: self.complaints.append(message.text))
+        self.page.on("dialog", lambda dialog: self.complaints.append(f"dialog: {dialog.message}"))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+
+    def open(self, report: dict[str, Any], folder: Path, view: str = "summary") -> Any:
+        """Write the report, open its page at a view, and wait until it is ready."""
+        write(report, folder)
+        self.page.goto(f"file://{folder}/index.html#{view}")
+        self.page.wait_for_selector("html[data-ready]", state="attached")
+        return self.page
+
+    def show(self, view: str) -> None:
+        """Go to another view of the page; its plots are drawn when this returns."""
+        self.page.evaluate("view => { location.hash = view; }", view)
+        self.page.wait_for_function(
+            "view => document.querySelector(`.view:not([hidden])`).id === view.split('/')[0] || "
+            "document.querySelector(`.view:not([hidden])`).id === view",
+            arg=view,
+        )
+        self.page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+    def quiet(self) -> bool:
+        """Whether nothing was complained of, and nothing asked for but files beside the page."""
+        assert self.complaints == []
+        assert all(url.startswith(("file:", "data:", "blob:")) for url in self.asked), self.asked
+        return True
+
+
+def listed(page: Any) -> Any:
+    """The ids of the tests that the table lists; to be waited for, as a link shows it only when its click is over."""
+    from playwright.sync_api import expect
+
+    return expect(page.locator("#tests td:first-child a"))
