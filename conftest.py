@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 POSES = tuple("".join(bits) for bits in product("01", repeat=3))
+BOREDOM = ("bored", "not_bored")
 LIMIT_S = 300.0
 FIDELITY = "dynamic"
 """Or "kinematic": no masses and forces, for the planner and the controller's logic only, and many times faster."""
@@ -22,7 +23,7 @@ FIDELITY = "dynamic"
 
 def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     """Hands the testbench over. Imports stay inside: a run without a suite pays for none of this."""
-    from controller.journal import OUTCOMES
+    from controller.journal import OUTCOMES, RELEASED
     from controller.ports import MESSAGES
     from pytest_hricdv.testbench import (
         BeliefSpace,
@@ -34,6 +35,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         Range,
         Testbench,
     )
+    from sim.aims import aims
 
     at_leg, off, side = Range(-0.03, 0.03, "m"), Range(0.5, 0.75, "m"), Range(-1.0, 1.0, "left or right")
     looks = {"offset_m": Range(0.1, 0.2, "m"), "distance_m": Range(0.5, 0.6, "m"), "side": side}
@@ -45,7 +47,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         model=Model(HERE / "models_bdi" / "table_assembly.mas2j"),
         beliefs=BeliefSpace(
             start=("leg1", "leg2", "leg3", "leg4"),
-            groups={"boredom": ("bored", "not_bored")}
+            groups={"boredom": BOREDOM}
             | {f"leg {leg}": tuple(f"m{pose}l{leg}" for pose in POSES) for leg in (1, 2, 3, 4)},
             naming=("boredom",),
             neutral=("not_bored",),
@@ -94,6 +96,16 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "decision": CrossProduct(
                 {"reading": (*POSES, "none"), "outcome": OUTCOMES},
                 impossible={(pose, out): "a turn that timed out has none" for pose in POSES for out in OUTCOMES[2:]},
+                illegal={(pose, RELEASED): "somebody was not ready" for pose in (*POSES[:-1], "none")},
+            ),
+            "handover": CrossProduct(
+                {
+                    "legs": tuple("1234"),
+                    "boredom": ("bored", "not_bored"),
+                    "GPL": (*POSES, "none"),
+                    "outcome": OUTCOMES,
+                },
+                planned=aims,
             ),
         },
     )
@@ -112,6 +124,7 @@ def run(run: Run) -> Outcome:
     from controller.robot import Robot
     from controller.settings import Settings
     from pytest_hricdv.testbench import Outcome
+    from sim.aims import aims
     from sim.workshop import Workshop, turns
 
     test = run.test
@@ -128,4 +141,7 @@ def run(run: Run) -> Outcome:
         shop.start(run.measured(control))
         ended = run.go(LIMIT_S)
         done = turns(run.recorder.messages)
-        return Outcome(ended, tuple(outcome for _, outcome in done), shop.world.frozen_s, {"decision": done}, FIDELITY)
+        legs = tuple(outcome for _, outcome in done)
+        aimed = aims([action.command for action in test.actions])
+        cross = {"decision": done, "handover": [(*aim, outcome) for aim, outcome in zip(aimed, legs, strict=False)]}
+        return Outcome(ended, legs, shop.world.frozen_s, cross, FIDELITY)

@@ -25,6 +25,7 @@ from pytest_hricdv.cover.source import CoverError
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.listing import list_model
 from pytest_hricdv.judging import Judging
+from pytest_hricdv.proving import Proof, prove
 from pytest_hricdv.replaying import LEAVE_A_FILE
 from pytest_hricdv.report import files, found, terminal
 from pytest_hricdv.report.files import ReportError
@@ -266,8 +267,20 @@ class Reporting:
             shard=str(self.options.shard or ""),
             rerun=Rerun(self.options.suites, self.options.again),
             models=self._models(),
-            products={name: list_product(each, {}, {}) for name, each in self.collecting.testbench.cross.items()},
+            products=self._proof.products,
+            exploration=self._proof.exploration,
         )
+
+    @cached_property
+    def _proof(self) -> Proof:
+        """What the model makes impossible. Of replayed tests nobody asks what else there is."""
+        testbench = self.collecting.testbench
+        if not self.collecting.replays:
+            try:
+                return prove(testbench, getattr(self.collecting.config, "cache", None))
+            except CoverError as error:
+                self.problems.append(str(error))
+        return Proof({}, {name: list_product(each, {}, {}) for name, each in testbench.cross.items()})
 
     def _models(self) -> Entry:
         """The models' text. A suite that came from files does without them, and says nothing when they are broken."""

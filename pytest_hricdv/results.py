@@ -115,6 +115,7 @@ class Session:
     rerun: Rerun
     models: Entry
     products: Entry
+    exploration: Entry
     sizes: Mapping[str, int]
     """Suite -> tests that there are of it, selected or not."""
     shard: str = ""
@@ -153,6 +154,7 @@ def build_report(
         "code_under_test": {"packages": list(session.testbench.code), **list_code(session.code)},
         "models": session.models,
         "cross_products": session.products,
+        "exploration": session.exploration,
         "suites": [_suite(each, session.sizes[each.suite.name], session.models) for each in session.selected],
         "tests": [*entries, *unrun],
     }

@@ -9,6 +9,7 @@ Example::
 
 from .environment import Environment
 from .errors import BdiError, BdiSyntaxError, EvaluationError
+from .memo import TooLargeError
 from .result import Result
 from .system import MultiAgentSystem
 from .terms import ListTerm, Number, String, Structure, Term, Variable
@@ -27,6 +28,7 @@ __all__ = [
     "String",
     "Structure",
     "Term",
+    "TooLargeError",
     "Trace",
     "Variable",
 ]

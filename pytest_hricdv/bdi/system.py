@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Literal, get_args
@@ -12,7 +12,7 @@ from .environment import Environment
 from .errors import BdiError
 from .jitter import MAX_JITTER, JitteredRun
 from .library import PlanLibrary
-from .memo import Memo
+from .memo import Fold, Memo, Runs
 from .parser import parse_literal, read_program
 from .project import Project, read_project
 from .prototype import Prototype, compiled_prototypes, library_of, prototype_of
@@ -179,6 +179,45 @@ class MultiAgentSystem:
         for prototype in self._prototypes:
             run.agents[prototype.name] = prototype.agent(run)
         return Result.of(run, run.go(max_rounds))
+
+    def survey(
+        self,
+        agent: str,
+        functor: str,
+        atoms: Sequence[str],
+        given: Mapping[str, bool],
+        fold: Fold,
+        max_rounds: int = MAX_ROUNDS,
+        seed: int = 0,
+    ) -> Runs | None:
+        """Every run that there is when an agent perceives ``functor(b)`` for any set of atoms ``b``.
+
+        Args:
+            agent: the agent, which has to forward the atoms (see :mod:`pytest_hricdv.bdi.memo`).
+            functor: of its percepts.
+            atoms: what sets are made of.
+            given: atoms that are in every set that counts, or in none.
+            fold: of actions and executed plans, as in a result, those of a part of a run, what is of interest: texts in
+                order, and a bit set.
+            max_rounds: as in :meth:`run`.
+            seed: as in :meth:`run`.
+
+        Returns:
+            What is of interest of each run, each once -> atoms that lead to it; None if the engine is not "memo", or
+            runs cannot be told apart piece by piece.
+
+        Raises:
+            TooLargeError: there are too many runs.
+            BdiError: an agent cannot go on.
+        """
+        self._known(agent)
+        if self._memo is None or not atoms:
+            return None
+        environments = []
+        for count in range(1, len(atoms) + 1):
+            environments.append(Environment())
+            environments[-1].show(agent, [f"{functor}({atom})" for atom in atoms[:count]])
+        return self._memo.survey(environments, frozenset(atoms), given, seed, max_rounds, fold)
 
     def _known(self, agent: str) -> None:
         if agent not in self._names:

@@ -142,7 +142,7 @@ def bin_gaps(
         for each in bins:
             beliefs = planned.get(tuple(each[:size]), ()) if size else ()
             proof = products[name]["proof"]
-            reason = "not hit yet" if proof else "not hit yet; it is not declared what the model makes of it"
+            reason = "not hit yet" if proof else "not hit yet; the model does not say whether it can be"
             if beliefs and len(each) > size:
                 told = f"the beliefs {' '.join(beliefs)} aim at {' x '.join(each[:size])}; the rest is up to the run"
             else:

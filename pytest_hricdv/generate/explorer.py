@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure
@@ -13,6 +13,10 @@ from .beliefs import BeliefSpace
 from .error import GenerateError, nearest
 from .exploration import Exploration
 from .model import Model
+
+Content = tuple[tuple[str, ...], int]
+EveryRun = tuple[tuple[str, ...], int, Iterable[str]]
+"""An abstract test, the plans executed on the way as bits, and beliefs that lead to it."""
 
 #: How the BDI engine says that a run was ended for its length.
 _CUT_OFF = "round limit"
@@ -91,6 +95,42 @@ class Explorer:
             rounds=result.rounds,
             ended=result.ended,
         )
+
+    def every_run(self, plans: Sequence[tuple[str, str]]) -> list[EveryRun] | None:
+        """Every run that there is with one start belief and any others.
+
+        Args:
+            plans: agents and labels that are of interest, by the number of their bit.
+
+        Returns:
+            For each the abstract test, the plans executed as bits, and beliefs that lead to it; None if the model does
+            not allow for it.
+
+        Raises:
+            TooLargeError: there are too many runs.
+            GenerateError: the model fails, or an action has no text form.
+        """
+        bits = {plan: 1 << place for place, plan in enumerate(plans)}
+
+        def fold(actions: Sequence[tuple[str, str]], executed: Sequence[tuple[str, list[str]]]) -> Content:
+            labels = {(agent, label) for agent, done in executed for label in done}
+            lines = tuple(_command(action) for agent, action in actions if agent == self.model.actor)
+            return lines, sum(bits.get(plan, 0) for plan in labels)
+
+        model = self.model
+        found: list[EveryRun] = []
+        for start in self.space.start:
+            given = {belief: belief == start for belief in self.space.start}
+            try:
+                runs = self._system.survey(
+                    model.steering_agent, model.chosen, self.space.beliefs, given, fold, model.max_rounds, model.seed
+                )
+            except BdiError as error:
+                raise GenerateError(f"BDI model {model.path}: {error}") from error
+            if runs is None:
+                return None
+            found += [(lines, mask, {start, *atoms}) for (lines, mask), atoms in runs.items()]
+        return found
 
     def _covered(self, agent: str, labels: list[str]) -> tuple[str, ...]:
         coverage = self._coverage_plans[agent]

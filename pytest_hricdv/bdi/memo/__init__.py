@@ -40,5 +40,6 @@ Why it is equal
 """
 
 from .engine import Memo
+from .survey import Fold, Runs, TooLargeError
 
-__all__ = ["Memo"]
+__all__ = ["Fold", "Memo", "Runs", "TooLargeError"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -14,6 +14,7 @@ from ..terms import SOURCE_PERCEPT, Key, Structure
 from .diagram import Node, Segment, add, follow
 from .forwarding import Forwarding, forwarding_of
 from .recording import RecordingRun
+from .survey import Content, Fold, Runs, Survey
 from .watching import Notes
 
 Case = tuple[Forwarding, frozenset[str]]
@@ -92,6 +93,66 @@ class Memo:
             if states is not None:
                 segment.then = reached = self._nodes.setdefault((seed, states), Node(states))
             add(node, run.notes.questions, segment)
+
+    def survey(
+        self,
+        environments: Sequence[Environment],
+        atoms: frozenset[str],
+        given: Mapping[str, bool],
+        seed: int,
+        max_rounds: int,
+        fold: Fold,
+    ) -> Runs | None:
+        """Every run that any set of the atoms leads to, each once.
+
+        Args:
+            environments: for each number of atoms a plain one with that many, listed for the steering agent; the last
+                one with all of them.
+            atoms: all of them.
+            given: atoms that are in every set that counts, or in none.
+            fold: what is of interest of the actions and plans of a segment.
+
+        Returns:
+            What is of interest of each run -> atoms that lead to it; None if they cannot be surveyed.
+
+        Raises:
+            TooLargeError: there are too many runs.
+            BdiError: an agent cannot go on.
+        """
+        starts: dict[tuple[Node, Content], None] = {}
+        for environment in environments:
+            case = self._case(environment.perceived)
+            if case is None or self._segments(case, environment, seed, max_rounds) is None:
+                return None
+            forwarding, listed = case
+            way = self._nodes[forwarding.steering, forwarding.key, len(listed), seed].way
+            if not isinstance(way, Segment) or way.then is None:
+                return None
+            starts[way.then, fold(way.actions, way.plans)] = None
+
+        def complete(node: Node, chosen: frozenset[str]) -> bool:
+            run = RecordingRun(environment, seed, self._prototypes, Notes(forwarding, chosen), node.states)
+            return self._add(node, run, seed, max_rounds)
+
+        found: Runs = {}
+        for start, (lines, bits) in starts:
+            runs = Survey(complete, fold, atoms, given).runs(start)
+            if runs is None:
+                return None
+            for (after, more), chosen in runs.items():
+                found.setdefault((lines + after, bits | more), chosen)
+        return found
+
+    def _add(self, node: Node, run: RecordingRun, seed: int, max_rounds: int) -> bool:
+        """Do the next segment of a run that is at a node; False if that does not work out."""
+        recorded = run.record(max_rounds)
+        if recorded is None:
+            return False
+        segment, states = recorded
+        if states is not None:
+            segment.then = self._nodes.setdefault((seed, states), Node(states))
+        add(node, run.notes.questions, segment)
+        return True
 
     def _case(self, perceived: Perceived) -> Case | None:
         """How the atoms are forwarded, and the atoms; None if the percepts are not of this kind."""
