@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 Aim = tuple[str, str, str]
 SENSES = ("gaze", "pressure", "location")
@@ -16,7 +17,7 @@ def aims(commands: Sequence[str]) -> tuple[Aim, ...]:
     pressure and location, as in "101", or "none" for a person who does not say ready.
     """
     asked = [place for place, command in enumerate(commands) if command == "tell leg"]
-    turns = [commands[begin:end] for begin, end in zip(asked, [*asked[1:], len(commands)], strict=True)]
+    turns = [commands[begin:end] for begin, end in pairwise([*asked, len(commands)])]
     legs = str(min(max(sum("bored" not in turn for turn in turns), 1), MOST_LEGS))
     return tuple((legs, "bored" if "bored" in turn else "not_bored", _pose(turn)) for turn in turns)
 
