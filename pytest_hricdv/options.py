@@ -13,7 +13,6 @@ from pytest_hricdv import exports, learning
 from pytest_hricdv.allowance import Allowance, AllowanceError, allowances
 from pytest_hricdv.bound import KINDS, Bound, BoundError, bound
 from pytest_hricdv.gates import Gates
-from pytest_hricdv.generate.sampler import SAMPLINGS
 from pytest_hricdv.learning import LearningOptions
 from pytest_hricdv.shard import Shard, ShardError, shard
 
@@ -232,7 +231,11 @@ def _again(config: pytest.Config) -> tuple[str, ...]:
 
 
 def _sampling(config: pytest.Config) -> str:
-    name = _text(config, "sampling") or "uniform"
+    name = _text(config, "sampling")
+    if not name:
+        return "uniform"
+    from pytest_hricdv.generate.sampler import SAMPLINGS  # a project without a suite loads options, and no generator
+
     if name not in SAMPLINGS:
         raise pytest.UsageError(f"--hri-sampling={name}: expected one of {', '.join(SAMPLINGS)}")
     return name
