@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 from benchmarks.experiment.comparison import Asks, Method
 from benchmarks.experiment.published import LEARNING_S
@@ -96,7 +95,7 @@ def coverage(methods: Methods) -> str:
 
 
 def closure(methods: Methods) -> str:
-    """Plans, cross product, and how many tests are distinct."""
+    """Plans, cross products, and how many tests are distinct."""
 
     def plans(agent: str) -> Callable[[Method], str]:
         def shown(method: Method) -> str:
@@ -105,16 +104,20 @@ def closure(methods: Methods) -> str:
 
         return shown
 
-    def bins(method: Method) -> str:
-        cross: Mapping[str, Any] = method.suite["cross"]
-        return f"{cross['hit']} of {possible(cross)}"
+    def bins(name: str) -> Callable[[Method], str]:
+        def shown(method: Method) -> str:
+            product = method.suite["cross"]["products"][name]
+            return f"{product['hit']} of {possible(product)}"
 
+        return shown
+
+    products = next(iter(methods.values())).suite["cross"]["products"]
     return _by_method(
         methods,
         {
             "plans of the human": plans("human"),
             "plans of the robot's code": plans("robot_code"),
-            "sensor reading x outcome of a turn": bins,
+            **{f"bins of the cross product `{name}`": bins(name) for name in products},
             "distinct texts": lambda m: f"{m.suite['generation']['distinct_texts']} of {m.suite['tests']}",
         },
     )

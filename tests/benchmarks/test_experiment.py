@@ -57,7 +57,7 @@ def suite(name: str, tests: list[dict[str, Any]], **learned: Any) -> dict[str, A
         },
         "code": {"statements": closure, "branches": closure},
         "plans": {} if name == "pseudorandom" else plans,
-        "cross": {"bins": 8, "hit": 3, "impossible": 2},
+        "cross": {"products": {"decision": {"bins": 8, "hit": 3, "impossible": 2, "illegal": 1}}},
         "curve": [{"tests": 1, "statements": 9, "branches": 5, "plans": 2}],
     }
 
@@ -94,6 +94,7 @@ def test_published_and_own_figures_stand_side_by_side() -> None:
     assert "| R1 | 90 / 1 / 47 | 1 / 1 / 1 | 7 / 0 / 93 | 1 / 0 / 0 |" in text
     assert "R3: title of R3. Known to fail: no crush prevention." in text
     assert held(text) == ["yes"] * 4
+    assert "| bins of the cross product `decision` | 3 of 5 | 3 of 5 |" in text
 
 
 def test_what_does_not_hold_is_said() -> None:
