@@ -119,4 +119,4 @@ def test_a_waived_line_counts_as_unreachable(lamps: pytest.Pytester) -> None:
     guide.write_text(text, encoding="utf-8")
     result = lamps.runpytest_inprocess(SUITE, "--hri-fail-under=statements=100")
     assert result.ret == 0
-    result.stdout.fnmatch_lines(["  statements * (40 of 41), 100.0 % of 40 reachable, 1 waiver"])
+    result.stdout.fnmatch_lines(["  statements * (40 of 41), 100.0 % of 40 reachable, 1 waived"])
