@@ -1,5 +1,6 @@
 # make suite: learn tests from the BDI models and run each against the simulated world, on two workers.
-# make test:  the project's own tests.
+# make test:  the project's own tests (5 minutes), without the long ones; those are make slow (9 minutes).
+# OPTIONS=... is handed on to pytest by both.
 # make experiment: docs/experiment.md and docs/agreement.md, beside the paper's figures (5 minutes; agreement alone: 2).
 # make campaign: docs/campaign.md, 6,560 runs (45 minutes; ended at any time, it goes on where it was).
 # Each creates the environment in $(VENV) first, from nothing but Python 3.11, make and a compiler.
@@ -8,13 +9,16 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: suite test lint bench experiment agreement campaign pictures clean
+.PHONY: suite test slow lint bench experiment agreement campaign pictures clean
 
 suite: $(VENV)/.installed
 	$(BIN)/pytest --hri-suite=rl -n 2
 
 test: $(VENV)/.installed
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 $(OPTIONS)
+
+slow: $(VENV)/.installed
+	$(BIN)/pytest -n 2 -m slow $(OPTIONS)
 
 lint: $(VENV)/.installed
 	$(BIN)/ruff check .
