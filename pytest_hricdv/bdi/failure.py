@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .errors import BdiError
+from .errors import BdiError, Location
 from .formulas import Comparison
 from .intentions import ROOT_OF_ADDED_GOALS, ROOT_OF_FAILED_GOALS, Event, Frame, Intention
 from .syntax import Check, Internal, Test
@@ -18,6 +18,8 @@ from .unify import unify
 
 if TYPE_CHECKING:
     from .agent import Agent
+
+NO_CODE = Structure("no_code")
 
 
 def fail(agent: Agent, intention: Intention, error: str, message: str, extra: tuple[Term, ...] = ()) -> None:
@@ -37,8 +39,7 @@ def fail(agent: Agent, intention: Intention, error: str, message: str, extra: tu
         Structure("error", (Structure(error),)),
         Structure("error_msg", (String(message),)),
         Structure("code", (_code(agent, frame),)),
-        Structure("code_src", (String(place.file),)),
-        Structure("code_line", (Number(place.line),)),
+        *_place(place),
     )
     if any(isinstance(annot, Structure) and annot.functor == "error" for annot in extra):
         annots = annots[1:]
@@ -71,6 +72,13 @@ def _code(agent: Agent, frame: Frame) -> Term:
     return String(str(statement))
 
 
+def _place(place: Location | None) -> tuple[Term, ...]:
+    """Where that is written; ``no_code`` for what no plan's body asked for."""
+    if place is None:
+        return (Structure("code_src", (NO_CODE,)), Structure("code_line", (NO_CODE,)))
+    return (Structure("code_src", (String(place.file),)), Structure("code_line", (Number(place.line),)))
+
+
 def no_applicable_plan(agent: Agent, event: Event) -> bool:
     """No plan is applicable for a selected event: a goal fails, a belief event is passed over.
 
@@ -100,6 +108,7 @@ def fail_goal(agent: Agent, intention: Intention, sign: str, literal: Structure,
         Structure("error", (Structure(error),)),
         Structure("error_msg", (String(message),)),
         Structure("code", (literal,)),
+        *_place(intention.frames[-1].statement.location if intention.frames else None),
     )
     handler = "-" + sign[1]
     if agent.library.relevant(handler, literal.key):

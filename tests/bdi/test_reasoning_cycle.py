@@ -99,6 +99,15 @@ def test_goal_without_any_plan_is_a_warning(tmp_path: Path) -> None:
     assert "no relevant plan for +!nobody" in result.warnings[0]
 
 
+def test_failure_plan_learns_where_the_goal_without_a_plan_was_asked_for(tmp_path: Path) -> None:
+    source = """!go. !other.
++!go <-
+   !none(1).
+-!none(X)[error(E), code(C), code_line(L)] <- .print(E, " ", C, " ", L).
+-!other[code_line(L)] <- .print(L)."""
+    assert sorted(prints_of(tmp_path, source)) == ["no_code", "no_relevant none(1)[source(self)] 3"]
+
+
 def test_expression_without_a_value_fails_the_goal(tmp_path: Path) -> None:
     source = '!go. +!go <- !t(1); !t(2); .print(end). +!t(1) <- X = "a" + 1. +!t(2) <- X = Y + 1. -!t(N) <- .print(N).'
     assert prints_of(tmp_path, source) == ["1", "2", "end"]
