@@ -11,7 +11,7 @@ from typing import Any
 from pytest_hricdv.bound import KINDS
 from pytest_hricdv.closing import reached
 from pytest_hricdv.report import ReportError, faults
-from pytest_hricdv.report.files import canonical, write_text
+from pytest_hricdv.report.files import write_text
 
 SCHEMA = "hricdv-baseline/1"
 _NAMES: dict[str, Any] = {"type": "array", "items": {"type": "string"}}
@@ -97,9 +97,13 @@ def read(path: Path, testbench: str) -> dict[str, Any]:
 
 
 def write(baseline: Mapping[str, Any], path: Path) -> None:
-    """Write a baseline aside and rename it. Raises BaselineError where the folder cannot be written."""
+    """Write a baseline, a line for each value: it is kept under version control, and people read what changed in it.
+
+    Aside and then renamed. Raises BaselineError where the folder cannot be written.
+    """
+    text = json.dumps(baseline, sort_keys=True, indent=1, allow_nan=False)
     try:
-        write_text(path, canonical(baseline))
+        write_text(path, text + "\n")
     except ReportError as error:
         raise BaselineError(str(error)) from None
 

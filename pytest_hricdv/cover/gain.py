@@ -37,6 +37,18 @@ def smallest(tests: Sequence[Measured]) -> tuple[Step, ...]:
     return _ordered(enough)
 
 
+def grown(tests: Sequence[Measured]) -> tuple[tuple[float, int], ...]:
+    """What the tests cover together, in their order: (cost up to a test, points) at each test that adds any."""
+    covered, cost_s = 0, 0.0
+    steps = []
+    for test in tests:
+        cost_s += test.cost_s
+        if test.points & ~covered:
+            covered |= test.points
+            steps.append((round(cost_s, 6), covered.bit_count()))
+    return tuple(steps)
+
+
 def unique(tests: Sequence[Measured]) -> dict[str, int]:
     """Name -> how many points no other test covers; tests without such a point are left out."""
     once = twice = 0

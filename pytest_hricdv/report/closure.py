@@ -48,17 +48,21 @@ def smallest(report: Mapping[str, Any]) -> dict[str, Any] | None:
     """The smallest suite, for the page's scripts; None where the report does not know it.
 
     Returns:
-        `curve`: (simulated s, points covered), `points` and `sim_s` of all tests, `gains`: the number of a test in the
-        report -> the points that it adds, of the tests that are enough, `unique`: the same of what it alone covers.
+        `curve`: (simulated s, points covered), `growth`: the same of all tests as they are listed, `points` and `sim_s`
+        of all tests, `gains`: the number of a test in the report -> the points that it adds, of the tests that are
+        enough, `unique`: the same of what it alone covers.
     """
     found = report.get("closure")
     if not found:
         return None
     numbers = {test["nodeid"]: number for number, test in enumerate(report["tests"])}
     curve: list[Point] = [(0.0, 0.0)]
+    growth: list[Point] = [(0.0, 0.0), *((round(step[0], 2), step[1]) for step in found.get("growth", ()))]
+    growth.append((round(found["sim_s"], 2), found["points"]))
     curve += [(round(step["sim_s"], 2), step["points"]) for step in found["minimal"]]
     return {
         "curve": thinned(curve),
+        "growth": thinned(growth),
         "points": found["points"],
         "sim_s": found["sim_s"],
         "gains": {numbers[step["nodeid"]]: step["gain"] for step in found["minimal"] if step["nodeid"] in numbers},

@@ -114,6 +114,8 @@ def _context(report: Mapping[str, Any]) -> dict[str, Any]:
         "waivers": totals.waivers(report),
         "unmeasured": totals.unmeasured(report),
         "reachable": totals.percent_reachable,
+        "plans_covered": totals.plans_covered,
+        "bins_covered": totals.bins_covered,
         "share": figure.share,
         "plural": figure.plural,
         "requirements": [judged.requirement(report, name) for name in names],

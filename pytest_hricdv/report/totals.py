@@ -143,6 +143,17 @@ def percent_reachable(figures: Mapping[str, Any]) -> float | None:
     return share(figures["covered"], figures["reachable"]) if given is None else given
 
 
+def plans_covered(suite: Mapping[str, Any]) -> float | None:
+    """Of all agents' plans, per cent; None where no model made the suite."""
+    plans = suite["plans"].values()
+    return share(sum(len(each["covered"]) for each in plans), sum(each["total"] for each in plans))
+
+
+def bins_covered(cross: Mapping[str, Any]) -> float | None:
+    """Of the bins that are neither impossible nor illegal, per cent; None where there is none."""
+    return share(cross["hit"], cross["bins"] - cross["impossible"] - cross.get("illegal", 0))
+
+
 def _least_margin(report: Mapping[str, Any], suite: str, requirement: str) -> tuple[float | None, str]:
     margins = [
         (verdict["margin"], test["id"])

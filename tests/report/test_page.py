@@ -12,6 +12,10 @@ from tests.report import sample
 from tests.report.test_html import poisoned, with_closure
 from tests.report.watched import Watched
 
+CUT_OFF = """() => [...document.querySelectorAll("main .scroll:not(.plot)")]
+  .filter((place) => place.checkVisibility() && place.scrollWidth > place.clientWidth)
+  .map((place) => place.outerHTML.slice(0, 120))"""
+
 VIEWS = ["summary", "suites", "closure", "requirement/R1", "requirement/R3", "code", "plans", "cross", "tests"]
 
 CONTRAST = """() => {
@@ -37,7 +41,7 @@ CONTRAST = """() => {
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [1280, 375])
+@pytest.mark.parametrize("width", [1280, 390])
 def test_every_view_is_legible_on_screens_of_any_kind(browser: Any, tmp_path: Path, scheme: Any, width: int) -> None:
     watched = Watched(browser, viewport={"width": width, "height": 800}, color_scheme=scheme)
     report = with_closure(sample.report(("by-hand", "rl"), 12))
@@ -48,6 +52,7 @@ def test_every_view_is_legible_on_screens_of_any_kind(browser: Any, tmp_path: Pa
         if view.startswith("test/"):
             page.wait_for_selector("#test .timeline svg")
         assert page.evaluate("document.documentElement.scrollWidth") <= width, f"{view} is wider than the screen"
+        assert page.evaluate(CUT_OFF) == [], f"{view} has to be scrolled sideways"
         assert page.evaluate(CONTRAST) == [], view
         page.screenshot(path=tmp_path / f"{view.replace('/', '-')}.png")
     assert watched.quiet()
@@ -77,6 +82,18 @@ def test_without_scripts_everything_but_plots_and_tests_can_be_read(browser: Any
         assert page.locator(f"#{view}").is_visible()
     assert "Without scripts this page has no plots" in page.locator("noscript").inner_text()
     context.close()
+
+
+@pytest.mark.parametrize("view", ["summary", "tests"])
+def test_the_header_hides_nothing_of_the_view_that_a_link_leads_to(watched: Watched, tmp_path: Path, view: str) -> None:
+    page = watched.open(sample.report(("by-hand", "rl"), 40), tmp_path, view)
+    page.mouse.wheel(0, 700)
+    page.wait_for_function("() => scrollY > 300")
+    page.locator(f"nav a[href='#{view}']").click()
+    page.wait_for_function("() => scrollY < 100")
+    covered = "() => document.querySelector('header').getBoundingClientRect().bottom"
+    top = page.locator(f"#{view} h2").first.bounding_box()["y"]
+    assert top >= page.evaluate(covered)
 
 
 def test_the_theme_is_chosen_and_kept(watched: Watched, tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ function drawn(place, make) {
 /** Options that all plots share. */
 function plain(width, options) {
   return Object.assign({
-    width, height: 270, marginTop: 28, marginLeft: 56, marginBottom: 40, style: { background: "none", fontSize: "12px" },
+    width, height: 270, marginTop: 28, marginLeft: 56, marginBottom: 42, style: { background: "none", fontSize: "12px" },
   }, options);
 }
 
@@ -43,7 +43,7 @@ function legend(items) {
   }));
 }
 
-/** Line plot of `series` [{name, points, n, note}] with axes; the legend goes below. Null where there is nothing. */
+/** Line plot of `series` [{name, points, n, note, curve}] with axes; the legend goes below. Null where there is nothing. */
 function linePlot(place, series, x, y, told) {
   const kept = series.filter((each) => each.points.length);
   if (!kept.length) {
@@ -53,8 +53,8 @@ function linePlot(place, series, x, y, told) {
   drawn(place, (width) => Plot.plot(plain(width, {
     ariaLabel: told, x, y: { grid: true, ...y },
     marks: kept.flatMap((each) => [
-      Plot.line(each.points, { x: "0", y: "1", stroke: colourOf(each.n), strokeDasharray: dashOf(each.n), strokeWidth: 2 }),
-      each.points.length > 12 ? null :
+      Plot.line(each.points, { x: "0", y: "1", stroke: colourOf(each.n), strokeDasharray: dashOf(each.n), strokeWidth: 2, curve: each.curve || "linear" }),
+      each.points.length > 12 || each.curve ? null :
         Plot.dot(each.points, { x: "0", y: "1", r: 3, fill: "var(--card)", stroke: colourOf(each.n), strokeWidth: 2 }),
       Plot.tip(each.points, Plot.pointer({ x: "0", y: "1", title: (point) => visible(each.name) + "\n" + x.label + ": " + point[0] + "\n" + y.label + ": " + point[1], fill: "var(--card)" })),
     ]),

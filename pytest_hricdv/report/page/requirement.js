@@ -20,7 +20,7 @@ function triggersPlot(place, n) {
       Plot.ruleY([0]),
     ],
   })));
-  const suites = [...new Set(bars.map((bar) => bar.suite))];
+  const suites = [...new Set(bars.map((bar) => bar.suite))].sort((a, b) => a - b);
   place.append(legend(suites.map((suite) => [DATA.suites[suite], colourOf(suite), ""])));
 }
 
@@ -45,6 +45,7 @@ function marginsPlot(place, n) {
       Plot.ruleX([0], { strokeDasharray: "3 3" }),
       Object.entries(MARKS).map(([letter, [, symbol, colour]]) => Plot.dot(dots.filter((dot) => dot.letter === letter), {
         x: "margin", y: "y", symbol, stroke: colour, r: 3.5, strokeWidth: 1.5, href: (dot) => "#test/" + dot.test.anchor,
+        pointerEvents: "all", // also the inside of a circle is it
       })),
       Plot.tip(dots, Plot.pointer({ x: "margin", y: "y", title: (dot) => visible(dot.test.id) + "\nmargin " + dot.margin, fill: "var(--card)" })),
     ],

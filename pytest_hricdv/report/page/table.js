@@ -18,7 +18,7 @@ class Table {
     this.told = h("span", { class: "soft small", "aria-live": "polite", id: "shown" });
     this.back = h("button", { type: "button", onclick: () => this.turn(-1) }, "Back");
     this.on = h("button", { type: "button", onclick: () => this.turn(1) }, "More");
-    this.element = h("div", {},
+    this.element = h("div", { class: "turned" },
       h("div", { class: "card scroll flat" }, h("table", { class: "list" }, h("thead", {}, this.head), this.body)),
       h("p", { class: "pager" }, this.told, this.back, this.on));
   }

@@ -18,7 +18,7 @@ function chips(names) {
 }
 
 function verdictTable(verdicts) {
-  return h("table", {}, h("thead", {}, h("tr", {}, ["", "Verdict", "Attempts", "Least margin"].map((each) => h("th", {}, each)))),
+  return h("table", { class: "judged" }, h("thead", {}, h("tr", {}, ["", "Verdict", "Attempts", "Least margin"].map((each) => h("th", {}, each)))),
     h("tbody", {}, verdicts.map((verdict) => h("tr", {},
       h("td", {}, h("a", { href: "#requirement/" + encodeURIComponent(verdict.name) }, verdict.name)),
       h("td", { class: "nowrap" }, verdictMark(verdict.verdict === "NC" ? "N" : verdict.verdict[0]), " ", verdict.verdict === "NC" ? "" : verdict.verdict),
@@ -40,7 +40,7 @@ function actionTable(found) {
   });
   const run = Object.entries(found.run).map(([name, text]) =>
     h("tr", {}, h("td"), times && h("td"), h("td", { class: "soft" }, name), h("td", { class: "mono wide" }, text)));
-  return h("table", { class: "actions" }, h("thead", {}, h("tr", {}, h("th", { class: "n" }, ""), times && h("th", { class: "n" }, "At"), h("th", {}, "Abstract test"), h("th", {}, "Concrete test"))), h("tbody", {}, rows, run));
+  return h("table", { class: times ? "actions timed" : "actions" }, h("thead", {}, h("tr", {}, h("th", { class: "n" }, ""), times && h("th", { class: "n" }, "At"), h("th", {}, "Abstract test"), h("th", {}, "Concrete test"))), h("tbody", {}, rows, run));
 }
 
 function filmView(film) {

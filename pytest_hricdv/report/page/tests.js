@@ -34,12 +34,12 @@ function testColumns() {
   return [
     { title: "Test", value: (test) => test.id, cell: testLink, style: "wide" },
     DATA.suites.length > 1 && { title: "Suite", value: (test) => test.suite, cell: (test) => DATA.suites[test.suite], style: "less" },
-    { title: "Outcome", value: (test) => test.outcome, cell: (test) => outcomeBadge(test.outcome) },
+    { title: "Outcome", value: (test) => test.outcome, cell: (test) => outcomeBadge(test.outcome), style: "outcome" },
     ...verdicts,
     { title: "Legs", value: (test) => test.legs.join(), cell: (test) => test.legs.join(", ") || "-", style: "less" },
-    { title: "Statements", value: (test) => test.percent, cell: (test) => percent(test.percent), style: "n" },
+    { title: "Statements", value: (test) => test.percent, cell: (test) => percent(test.percent), style: "n less" },
     DATA.smallest && { title: "Adds", value: (test) => gain(test), cell: (test) => gain(test) || "-", style: "n less" },
-    { title: "Simulated", value: (test) => test.sim, cell: (test) => seconds(test.sim), style: "n" },
+    { title: "Simulated", value: (test) => test.sim, cell: (test) => seconds(test.sim), style: "n less" },
   ].filter(Boolean);
 }
 
