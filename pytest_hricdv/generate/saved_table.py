@@ -70,7 +70,8 @@ class SavedTable:
             data = json.loads(text)
         except json.JSONDecodeError as error:
             place = f"{where}:{error.lineno}:{error.colno}"
-            raise GenerateError(f"{place}: not JSON, perhaps cut off ({error.msg}); expected a saved table") from None
+            expected = "expected a saved table, or belief sets (*.toml)"
+            raise GenerateError(f"{place}: not JSON, perhaps cut off ({error.msg}); {expected}") from None
         found = data.get("schema") if isinstance(data, dict) else None
         if found != SCHEMA:
             raise GenerateError(
