@@ -220,5 +220,10 @@ class HriCase:
         self.checked = True
         self.judge(self, result)
 
+    def forget(self) -> None:
+        """Let go of the run, and of parameters that can be sampled again."""
+        self.result = None
+        self.__dict__.pop("concrete", None)
+
     def __repr__(self) -> str:
         return f"<hri_case {self.abstract.id}>"

@@ -22,6 +22,7 @@ from pytest_hricdv.closing import Entry
 from pytest_hricdv.collecting import Collecting, case_of
 from pytest_hricdv.cover.crossed import list_product
 from pytest_hricdv.cover.source import CoverError
+from pytest_hricdv.entries import Entries
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.listing import list_model
 from pytest_hricdv.judging import Judging
@@ -53,7 +54,7 @@ class Reporting:
         self.collecting = collecting
         self.running = running
         self.options = collecting.options
-        self.entries: dict[str, Entry] = {}
+        self.entries = Entries()
         self.reasons: dict[str, str] = {}
         self.chosen: dict[str, HriCase] = {}
         self.workers = 1
@@ -146,7 +147,8 @@ class Reporting:
         """
         text = getattr(report, ATTRIBUTE, None)
         if isinstance(text, str):
-            self.entries[report.nodeid] = self._kept(json.loads(text))
+            self.entries.put(report.nodeid, self._kept(json.loads(text)))
+            delattr(report, ATTRIBUTE)  # pytest keeps reports to the end
         elif not report.passed:
             self.reasons[report.nodeid] = (
                 report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longreprtext
@@ -185,10 +187,11 @@ class Reporting:
             # xdist says nothing of node ids that its workers did not find.
             self.absent = "" if self.chosen else hint(session.config.args, self.options)
             return
-        searched = self._afterwards(stopped=stopped)
+        entries = self.entries.unpacked()
+        searched = self._afterwards(entries, stopped=stopped)
         if self.running.failures.problem:
             self.problems.append(self.running.failures.problem)
-        self.report = self._build() | searched
+        self.report = self._build(entries) | searched
         if not stopped:
             self._judge(self.report)
         try:
@@ -198,15 +201,15 @@ class Reporting:
         if self.problems:
             session.testsfailed += 1
 
-    def _afterwards(self, *, stopped: bool) -> Entry:
+    def _afterwards(self, entries: list[Entry], *, stopped: bool) -> Entry:
         """Shrinks and searches, where asked to; returns what the report has of the search."""
         options = self.options
         if self.interrupted or not (options.shrink or options.search):
             return {}
         after = Afterwards(self._rerunning, options, self.chosen, self.collecting.say)
         if options.shrink:
-            after.shrink(self.entries.values())
-        found = after.search(self.entries.values()) if options.search and not stopped else {}
+            after.shrink(entries)
+        found = after.search(entries) if options.search and not stopped else {}
         self.interrupted = after.interrupted
         self.problems += after.problems
         return {"search": found} if found else {}
@@ -217,9 +220,9 @@ class Reporting:
         seeds = {each.suite.name: each.suite.seed for each in selected}
         return Rerunning(self.collecting.testbench, running.requirements, running.surroundings, running.failures, seeds)
 
-    def _build(self) -> Entry:
+    def _build(self, entries: list[Entry]) -> Entry:
         """The report; without the code's closure, and with a problem, when a waiver in the code is wrong."""
-        session, entries = self._session(), list(self.entries.values())
+        session = self._session(entries)
         try:
             return build_report(session, entries, self.chosen, self.reasons)
         except CoverError as error:
@@ -228,7 +231,7 @@ class Reporting:
 
     def _loss(self) -> list[str]:
         """Tests that left no trace: whatever took them away, the session must not look as if all were well."""
-        lost = len(self.chosen.keys() - self.entries.keys() - self.reasons.keys())
+        lost = len(self.chosen.keys() - self.entries.nodeids() - self.reasons.keys())
         return [f"{lost} of {len(self.chosen)} tests left no result: a worker or a plugin lost them"] if lost else []
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
@@ -248,9 +251,9 @@ class Reporting:
         for problem in self.problems:
             terminalreporter.write_line(f"FAILED {problem}", red=True, bold=True)
 
-    def _session(self) -> Session:
+    def _session(self, entries: list[Entry]) -> Session:
         measured = self.options.coverage
-        reasons = [entry["unmeasured"] for entry in self.entries.values() if entry["unmeasured"]]
+        reasons = [entry["unmeasured"] for entry in entries if entry["unmeasured"]]
         return Session(
             testbench=self.collecting.testbench,
             requirements=self.running.requirements,

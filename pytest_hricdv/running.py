@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TypedDict
@@ -107,6 +107,16 @@ class Running:
         if not self.options.film:
             return None
         return Filming(self.collecting.testbench, self.requirements, self.options.report)
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
+        """Lets go of the run when its test is over: pytest keeps all items to the end, and a run is large."""
+        try:
+            return (yield)
+        finally:
+            case = case_of(item)
+            if case is not None:
+                case.forget()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:

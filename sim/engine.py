@@ -98,17 +98,20 @@ class Engine:
             bullet.disconnect(self.client)
             self.client = -1
 
-    def load(self, description: str, *, sleeps: bool) -> tuple[int, dict[str, int], dict[str, tuple[float, float]]]:
-        """Load a robot with a fixed base from URDF text; rigidly joined links become one.
+    def load(
+        self, description: str, *, sleeps: bool, merges: bool = False
+    ) -> tuple[int, dict[str, int], dict[str, tuple[float, float]]]:
+        """Load a robot with a fixed base from URDF text.
 
         Args:
             description: the text.
             sleeps: it can be put to sleep, and falls asleep by itself unless it is kept awake.
+            merges: rigidly joined links become one, and their memory is lost for good (see `sim.welding`).
 
         Returns:
             Its body id; and of each joint, by name without "_joint", the index and the limits (rad).
         """
-        flags = bullet.URDF_MERGE_FIXED_LINKS | bullet.URDF_USE_INERTIA_FROM_FILE
+        flags = bullet.URDF_USE_INERTIA_FROM_FILE | (bullet.URDF_MERGE_FIXED_LINKS if merges else 0)
         flags |= bullet.URDF_ENABLE_SLEEPING if sleeps else 0
         with (
             tempfile.NamedTemporaryFile("w", suffix=".urdf", encoding="utf-8") as file,

@@ -197,7 +197,7 @@ def _looks_of(world: World, body: int) -> tuple[Look, ...]:
 @cache
 def _looks_of_description(description: str) -> tuple[Look, ...]:
     with Engine(STEP_S) as engine:
-        return _looks(engine, engine.load(description, sleeps=False)[0])
+        return _looks(engine, engine.load(description, sleeps=False, merges=True)[0])
 
 
 def _looks(engine: Engine, body: int) -> tuple[Look, ...]:

@@ -9,6 +9,7 @@ from sim.description import arm_description, without_looks
 from sim.drive import DriveMaker, MotorDrive
 from sim.engine import Engine, Pose, SimulationError, bullet, finite
 from sim.furniture import ROBOT
+from sim.welding import welded
 
 ARM_TORQUE_NM = 200.0
 """Strongest torque of an arm joint."""
@@ -25,7 +26,7 @@ class Torso:
     def __init__(self, engine: Engine, drive: DriveMaker = MotorDrive) -> None:
         self.client = engine.client
         self.description = arm_description(ARM_JOINTS, PALM)
-        bare = without_looks(self.description)
+        bare = welded(without_looks(self.description))
         self.body, self.joints, self.limits_rad = engine.load(bare, sleeps=False)
         self.palm = self.joints[PALM]
         arm = [self.joints[name] for name in ARM_JOINTS]

@@ -103,9 +103,11 @@ class OwnMeasurement:
     def take(self, context: str) -> Bits | None:
         """See `Measurement`. Half a measurement is none: of a run that a debugger was in, nothing is taken."""
         self.reason = TAKEN_OVER if self._taken_over else ""
-        if self._taken_over:
-            return None
-        return self._imported | read(self._coverage.get_data(), self._code, exactly(context))
+        data = self._coverage.get_data()
+        try:
+            return None if self._taken_over else self._imported | read(data, self._code, exactly(context))
+        finally:
+            data.erase()  # what was taken is not asked for again, and thousands of tests' lines need memory
 
 
 class JoinedMeasurement:

@@ -57,7 +57,7 @@ def test_the_arm_carries_the_mass_of_everything_but_the_stand(bodies: tuple[Tors
 def test_the_fingers_are_where_the_whole_robot_has_them(bodies: tuple[Torso, Fingers]) -> None:
     torso, fingers = bodies
     with Engine(STEP_S) as engine:
-        body, joints, _ = engine.load(URDF.read_text(encoding="utf-8"), sleeps=False)
+        body, joints, _ = engine.load(URDF.read_text(encoding="utf-8"), sleeps=False, merges=True)
         pose = dict(zip(ARM_JOINTS, (0.3, -0.2, -0.5, 0.2, 1.0, 0.1, -0.1, -0.3, 0.2), strict=True))
         torso.set_arm(tuple(pose.values()))
         fingers.follow(torso.palm_pose())
