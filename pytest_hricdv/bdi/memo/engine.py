@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import replace
 from functools import lru_cache
 
 from ..environment import Environment, Perceived
@@ -59,7 +58,7 @@ class Memo:
         case = self._case(perceived)
         if case is not None:
             segments = self._segments(case, environment, seed, max_rounds)
-            if segments is not None:
+            if segments is not None and _rounds(segments) < max_rounds:
                 return segments
         return self._run_as_a_whole(environment, seed, max_rounds)
 
@@ -70,7 +69,10 @@ class Memo:
         return Result.of(run, run.go(max_rounds))
 
     def _segments(self, case: Case, environment: Environment, seed: int, max_rounds: int) -> Segments | None:
-        """The segments of a run; those not known yet are run in earnest. None if that does not work out."""
+        """The segments of a run, whatever rounds they take; those not known yet are run in earnest.
+
+        None if that does not work out.
+        """
         forwarding, atoms = case
         node = self._nodes.setdefault((forwarding.steering, forwarding.key, len(atoms), seed), Node())
         reached = None
@@ -78,11 +80,13 @@ class Memo:
         while True:
             # A run that comes to more nodes than there are has been at one of them twice: it will never end.
             following = follow(node, atoms, segments, len(self._nodes) + 1)
-            rounds = sum([segment.rounds for segment in segments])
-            if rounds >= max_rounds or len(segments) > len(self._nodes):
+            if len(segments) > len(self._nodes):
                 return None
             if following is None:
                 return segments
+            rounds = _rounds(segments)
+            if rounds >= max_rounds:
+                return None
             node = following
             if node is not reached:
                 run = RecordingRun(environment, seed, self._prototypes, Notes(*case), node.states)
@@ -122,7 +126,8 @@ class Memo:
         starts: dict[tuple[Node, Content], None] = {}
         for environment in environments:
             case = self._case(environment.perceived)
-            if case is None or self._segments(case, environment, seed, max_rounds) is None:
+            segments = None if case is None else self._segments(case, environment, seed, max_rounds)
+            if case is None or segments is None or _rounds(segments) >= max_rounds:
                 return None
             forwarding, listed = case
             way = self._nodes[forwarding.steering, forwarding.key, len(listed), seed].way
@@ -160,13 +165,13 @@ class Memo:
             return None
         (steering, percepts) = perceived[0]
         key = percepts[0].key
-        atoms = frozenset(map(_atom, percepts))
-        if "" in atoms or len({percept.key for percept in percepts}) > 1:
+        atoms = frozenset([_atom(percept, key) for percept in percepts])
+        if "" in atoms:
             return None
         if (steering, key) not in self._forwarding:
             self._forwarding[steering, key] = self._find_forwarding(steering, key)
         forwarding = self._forwarding[steering, key]
-        return None if forwarding is None or forwarding.special & atoms else (forwarding, atoms)
+        return (forwarding, atoms) if forwarding is not None and forwarding.special.isdisjoint(atoms) else None
 
     def _find_forwarding(self, steering: str, key: Key) -> Forwarding | None:
         by_name = {prototype.name: prototype for prototype in self._prototypes}
@@ -204,10 +209,17 @@ class Memo:
         return Result(prints, plans, actions, rounds, segments[-1].ended, warnings, Run.ms(ticks))
 
 
+def _rounds(segments: Segments) -> int:
+    rounds = 0
+    for segment in segments:
+        rounds += segment.rounds
+    return rounds
+
+
 @lru_cache(maxsize=4096)
-def _atom(percept: Structure) -> str:
-    """The atom that a percept ``f(b)`` is about; empty if it is about something else."""
-    if percept.annots != (SOURCE_PERCEPT,) or len(percept.args) != 1:
+def _atom(percept: Structure, key: Key) -> str:
+    """The atom that a percept ``f(b)`` of that key is about; empty if it is something else."""
+    if percept.annots != (SOURCE_PERCEPT,) or percept.key != key or len(percept.args) != 1:
         return ""
     (about,) = percept.args
     if not isinstance(about, Structure) or about.args or about.annots or about.negated:
@@ -219,4 +231,4 @@ def _copy(result: Result) -> Result:
     """A result whose lists are the caller's own."""
     plans = {name: labels.copy() for name, labels in result.plans.items()}
     lists = result.prints.copy(), result.actions.copy(), result.warnings.copy()
-    return replace(result, plans=plans, prints=lists[0], actions=lists[1], warnings=lists[2])
+    return result._replace(plans=plans, prints=lists[0], actions=lists[1], warnings=lists[2])

@@ -123,7 +123,7 @@ class RecordingRun(Run):
 
     def _may_cut(self) -> bool:
         """Whether in the next round only a receiver has anything to do: most often it has been told something."""
-        if not self.notes.forwarded or self._quiet > _QUIET_BEFORE or len(self._ready) != 1:
+        if len(self._ready) != 1 or self._quiet > _QUIET_BEFORE or not self.notes.forwarded:
             return False
         ready = self._order[self._ready[0]]
         return isinstance(ready, Receiver) and self.ticks + 1 < self.earliest_deadline and self._find_states()

@@ -59,8 +59,10 @@ class WatchedBeliefs(dict[str, Annots]):
             self._notes.ask(slot, super().__contains__(slot))
 
     def __contains__(self, slot: object) -> bool:
-        self._look(str(slot))
-        return super().__contains__(slot)
+        held = dict.__contains__(self, slot)
+        if slot not in self.settled:
+            self._notes.ask(str(slot), held)
+        return held
 
     def __getitem__(self, slot: str) -> Annots:
         self._look(slot)
