@@ -21,6 +21,9 @@ BLOCK_PX = 16
 
 EDGE_PX = 12
 FRAME_PX = 6
+EVENT_PX = (17, 15, 13)
+"""Sizes of the last line's text: the first one that it fits in."""
+
 INK, PAPER, SOFT, ALARM = (245, 245, 245), (24, 27, 33), (165, 172, 184), (214, 48, 49)
 BADGES: Mapping[str, tuple[int, int, int]] = {"Passed": (30, 132, 73), "Failed": ALARM, "NC": (84, 92, 105)}
 
@@ -66,12 +69,16 @@ def captioned(picture: Image, caption: Caption) -> Image:
         draw.rectangle((0, 0, picture.width - 1, picture.height - 1), outline=ALARM, width=FRAME_PX)
     top = picture.height + (height - picture.height - BAR_PX) // 2 + 8
     left = _written(draw, (EDGE_PX, top), f"{caption.time_s:.2f} s", 24, INK)
-    state = f"robot: {caption.state}" if caption.state else ""
-    pace = "  (slow motion)" if caption.slow else ""
-    _written(draw, (max(left + 24, 150), top), state + pace, 24, INK)
-    _badges(draw, (width - EDGE_PX, top + 2), caption.verdicts)
-    event = _fitting(draw, caption.event, width - 2 * EDGE_PX, 17)
-    _written(draw, (EDGE_PX, top + 34), event, 17, INK if caption.alarm else SOFT)
+    right = _badges(draw, (width - EDGE_PX, top + 2), caption.verdicts)
+    if caption.state:
+        left = max(left + 24, 150)
+        _written(draw, (left, top), _fitting(draw, f"robot: {caption.state}", right - left - EDGE_PX, 24), 24, INK)
+    if caption.slow:  # on the picture, whose pace it tells: the bar's first line may be full
+        _label(draw, (2 * EDGE_PX, picture.height - 2 * EDGE_PX), "slow motion")
+    room = width - 2 * EDGE_PX
+    size = next((size for size in EVENT_PX if draw.textlength(caption.event, font=_font(size)) <= room), EVENT_PX[-1])
+    event = _fitting(draw, caption.event, room, size)
+    _written(draw, (EDGE_PX, top + 34), event, size, INK if caption.alarm else SOFT)
     return frame
 
 
@@ -96,7 +103,16 @@ def blank(size: tuple[int, int], text: str) -> Image:
     return frame
 
 
-def _badges(draw: ImageDraw, corner: tuple[int, int], verdicts: Mapping[str, str]) -> None:
+def _label(draw: ImageDraw, corner: tuple[int, int], text: str) -> None:
+    """Write a text on the picture, up and right from a corner."""
+    left, bottom = corner
+    right = left + 24 + round(draw.textlength(text, font=_font(20)))
+    draw.rounded_rectangle((left, bottom - 34, right, bottom), radius=6, fill=PAPER)
+    _written(draw, (left + 12, bottom - 30), text, 20, INK)
+
+
+def _badges(draw: ImageDraw, corner: tuple[int, int], verdicts: Mapping[str, str]) -> int:
+    """Write verdicts side by side, the last one into the corner; returns where they begin."""
     right, top = corner
     for name, verdict in reversed(list(verdicts.items())):
         text = f"{name} {verdict}"
@@ -104,6 +120,7 @@ def _badges(draw: ImageDraw, corner: tuple[int, int], verdicts: Mapping[str, str
         draw.rounded_rectangle((left, top, right, top + 24), radius=5, fill=BADGES.get(verdict, SOFT))
         _written(draw, (left + 8, top + 3), text, 16, INK)
         right = left - 8
+    return right
 
 
 def _written(draw: ImageDraw, place: tuple[int, int], text: str, size: int, ink: tuple[int, int, int]) -> int:

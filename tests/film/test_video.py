@@ -11,7 +11,7 @@ pytest.importorskip("PIL", reason="films need Pillow")
 
 from PIL import Image
 
-from pytest_hricdv.film.caption import Caption, captioned
+from pytest_hricdv.film.caption import BADGES, EDGE_PX, Caption, captioned
 from pytest_hricdv.film.video import FRAMES_PER_S, Gif, Mp4, Video, has_encoder, video
 from tests.film.decoded import about, decoded
 
@@ -90,3 +90,24 @@ def test_a_frame_has_whole_blocks_and_leaves_its_picture_untouched(size: tuple[i
     assert result.height >= size[1] + 64
     assert result.getpixel((size[0] // 2, 1)) == (214, 48, 49)
     assert captioned(picture, Caption(1.0, "", {}, "")).getpixel((0, 0)) == (1, 2, 3)
+
+
+def test_slow_motion_is_told_on_the_picture() -> None:
+    picture = Image.new("RGB", (960, 432), (1, 2, 3))
+    slow, usual = (
+        captioned(picture, Caption(1.0, "Move_hand", {}, "a message", slow=is_slow)) for is_slow in (True, False)
+    )
+    assert slow.crop((0, 432, *slow.size)).tobytes() == usual.crop((0, 432, *usual.size)).tobytes()
+    assert slow.crop((0, 0, 960, 432)).tobytes() != usual.crop((0, 0, 960, 432)).tobytes()
+
+
+def test_a_long_state_ends_where_the_verdicts_begin() -> None:
+    picture = Image.new("RGB", (960, 432), (1, 2, 3))
+    verdicts = {f"R{number}": "Passed" for number in range(1, 8)}
+    named, nameless = (captioned(picture, Caption(1.0, state, verdicts, "")) for state in ("Move_hand" * 20, ""))
+    begin = min(x for x in range(960) if nameless.getpixel((x, 458)) == BADGES["Passed"])
+    assert (
+        named.crop((begin - EDGE_PX, 432, *named.size)).tobytes()
+        == nameless.crop((begin - EDGE_PX, 432, *named.size)).tobytes()
+    )
+    assert named.tobytes() != nameless.tobytes()
