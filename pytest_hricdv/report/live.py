@@ -46,6 +46,11 @@ def line(standing: Standing, columns: int) -> str:
     return fit(f"{start}: {_names(standing.running, columns - width(start) - 2)}", columns)
 
 
+def still(left_s: float, waiting_s: float, passed_s: float) -> float:
+    """Seconds that are left when some have passed since `left_s` were guessed: fewer, but what waits takes its time."""
+    return max(left_s - passed_s, waiting_s, 0.0)
+
+
 def left(seconds: float) -> str:
     """`about 40 s left`, `about 3 min left`, `about 2 h 10 min left`: as exact as a guess can be."""
     if seconds < 10:
@@ -76,11 +81,13 @@ class Below:
 
     Args:
         file: the terminal.
+        aside: the same terminal, for the line itself; what was written to `file` has to be flushed before it is shown.
         column: how many columns of the current line are written.
     """
 
-    def __init__(self, file: TextIO, column: Callable[[], int]) -> None:
+    def __init__(self, file: TextIO, aside: TextIO, column: Callable[[], int]) -> None:
         self._file = file
+        self._aside = aside
         self._column = column
         self._shown = ""
 
@@ -89,8 +96,8 @@ class Below:
         if text == self._shown:
             return
         self._shown = text
-        self._file.write(f"\n{_CLEAR_LINE}{text}{_UP}\x1b[{self._column() + 1}G")
-        self._file.flush()
+        self._aside.write(f"\n{_CLEAR_LINE}{text}{_UP}\x1b[{self._column() + 1}G")
+        self._aside.flush()
 
     def clear(self) -> None:
         """Take the line away."""
@@ -103,6 +110,10 @@ class Below:
         """See `io.TextIOBase`."""
         self.clear()
         return self._file.write(text)
+
+    def flush(self) -> None:
+        """See `io.TextIOBase`."""
+        self._file.flush()
 
     def __getattr__(self, name: str) -> object:
         return getattr(self._file, name)

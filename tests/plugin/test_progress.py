@@ -7,6 +7,7 @@ import pty
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 
 import pytest
 
@@ -19,8 +20,13 @@ STATUS = re.compile(
 RUN = (sys.executable, "-m", "pytest", "--hri-suite=by-hand")
 
 
-def on_a_terminal(project: pytest.Pytester, *options: str, **environment: str) -> tuple[list[str], list[str]]:
-    """Every lowest line that was ever shown, once each, in order; and all lines that are left in the end."""
+def on_a_terminal(
+    project: pytest.Pytester, *options: str, watch: Callable[[str], None] | None = None, **environment: str
+) -> tuple[list[str], list[str]]:
+    """Every lowest line that was ever shown, once each, in order; and all lines that are left in the end.
+
+    `watch` is called with all that is written, as it comes.
+    """
     ours, theirs = pty.openpty()
     environment = dict(os.environ) | {"TERM": "xterm", "COLUMNS": "80", "LINES": "24"} | environment
     with subprocess.Popen(
@@ -31,6 +37,8 @@ def on_a_terminal(project: pytest.Pytester, *options: str, **environment: str) -
         try:
             while part := os.read(ours, 65536):
                 written += part
+                if watch is not None:
+                    watch(written.decode(errors="replace"))
         except OSError:  # the other side is closed: all is read
             pass
         assert process.wait() == 0
@@ -56,6 +64,47 @@ def test_a_terminal_shows_how_far_and_what_is_running_and_keeps_nothing_of_it(
     assert sorted(dots.partition("py")[2].split("[")[0].strip() or dots.split("[")[0].strip()) == [".", ".", ".", "x"]
     assert [line for line in left if line.startswith("hri: ")] == ["hri: lamps, suite by-hand, seed 0, 4 tests"]
     assert "expected 4, reported 4" in left
+
+
+HURRIED = """
+import time
+from types import SimpleNamespace
+
+from pytest_hricdv import progress
+
+progress.time = SimpleNamespace(monotonic=lambda: 3000 * time.monotonic())  # to the line, a second is an hour
+progress._EVERY_S = 0.02
+"""
+LONG = """import time
+from pathlib import Path
+
+
+def test_lamps(hri_case):
+    before = len(list(Path().glob("done-*")))
+    began_s = time.monotonic()
+    while time.monotonic() - began_s < 0.3 if before < 3 else not Path("seen").exists():
+        time.sleep(0.01)
+        assert time.monotonic() - began_s < 30
+    Path(f"done-{before}").touch()
+    hri_case.check(hri_case.run())
+"""
+
+
+def test_time_left_goes_down_during_a_long_test(lamps: pytest.Pytester) -> None:
+    conftest = lamps.path / "conftest.py"
+    conftest.write_text(conftest.read_text() + HURRIED)
+    (lamps.path / "test_lamps.py").write_text(LONG)
+    told: list[str] = []
+
+    def seen(text: str) -> None:
+        told[:] = dict.fromkeys(re.findall(r"hri: 3 of 4, about (\d+) min left", text))
+        if len(told) > 5:  # more than the last test's beginning can have told
+            (lamps.path / "seen").touch()
+
+    on_a_terminal(lamps, watch=seen)
+    minutes = list(map(int, told))
+    assert len(minutes) > 5
+    assert minutes == sorted(minutes, reverse=True)
 
 
 GREEN = """

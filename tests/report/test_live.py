@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.report.line import width
-from pytest_hricdv.report.live import Below, Standing, left, line
+from pytest_hricdv.report.live import Below, Standing, left, line, still
 from tests.report.screen import Screen
 
 
@@ -42,6 +42,17 @@ def test_time_left_is_as_exact_as_a_guess(seconds: float, shown: str) -> None:
     assert left(seconds) == shown
 
 
+@pytest.mark.parametrize(
+    ("left_s", "waiting_s", "passed_s", "now_s"),
+    [(40.0, 30.0, 4.0, 36.0), (40.0, 30.0, 15.0, 30.0), (5.0, 0.0, 60.0, 0.0)],
+    ids=["counts down", "what waits takes its time", "later than guessed"],
+)
+def test_time_left_goes_down_while_nothing_happens(
+    left_s: float, waiting_s: float, passed_s: float, now_s: float
+) -> None:
+    assert still(left_s, waiting_s, passed_s) == now_s
+
+
 @given(
     st.builds(
         Standing,
@@ -72,7 +83,7 @@ def test_it_fits_whatever_the_names(standing: Standing, columns: int) -> None:
 )
 def test_what_others_write_looks_as_if_the_line_was_never_there(steps: list[tuple[str, str]], rows: int) -> None:
     file, plain = io.StringIO(), Screen()
-    below = Below(file, lambda: len(written.rpartition("\n")[2]))
+    below = Below(file, file, lambda: len(written.rpartition("\n")[2]))
     written = ""
     for step, text in steps:
         if step == "show":
