@@ -173,7 +173,7 @@ def _events(record: Record) -> list[tuple[float, str]]:
 
 def _alarms(verdicts: Sequence[Verdict]) -> list[Alarm]:
     found = [
-        Alarm(each.time_s, verdict.requirement, f"{verdict.requirement} {violation(asdict(each))}")
+        Alarm(each.time_s, verdict.requirement, f"{verdict.requirement} {violation(asdict(each), {})}")
         for verdict in verdicts
         for each in verdict.violations
     ]

@@ -92,7 +92,8 @@ class HriRun:
         if result.failed and all(requirement in known for requirement in result.failed):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in result.failed))
         if result.failed:
-            text = terminal.failure(entry, self._running.texts, seed=None, known=known)
+            units = self._running.collecting.testbench.units
+            text = terminal.failure(entry, self._running.texts, seed=None, known=known, units=units)
             pytest.fail(text, pytrace=False)
 
     def __repr__(self) -> str:

@@ -181,7 +181,8 @@ class Running:
         if not amiss and all(requirement in known for requirement in failed):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed))
         entry = self._entry(case, nodeid) | {"nodeid": self.shown(nodeid), "failure": amiss}
-        pytest.fail(terminal.failure(entry, self.texts, known=known, **self._again(case)), pytrace=False)
+        units = self.collecting.testbench.units
+        pytest.fail(terminal.failure(entry, self.texts, known=known, units=units, **self._again(case)), pytrace=False)
 
     def shown(self, nodeid: str) -> str:
         """The node id as it can be given to pytest in the folder where the run was started."""

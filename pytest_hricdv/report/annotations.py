@@ -39,7 +39,7 @@ def _violations(report: Mapping[str, Any], places: Mapping[str, Place]) -> Itera
             continue
         worst = min(failed, key=lambda test: (_margin(test, name), test["id"]))
         title = report["requirements"][name].get("title", "")
-        found = [violation(each) for each in worst["requirements"][name]["violations"][:1]]
+        found = [violation(each, report.get("units", {})) for each in worst["requirements"][name]["violations"][:1]]
         lines = [title, f"worst is {worst['id']}", *found, *again(report, worst)]
         yield _command(worst["nodeid"], f"{name} failed in {plural(len(failed), 'test')}", "\n".join(lines), places)
 

@@ -46,7 +46,10 @@ def detail(report: Mapping[str, Any], test: Mapping[str, Any]) -> dict[str, Any]
         "acted": [round(time_s, 3) for time_s in test.get("acted_s", ())],
         "actions": [_action(each) for each in concrete.get("actions", ())],
         "run": {key: _values(value) for key, value in concrete.items() if key != "actions"},
-        "verdicts": [_verdict(name, test["requirements"][name]) for name in sorted(test["requirements"], key=natural)],
+        "verdicts": [
+            _verdict(name, test["requirements"][name], report.get("units", {}))
+            for name in sorted(test["requirements"], key=natural)
+        ],
         "failure": test.get("failure") or "",
         "again": "\n".join(_again(report, test)),
         "facts": {name: value for name, value in facts.items() if value},
@@ -71,7 +74,7 @@ def _values(values: Any) -> str:
     return ", ".join(f"{name} {quantity(values[name])}" for name in sorted(values))
 
 
-def _verdict(name: str, verdict: Mapping[str, Any]) -> dict[str, Any]:
+def _verdict(name: str, verdict: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, Any]:
     margin = verdict["margin"]
     at_s = verdict.get("margin_time_s")
     miss = verdict.get("nearest_miss")
@@ -81,7 +84,7 @@ def _verdict(name: str, verdict: Mapping[str, Any]) -> dict[str, Any]:
         "counts": explanation.counts(verdict),
         "margin": "" if margin is None else quantity(margin) + ("" if at_s is None else f" at {seconds(at_s)}"),
         "miss": explanation.nearest_miss(miss) if miss else "",
-        "violations": [explanation.violation(each) for each in verdict["violations"]],
+        "violations": [explanation.violation(each, units) for each in verdict["violations"]],
         "times": [each["time_s"] for each in verdict["violations"] if each.get("time_s") is not None],
     }
 

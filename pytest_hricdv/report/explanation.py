@@ -19,6 +19,7 @@ def failure(
     seed: int | None,
     suite: str | None = None,
     known: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
     more: Sequence[str] = (),
     file: str | None = None,
 ) -> str:
@@ -30,6 +31,7 @@ def failure(
         seed: the suite's seed, for the line that runs the test again; None for a test that no suite has.
         suite: what `--hri-suite` was given, for the same; the suite's name where not said, empty in a replay.
         known: violations that are known, name to reason; they are told last and do not count as the cause.
+        units: of signals, name to unit.
         more: further options for the line that runs the test again.
         file: the test's replay file, where there is one.
 
@@ -41,7 +43,7 @@ def failure(
     failed.sort(key=lambda name: name in reasons)
     lines: list[str] = []
     for name in failed:
-        lines += [*_requirement(name, test, requirements.get(name, {}), reasons.get(name)), ""]
+        lines += [*_requirement(name, test, requirements.get(name, {}), reasons.get(name), units or {}), ""]
     if test.get("failure"):
         lines += [*str(test["failure"]).strip("\n").splitlines(), ""]
     lines += [*_rest(test, failed), *_course(test), "", *_actions(test, _first_violation_s(test, failed[:1])), ""]
@@ -75,8 +77,13 @@ def course(test: Mapping[str, Any]) -> str:
     return "\n".join(visible(line) for line in [*lines, *_course(test), "", *_actions(test)])
 
 
-def violation(found: Mapping[str, Any]) -> str:
-    """One violation in a line: `triggered at 41.2 s, violated at 51.2 s: hand_distance = 0.03 (margin -0.02)`."""
+def violation(found: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    """One violation in a line: `triggered at 41.2 s, violated at 51.2 s: hand_distance = 0.03 m (margin -0.02)`.
+
+    Args:
+        found: a violation of the report.
+        units: of signals, name to unit, so far as they are known.
+    """
     parts = []
     if found.get("trigger_s") is not None:
         parts.append(f"triggered at {seconds(found['trigger_s'])}")
@@ -85,7 +92,8 @@ def violation(found: Mapping[str, Any]) -> str:
     text = ", ".join(parts) or "violated"
     values = found.get("values") or {}
     if values:
-        text += ": " + ", ".join(f"{name} = {quantity(values[name])}" for name in sorted(values, key=natural))
+        told = (f"{name} = {quantity(values[name])} {units.get(name, '')}" for name in sorted(values, key=natural))
+        text += ": " + ", ".join(map(str.rstrip, told))
     if found.get("margin") is not None:
         text += f" (margin {quantity(found['margin'])})"
     return text
@@ -111,7 +119,9 @@ def nearest_miss(found: Mapping[str, Any]) -> str:
     return f"nearest at {seconds(found['time_s'])}: {only}{shown} {verb} missing{distance}"
 
 
-def _requirement(name: str, test: Mapping[str, Any], described: Mapping[str, Any], known: str | None) -> Iterator[str]:
+def _requirement(
+    name: str, test: Mapping[str, Any], described: Mapping[str, Any], known: str | None, units: Mapping[str, str]
+) -> Iterator[str]:
     verdict = _verdict(test, name)
     title = f": {described['title']}" if described.get("title") else ""
     yield f"{name} Failed{title}"
@@ -123,7 +133,7 @@ def _requirement(name: str, test: Mapping[str, Any], described: Mapping[str, Any
         yield f"  source      {described['source']}"
     shown: Sequence[Mapping[str, Any]] = verdict["violations"][:_MAX_VIOLATIONS]
     for found in shown:
-        yield f"  {violation(found)}"
+        yield f"  {violation(found, units)}"
     if len(verdict["violations"]) > len(shown):
         yield f"  and {plural(len(verdict['violations']) - len(shown), 'more violation')}"
     yield f"  {counts(verdict)}{_worst(verdict)}"

@@ -121,7 +121,7 @@ def _context(report: Mapping[str, Any]) -> dict[str, Any]:
         "requirements": [judged.requirement(report, name) for name in names],
         "texts": {"code": texts.code(report), "plans": texts.models(report)},
         "troubled": [test for test in report["tests"] if test["outcome"] in ("failed", "error", "not-run")],
-        "violation": explanation.violation,
+        "violation": lambda found: explanation.violation(found, report.get("units", {})),
         "nearest_miss": explanation.nearest_miss,
         "styles": Markup("\n".join(_asset(f"{name}.css") for name in _STYLES)),
         "libraries": [Markup(_asset(f"vendor/{name}.js")) for name in ("d3.min", "plot.umd.min")],

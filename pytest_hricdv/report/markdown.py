@@ -123,7 +123,7 @@ def _failure(report: Mapping[str, Any], test: Mapping[str, Any]) -> Iterator[str
     yield ""
     for name in names:
         for found in test["requirements"][name]["violations"][:1]:
-            yield f"- {_plain(name)} {_plain(violation(found))}"
+            yield f"- {_plain(name)} {_plain(violation(found, report.get('units', {})))}"
     if not names:
         yield from (f"- {_plain(line)}" for line in str(test.get("failure", "")).strip().splitlines()[:1])
     yield ""

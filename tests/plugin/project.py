@@ -64,6 +64,7 @@ def pytest_hricdv_testbench(config):
         requirements=HERE / "requirements.toml",
         messages=(Answer, Greeting, Switched, Wish),
         signals={"lamp_level": float},
+        units={"lamp_level": "%"},
         code=("lamps",),
         run=run,
         by_hand=HERE / "by_hand.toml",
