@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import argparse
 import os
-import resource
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 from benchmarks.end_to_end import ROOT, machine
 
@@ -35,21 +36,24 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tests", type=int, default=1000, metavar="N", help="tests of each process (default 1000)")
     count = max(FIRST, parser.parse_args().tests)
-    print(f"machine: {machine()}\nmemory after so many tests, and at most while the report was written:")
-    for name, figures in {**watched(count, []), **watched(2 * count, ["-n", "2"])}.items():
-        print(f"{name:12} {figures}", flush=True)
+    print(
+        f"machine: {machine()}\nmemory after so many tests, and the most, which is when the report is written:",
+        flush=True,
+    )
+    for workers in (0, 2):
+        for name, figures in watched(count, workers).items():
+            print(f"{name:12} {figures}", flush=True)
 
 
-def watched(count: int, workers: list[str]) -> dict[str, str]:
-    """Process -> its figures, of a session with at least so many tests."""
-    processes = 2 if workers else 1
+def watched(count: int, workers: int) -> dict[str, str]:
+    """Process -> its figures, of a session in which each process that runs tests runs so many."""
+    processes = max(1, workers)
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "pytest", "-q", "-p", "benchmarks.memory", "-o", f"cache_dir={folder}/cache"]
-        command += ["--hri-suite=rl", f"--hri-concretizations={-(-count // SUITE)}", f"--hri-report={folder}/report"]
-        environment = {**os.environ, FIGURES: folder, TESTS: str(count // processes)}
-        process = subprocess.run(
-            [*command, *workers], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
-        )
+        command += ["--hri-suite=rl", f"--hri-concretizations={-(-count * processes // SUITE)}"]
+        command += [f"--hri-report={folder}/report", *(["-n", str(workers)] if workers else [])]
+        environment = {**os.environ, FIGURES: folder, TESTS: str(count)}
+        process = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
         files = sorted(Path(folder).glob("*.figures"))
         if len(files) < processes:
             sys.exit(process.stdout + process.stderr)
@@ -57,47 +61,66 @@ def watched(count: int, workers: list[str]) -> dict[str, str]:
 
 
 class Watch:
-    """Notes the resident memory after the first tests, half-way, and after the last; then ends the session."""
+    """Notes the memory of a process that runs tests: after the first ones, half-way, after the last; and the most."""
 
     def __init__(self, name: str, count: int, folder: Path) -> None:
         self._file = folder / f"{name}.figures"
         self._count = count
         self._done = 0
-        self._session: Any = None
 
-    def pytest_sessionstart(self, session: Any) -> None:
-        """Called in each process."""
-        self._session = session
-
+    @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_logfinish(self) -> None:
-        """Called once a test, in the process that ran it."""
+        """Called once a test."""
         self._done += 1
-        if self._done == self._count:
-            self._session.shouldstop = "measured"
         if self._done in (FIRST, self._count // 2, self._count):
-            self._note(f"{self._done}: {resident_mb():.0f} MB  ")
+            self._note(f"{self._done}: {memory_mb('VmRSS'):.0f} MB  ")
 
     def pytest_unconfigure(self) -> None:
         """Called when all is over."""
-        self._note(f"most: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000 * 1.024:.0f} MB")
+        self._note(f"most: {memory_mb('VmHWM'):.0f} MB")
 
     def _note(self, text: str) -> None:
         with self._file.open("a", encoding="utf-8") as file:
             file.write(text)
 
 
-def resident_mb() -> float:
-    """Resident memory of this process (MB; Linux)."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+class Stop:
+    """Ends the session when each process has run its tests; for the controlling process, or the only one."""
+
+    def __init__(self, count: int, folder: Path, processes: int) -> None:
+        self._done = f"{count}: "
+        self._folder = folder
+        self._processes = processes
+        self._session: Any = None
+
+    def pytest_sessionstart(self, session: Any) -> None:
+        """The session that is to be ended."""
+        self._session = session
+
+    def pytest_runtest_logfinish(self) -> None:
+        """Called once a test."""
+        done = [file for file in self._folder.glob("*.figures") if self._done in file.read_text(encoding="utf-8")]
+        if len(done) == self._processes:
+            self._session.shouldstop = "measured"
+
+
+def memory_mb(kind: str) -> float:
+    """Memory of this process (MB; Linux): `VmRSS`, what it occupies now, or `VmHWM`, the most that it did so far."""
+    status = Path("/proc/self/status").read_text(encoding="ascii")
+    return next(int(line.split()[1]) for line in status.splitlines() if line.startswith(f"{kind}:")) * 1024 / 1e6
 
 
 def pytest_configure(config: Any) -> None:
-    """Watch, in each process of the session that runs tests."""
-    name = "one process" if not config.getoption("numprocesses", None) else ""
-    name = f"worker {config.workerinput['workerid']}" if hasattr(config, "workerinput") else name
-    if FIGURES in os.environ and name:
-        config.pluginmanager.register(Watch(name, int(os.environ[TESTS]), Path(os.environ[FIGURES])))
+    """Watch, in the processes that the command started."""
+    if FIGURES not in os.environ:
+        return
+    count, folder, workers = int(os.environ[TESTS]), Path(os.environ[FIGURES]), config.getoption("numprocesses", None)
+    if hasattr(config, "workerinput"):
+        config.pluginmanager.register(Watch(f"worker {config.workerinput['workerid']}", count, folder))
+        return
+    if not workers:
+        config.pluginmanager.register(Watch("one process", count, folder))
+    config.pluginmanager.register(Stop(count, folder, workers or 1))
 
 
 if __name__ == "__main__":

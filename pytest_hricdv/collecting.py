@@ -41,7 +41,7 @@ class Collecting:
     def __init__(self, config: pytest.Config, options: Options) -> None:
         self.config = config
         self.options = options
-        self._skimming = Skimming()
+        self._skimming = Skimming([*config.getini("python_functions"), *config.getini("python_classes")])
 
     @cached_property
     def testbench(self) -> Testbench:

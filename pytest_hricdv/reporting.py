@@ -166,7 +166,12 @@ class Reporting:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Iterator[None]:
-        """After the last test, or the last before -x or Ctrl-C: writes the report, and lets gates fail the session."""
+        """After the last test, or the last before -x or Ctrl-C: writes the report, and lets gates fail the session.
+
+        What does not depend on results is worked out first: with xdist, while the workers start.
+        """
+        if not session.config.getoption("collectonly"):
+            _ = self._proof, self._models
         try:
             result = yield
         except session.Failed:
@@ -269,7 +274,7 @@ class Reporting:
             sizes=Counter(case.suite for case in self.collecting.everything),
             shard=str(self.options.shard or ""),
             rerun=Rerun(self.options.suites, self.options.again),
-            models=self._models(),
+            models=self._models,
             products=self._proof.products,
             exploration=self._proof.exploration,
         )
@@ -285,6 +290,7 @@ class Reporting:
                 self.problems.append(str(error))
         return Proof({}, {name: list_product(each, {}, {}) for name, each in testbench.cross.items()})
 
+    @cached_property
     def _models(self) -> Entry:
         """The models' text. A suite that came from files does without them, and says nothing when they are broken."""
         try:

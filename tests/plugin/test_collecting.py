@@ -92,6 +92,8 @@ BROKEN = "raise ImportError('whoever imports this file fails')\n"
 @pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
 def test_files_without_generated_tests_are_not_even_imported(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     (lamps.path / "test_others.py").write_text(BROKEN, encoding="utf-8")
+    (lamps.path / "test_classes.py").write_text(f"class Mine(dict):\n    pass\n\n\n{BROKEN}", encoding="utf-8")
+    (lamps.path / "test_texts.py").write_text(f"TEXT = 'def test_it(hri_case): pass'\n{BROKEN}", encoding="utf-8")
     assert lamps.runpytest_inprocess("--hri-suite=by-hand", *options).ret == 0
 
 
@@ -113,11 +115,19 @@ def test_files_without_generated_tests_are_imported_where_they_were_asked_for(la
             "from mine import (\n    Base,\n    TestMore,\n)\n",
             {"mine.py": "CLASS\n\n\nclass TestMore(Base):\n    pass\n"},
         ),
+        ("import test_lamps\n\nif True:\n    test_more = test_lamps.test_lamps\n", {}),
+        (
+            "import mine\n\n\nclass CheckMore(mine.Base):\n    pass\n",
+            {"mine.py": "CLASS", "pytest.ini": "CLASSES"},
+        ),
         ("def test_more(lit):\n    lit.check(lit.run())\n", {"deep/conftest.py": "FIXTURE"}),
         ("def test_more(lit):\n    lit.check(lit.run())\n", {"conftest.py": "IMPORTED", "mine.py": "FIXTURE"}),
         ("def test_more(lit):\n    lit.check(lit.run())\n", {"pytest.ini": "PLUGIN", "mine.py": "FIXTURE"}),
     ],
-    ids=["by name", "imported", "with a star", "base class", "over lines", "fixture", "its import", "plugin"],
+    ids=[
+        *("by name", "imported", "with a star", "base class", "over lines", "assigned", "other names"),
+        *("fixture", "its import", "plugin"),
+    ],
 )
 def test_generated_tests_in_disguise_are_found(lamps: pytest.Pytester, text: str, beside: dict[str, str]) -> None:
     parts = {
@@ -131,6 +141,8 @@ def test_generated_tests_in_disguise_are_found(lamps: pytest.Pytester, text: str
             change(lamps.path, name, "from pathlib import Path\n", "from pathlib import Path\n\nfrom mine import lit\n")
         elif content == "PLUGIN":
             change(lamps.path, name, "-p no:hypothesispytest", "-p no:hypothesispytest -p mine")
+        elif content == "CLASSES":
+            change(lamps.path, name, "[pytest]\n", "[pytest]\npython_classes = Test Check\n")
         else:
             made = content.replace("CLASS", parts["CLASS"]).replace("FIXTURE", parts["FIXTURE"])
             (lamps.path / name).write_text(made, encoding="utf-8")
