@@ -276,20 +276,18 @@ class Run:
         return True
 
     def _end_waits(self) -> None:
-        for agent in self.agents.values():
+        for agent in self._order:
             if agent.waits or agent.questions:
                 agent.end_waits(self.ticks)
-                if agent.has_work():
+                if not agent.awake and agent.has_work():
                     self.wake(agent)
         self._find_earliest_deadline()
 
     def _find_earliest_deadline(self) -> None:
         earliest = math.inf
         for agent in self._order:
-            for wait in agent.waits:
-                if wait.deadline is not None and wait.deadline < earliest:
-                    earliest = wait.deadline
-            for question in agent.questions.values():
-                if question.deadline is not None and question.deadline < earliest:
-                    earliest = question.deadline
+            if agent.waits or agent.questions:
+                for waiting in (*agent.waits, *agent.questions.values()):
+                    if waiting.deadline is not None and waiting.deadline < earliest:
+                        earliest = waiting.deadline
         self.earliest_deadline = earliest
