@@ -287,7 +287,7 @@ class Run:
         earliest = math.inf
         for agent in self._order:
             if agent.waits or agent.questions:
-                for waiting in (*agent.waits, *agent.questions.values()):
-                    if waiting.deadline is not None and waiting.deadline < earliest:
-                        earliest = waiting.deadline
+                deadlines = [wait.deadline for wait in agent.waits]
+                deadlines += [question.deadline for question in agent.questions.values()]
+                earliest = min([earliest, *(deadline for deadline in deadlines if deadline is not None)])
         self.earliest_deadline = earliest
