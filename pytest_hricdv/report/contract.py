@@ -108,7 +108,7 @@ def _finite(value: object) -> bool:
         return math.isfinite(cast(float, value))
     if kind is dict:
         return all(map(_finite, cast("dict[str, object]", value).values()))
-    return all(map(_finite, cast("list[object]", value))) if kind is list else True
+    return all(map(_finite, cast("list[object]", value))) if kind in (list, tuple) else True
 
 
 def _referred(reference: str, root: Mapping[str, Any]) -> Mapping[str, Any]:

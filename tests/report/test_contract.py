@@ -85,6 +85,12 @@ def test_bad_report_is_refused_with_its_place(change: Callable[[Report], None], 
     assert message in "\n".join(faults(report))
 
 
+@pytest.mark.parametrize("value", [float("nan"), [{"x": (1.0, float("inf"))}], {"y": [float("-inf")]}])
+def test_a_number_that_is_none_is_found_where_nothing_else_is_asked(value: object) -> None:
+    (found,) = faults(GOOD | {"more": value})
+    assert found.startswith("report.more")
+
+
 def test_not_a_report_is_refused() -> None:
     assert faults([1]) == ["report: expected object, found [1]"]
 
