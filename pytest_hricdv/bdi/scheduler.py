@@ -276,18 +276,20 @@ class Run:
         return True
 
     def _end_waits(self) -> None:
-        for agent in self._order:
+        for agent in self.agents.values():
             if agent.waits or agent.questions:
                 agent.end_waits(self.ticks)
-                if not agent.awake and agent.has_work():
+                if agent.has_work():
                     self.wake(agent)
         self._find_earliest_deadline()
 
     def _find_earliest_deadline(self) -> None:
         earliest = math.inf
         for agent in self._order:
-            if agent.waits or agent.questions:
-                deadlines = [wait.deadline for wait in agent.waits]
-                deadlines += [question.deadline for question in agent.questions.values()]
-                earliest = min([earliest, *(deadline for deadline in deadlines if deadline is not None)])
+            for wait in agent.waits:
+                if wait.deadline is not None and wait.deadline < earliest:
+                    earliest = wait.deadline
+            for question in agent.questions.values():
+                if question.deadline is not None and question.deadline < earliest:
+                    earliest = question.deadline
         self.earliest_deadline = earliest
