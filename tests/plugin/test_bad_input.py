@@ -181,12 +181,16 @@ def test_files(lamps: pytest.Pytester, mode: tuple[str, ...], name: str, old: st
             "signals is ['lamp_level']; expected the physical signals, name ->",
         ),
         (
-            '{"lamp_level": float},',
-            '{"lamp_level": float}, units={"lamp": "%"},',
+            'units={"lamp_level": "%"}',
+            'units={"lamp": "%"}',
             "units has 'lamp', which is no signal; there are ['lamp_level']",
         ),
         ('{"lamp_level": float}', '{"lamp_level": str}', "signal 'lamp_level': expected the type bool or float, got"),
-        ('{"lamp_level": float}', '{"until": float}', "signal 'until': this is a keyword of the requirement language"),
+        (
+            '"lamp_level": float',
+            '"lamp_level": float, "until": float',
+            "signal 'until': this is a keyword of the requirement language",
+        ),
         (
             '"curt"), "wish"',
             '"bright"), "wish"',
