@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.end_to_end import machine
-from pytest_hricdv.closing import close
+from pytest_hricdv.closure.closing import close
 from pytest_hricdv.report import load, write
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")

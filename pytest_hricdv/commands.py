@@ -11,20 +11,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv import baseline
-from pytest_hricdv.allowance import Allowance, AllowanceError, allowances
-from pytest_hricdv.baseline import BaselineError
-from pytest_hricdv.bound import KINDS, Bound, BoundError, bound
-from pytest_hricdv.closing import Entry
-from pytest_hricdv.exporting import write as export
-from pytest_hricdv.exports import FILES, Exports
-from pytest_hricdv.gates import Gates
-from pytest_hricdv.gating import Judgement, judge
+from pytest_hricdv.closure.closing import Entry
+from pytest_hricdv.closure.merging import MergeError, expected, merge, missing_shards, sessions_of
+from pytest_hricdv.closure.minimal import enough
+from pytest_hricdv.gates import baseline
+from pytest_hricdv.gates.allowance import Allowance, AllowanceError, allowances
+from pytest_hricdv.gates.baseline import BaselineError
+from pytest_hricdv.gates.bound import KINDS, Bound, BoundError, bound
+from pytest_hricdv.gates.gates import Gates
+from pytest_hricdv.gates.gating import Judgement, judge
 from pytest_hricdv.generate.text import dump_tests
-from pytest_hricdv.merging import MergeError, expected, merge, missing_shards, sessions_of
-from pytest_hricdv.minimal import enough
 from pytest_hricdv.report import ReportError, load, write
 from pytest_hricdv.report.files import write_text
+from pytest_hricdv.session.exporting import write as export
+from pytest_hricdv.session.exports import FILES, Exports
 
 OK, FAILED, USAGE = 0, 1, 2
 

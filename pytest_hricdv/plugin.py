@@ -9,14 +9,14 @@ import pytest
 
 if TYPE_CHECKING:
     from pytest_hricdv.handmade import HriRun
-    from pytest_hricdv.options import Options
+    from pytest_hricdv.session.options import Options
 
 NO_SUITE = "no suite is active: choose one with --hri-suite=NAME|PATH, or with hri_suite in the ini file"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Registers options and ini keys."""
-    from pytest_hricdv.options import add_options
+    from pytest_hricdv.session.options import add_options
 
     add_options(parser)
 
@@ -44,7 +44,7 @@ def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Registers the plugin's objects, and only when a suite is active."""
-    from pytest_hricdv.options import read_options
+    from pytest_hricdv.session.options import read_options
 
     options = read_options(config)
     if options.suites or options.replay:
@@ -52,12 +52,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _register(config: pytest.Config, options: Options) -> None:
-    from pytest_hricdv.collecting import Collecting, worker_input
-    from pytest_hricdv.exporting import Exporting
-    from pytest_hricdv.exports import Exports
-    from pytest_hricdv.progress import Progress
-    from pytest_hricdv.reporting import Reporting
-    from pytest_hricdv.running import Running
+    from pytest_hricdv.session.collecting import Collecting, worker_input
+    from pytest_hricdv.session.exporting import Exporting
+    from pytest_hricdv.session.exports import Exports
+    from pytest_hricdv.session.progress import Progress
+    from pytest_hricdv.session.reporting import Reporting
+    from pytest_hricdv.session.running import Running
 
     collecting = Collecting(config, options)
     running = Running(collecting)
@@ -76,8 +76,8 @@ def pytest_collection(session: pytest.Session) -> Iterator[None]:
     try:
         return (yield)
     except pytest.UsageError as error:
-        from pytest_hricdv.absent import hint
-        from pytest_hricdv.options import read_options
+        from pytest_hricdv.session.absent import hint
+        from pytest_hricdv.session.options import read_options
 
         active = session.config.pluginmanager.hasplugin("hricdv-collecting")
         more = hint(session.config.args, read_options(session.config) if active else None)

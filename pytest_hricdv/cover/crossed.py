@@ -16,7 +16,7 @@ def list_product(product: CrossProduct, proof: Mapping[str, Any], by_model: Mapp
     """What a report holds of a declared cross product.
 
     Args:
-        proof: what is known of the model (see `pytest_hricdv.proving`).
+        proof: what is known of the model (see `pytest_hricdv.closure.proving`).
         by_model: the bins that the model proves impossible, each with the reason.
     """
     ruled_out = {each: (reason, BY_DECLARATION) for each, reason in product.ruled_out.items()}

@@ -6,7 +6,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from pytest_hricdv.closing import close
+from pytest_hricdv.closure.closing import close
 from pytest_hricdv.cover.listing import list_bits
 from pytest_hricdv.cover.source import Bits
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pytest_hricdv.closing import close
-from pytest_hricdv.merging import MergeError, expected, merge, missing_shards
+from pytest_hricdv.closure.closing import close
+from pytest_hricdv.closure.merging import MergeError, expected, merge, missing_shards
 from pytest_hricdv.report import faults
 from pytest_hricdv.report.files import canonical
 from tests.cover import reports as made

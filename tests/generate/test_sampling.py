@@ -110,7 +110,9 @@ def test_strategies_say_what_they_cannot_draw() -> None:
 
 
 def test_the_plugin_loads_without_hypothesis() -> None:
-    code = "import sys; sys.modules['hypothesis'] = None; import pytest_hricdv.testbench, pytest_hricdv.suites\n"
+    code = (
+        "import sys; sys.modules['hypothesis'] = None; import pytest_hricdv.testbench, pytest_hricdv.session.suites\n"
+    )
     code += "try:\n    import pytest_hricdv.strategies\nexcept ImportError as error:\n    print(error)"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout == "pytest_hricdv.strategies needs Hypothesis: pip install hypothesis\n"

@@ -6,10 +6,10 @@ import pytest
 
 import conftest
 from pytest_hricdv.case import CaseResult
+from pytest_hricdv.closure.results import measured
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import junit
 from pytest_hricdv.report.html import PAGE_NAME, pages
-from pytest_hricdv.results import measured
 from sim.engine import SimulationError
 from tests.hri import bench
 from tests.report import sample

@@ -15,7 +15,7 @@ for _name in (
     "pytest_hricdv.generate.explorer",
     "pytest_hricdv.monitor.elaborate",
     "pytest_hricdv.report.html",
-    "pytest_hricdv.reporting",
+    "pytest_hricdv.session.reporting",
 ):
     # Loaded once: runs of pytest in this process drop what they loaded themselves, and extension modules like the
     # tracer do not take well to being loaded again.

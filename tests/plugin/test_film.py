@@ -134,7 +134,7 @@ def test_the_time_of_the_test_is_without_its_film(filmed: pytest.Pytester) -> No
 def test_no_more_than_a_few_failures_of_a_requirement_are_filmed_and_the_others_say_so(
     filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pytest_hricdv.filming.FILMS_EACH", 1)
+    monkeypatch.setattr("pytest_hricdv.session.filming.FILMS_EACH", 1)
     result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film")
     first, second = sorted(films(filmed.path).values(), key=lambda film: film["note"])
     assert (first["note"], second["video"]) == ("", None)
@@ -172,7 +172,7 @@ def test_what_cannot_be_filmed_is_refused_before_the_run(lamps: pytest.Pytester,
 
 
 def test_without_pillow_the_extra_is_named(filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pytest_hricdv.filming.find_spec", lambda name: None)
+    monkeypatch.setattr("pytest_hricdv.session.filming.find_spec", lambda name: None)
     result = filmed.runpytest_inprocess("--hri-suite=by-hand", "--hri-film")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert '--hri-film: Pillow is not installed: pip install "pytest-hricdv[sim]"' in result.stderr.str()

@@ -70,7 +70,7 @@ HURRIED = """
 import time
 from types import SimpleNamespace
 
-from pytest_hricdv import progress
+from pytest_hricdv.session import progress
 
 progress.time = SimpleNamespace(monotonic=lambda: 3000 * time.monotonic())  # to the line, a second is an hour
 progress._EVERY_S = 0.02

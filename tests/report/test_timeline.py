@@ -8,9 +8,9 @@ from array import array
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_hricdv.closure.timeline import SPANS, thinned, timeline
 from pytest_hricdv.monitor import Attempt, Verdict
 from pytest_hricdv.runtime import Recorder
-from pytest_hricdv.timeline import SPANS, thinned, timeline
 
 changes = st.lists(st.tuples(st.floats(0.001, 2.0), st.integers(-5, 5).map(float)), min_size=1, max_size=4 * SPANS)
 

@@ -16,8 +16,8 @@ from pytest_hricdv.case import CaseResult
 from pytest_hricdv.film import shooting
 from pytest_hricdv.film.caption import ALARM
 from pytest_hricdv.film.video import FRAMES_PER_S, has_encoder
-from pytest_hricdv.filming import FOLDER, Filming
 from pytest_hricdv.runtime import Recorder
+from pytest_hricdv.session.filming import FOLDER, Filming
 from sim.engine import bullet
 from sim.film import GAP_PX, HAND_PX, HEIGHT_PX, SCENE_PX, Camera, visible
 from sim.world import World

@@ -8,18 +8,19 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv import replaying
 from pytest_hricdv.case import HriCase
-from pytest_hricdv.options import SESSION_DAY, Options
-from pytest_hricdv.replaying import Given
-from pytest_hricdv.skimming import CASE, Skimming
-from pytest_hricdv.suites import Selected, cases, from_text, selected_suites, to_text
+from pytest_hricdv.closure.selected import Selected
+from pytest_hricdv.session import replaying
+from pytest_hricdv.session.options import SESSION_DAY, Options
+from pytest_hricdv.session.replaying import Given
+from pytest_hricdv.session.skimming import CASE, Skimming
+from pytest_hricdv.session.suites import cases, from_text, selected_suites, to_text
 from pytest_hricdv.testbench import Testbench, TestbenchError, checked, lacking
 
 WORKER_INPUT = "hricdv_suites"
 ONLY_CASES = "hricdv_only_cases"
 REPLAYS = "hricdv_replays"
-PACKAGE = Path(__file__).parent
+PACKAGE = Path(__file__).parents[1]
 
 
 def worker_input(config: pytest.Config) -> dict[str, object] | None:

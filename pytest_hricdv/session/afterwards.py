@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from pytest_hricdv.case import HriCase
-from pytest_hricdv.closing import Entry
+from pytest_hricdv.closure.closing import Entry
 from pytest_hricdv.monitor import Requirement
-from pytest_hricdv.options import Options
-from pytest_hricdv.rerunning import Rerunning
 from pytest_hricdv.search.budget import Budget
-from pytest_hricdv.searching import Searching
-from pytest_hricdv.shrinking import Shrinking, worst
+from pytest_hricdv.session.options import Options
+from pytest_hricdv.session.rerunning import Rerunning
+from pytest_hricdv.session.searching import Searching
+from pytest_hricdv.session.shrinking import Shrinking, worst
 
 
 @dataclass

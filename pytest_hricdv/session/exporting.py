@@ -15,9 +15,9 @@ from pytest_hricdv.report.annotations import Place, commands
 from pytest_hricdv.report.files import ReportError
 
 if TYPE_CHECKING:
-    from pytest_hricdv.closing import Entry
-    from pytest_hricdv.exports import Exports
-    from pytest_hricdv.reporting import Reporting
+    from pytest_hricdv.closure.closing import Entry
+    from pytest_hricdv.session.exports import Exports
+    from pytest_hricdv.session.reporting import Reporting
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
-from pytest_hricdv.closing import Entry
+from pytest_hricdv.closure.closing import Entry
 from pytest_hricdv.cover.cross import Bin, CrossProduct
 from pytest_hricdv.cover.crossed import list_product
 from pytest_hricdv.cover.source import CoverError

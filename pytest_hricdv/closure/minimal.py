@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.closing import Entry
+from pytest_hricdv.closure.closing import Entry
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.report import ReportError

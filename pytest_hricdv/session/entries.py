@@ -6,7 +6,7 @@ import json
 import zlib
 from collections.abc import KeysView
 
-from pytest_hricdv.closing import Entry
+from pytest_hricdv.closure.closing import Entry
 
 FASTEST = 1
 """Level of compression: a quarter of the size in half a millisecond; the best one saves little more."""

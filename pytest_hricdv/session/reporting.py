@@ -14,26 +14,26 @@ from importlib.metadata import version
 
 import pytest
 
-from pytest_hricdv import filming
-from pytest_hricdv.absent import hint
-from pytest_hricdv.afterwards import Afterwards
 from pytest_hricdv.case import HriCase
-from pytest_hricdv.closing import Entry
-from pytest_hricdv.collecting import Collecting, case_of
+from pytest_hricdv.closure.closing import Entry
+from pytest_hricdv.closure.proving import Proof, prove
+from pytest_hricdv.closure.results import Rerun, Session, build_report
 from pytest_hricdv.cover.crossed import list_product
 from pytest_hricdv.cover.source import CoverError
-from pytest_hricdv.entries import Entries
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.listing import list_model
-from pytest_hricdv.judging import Judging
-from pytest_hricdv.proving import Proof, prove
-from pytest_hricdv.replaying import LEAVE_A_FILE
 from pytest_hricdv.report import files, found, terminal
 from pytest_hricdv.report.files import ReportError
-from pytest_hricdv.rerunning import Rerunning
-from pytest_hricdv.results import Rerun, Session, build_report
-from pytest_hricdv.running import ATTRIBUTE, Running
-from pytest_hricdv.suites import export
+from pytest_hricdv.session import filming
+from pytest_hricdv.session.absent import hint
+from pytest_hricdv.session.afterwards import Afterwards
+from pytest_hricdv.session.collecting import Collecting, case_of
+from pytest_hricdv.session.entries import Entries
+from pytest_hricdv.session.judging import Judging
+from pytest_hricdv.session.replaying import LEAVE_A_FILE
+from pytest_hricdv.session.rerunning import Rerunning
+from pytest_hricdv.session.running import ATTRIBUTE, Running
+from pytest_hricdv.session.suites import export
 from pytest_hricdv.testbench import TestbenchError
 
 MARKUP: dict[str, dict[str, bool]] = {

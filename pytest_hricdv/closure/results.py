@@ -6,7 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pytest_hricdv.case import CaseResult, HriCase
-from pytest_hricdv.closing import SCHEMA, Entry, close
+from pytest_hricdv.closure.closing import SCHEMA, Entry, close
+from pytest_hricdv.closure.selected import Selected
+from pytest_hricdv.closure.timeline import timeline
 from pytest_hricdv.cover.assertions import COUNTS
 from pytest_hricdv.cover.closure import percent
 from pytest_hricdv.cover.listing import list_bits, list_code
@@ -14,9 +16,7 @@ from pytest_hricdv.cover.source import CodeMap
 from pytest_hricdv.generate.diagnosis import diagnose
 from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.monitor import Requirement, Verdict
-from pytest_hricdv.suites import Selected
 from pytest_hricdv.testbench import Testbench
-from pytest_hricdv.timeline import timeline
 
 
 def describe(case: HriCase, nodeid: str) -> Entry:

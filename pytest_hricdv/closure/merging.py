@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from pytest_hricdv.closing import Entry, close
+from pytest_hricdv.closure.closing import Entry, close
 from pytest_hricdv.cover.source import CoverError
 from pytest_hricdv.report import faults
 from pytest_hricdv.report.files import canonical

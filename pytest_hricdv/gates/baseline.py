@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv.bound import KINDS
-from pytest_hricdv.closing import reached
+from pytest_hricdv.closure.closing import reached
+from pytest_hricdv.gates.bound import KINDS
 from pytest_hricdv.report import ReportError, faults
 from pytest_hricdv.report.files import write_text
 

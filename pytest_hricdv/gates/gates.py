@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_hricdv.allowance import Allowance
-from pytest_hricdv.bound import Bound
+from pytest_hricdv.gates.allowance import Allowance
+from pytest_hricdv.gates.bound import Bound
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from pytest_hricdv import learning
 from pytest_hricdv.case import HriCase
+from pytest_hricdv.closure.selected import Selected
 from pytest_hricdv.generate.concrete import UNIFORM, expand
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.files import Files
@@ -20,19 +20,11 @@ from pytest_hricdv.generate.method import Context, Method
 from pytest_hricdv.generate.registry import select
 from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.generate.text import dump_tests
-from pytest_hricdv.options import Options
+from pytest_hricdv.session import learning
+from pytest_hricdv.session.options import Options
 from pytest_hricdv.testbench import Testbench
 
 CACHE_FOLDER = "hricdv"
-
-
-@dataclass(frozen=True)
-class Selected:
-    """A suite with what generating it took (s of wall time; 0 and `cached` when it came from the cache)."""
-
-    suite: Suite
-    wall_s: float
-    cached: bool
 
 
 def selected_suites(

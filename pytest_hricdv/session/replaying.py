@@ -15,11 +15,12 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.case import HriCase
+from pytest_hricdv.closure.selected import Selected
 from pytest_hricdv.cover.source import CodeMap
 from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.generate.suite import Generation, Suite
 from pytest_hricdv.search.replay import Origin, Replay, ReplayError, differences, read, write
-from pytest_hricdv.suites import Selected, check_commands
+from pytest_hricdv.session.suites import check_commands
 from pytest_hricdv.testbench import Testbench
 
 FOLDER = "failures"

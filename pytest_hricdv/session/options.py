@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv import exports, learning
-from pytest_hricdv.allowance import Allowance, AllowanceError, allowances
-from pytest_hricdv.bound import KINDS, Bound, BoundError, bound
-from pytest_hricdv.gates import Gates
-from pytest_hricdv.learning import LearningOptions
-from pytest_hricdv.shard import Shard, ShardError, shard
+from pytest_hricdv.gates.allowance import Allowance, AllowanceError, allowances
+from pytest_hricdv.gates.bound import KINDS, Bound, BoundError, bound
+from pytest_hricdv.gates.gates import Gates
+from pytest_hricdv.session import exports, learning
+from pytest_hricdv.session.learning import LearningOptions
+from pytest_hricdv.session.shard import Shard, ShardError, shard
 
 SESSION_DAY = "hricdv_session_day"
 _DAY = pytest.StashKey[datetime.date]()

@@ -6,11 +6,11 @@ import datetime
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from pytest_hricdv.allowance import Allowance
-from pytest_hricdv.baseline import compare
-from pytest_hricdv.bound import KINDS, Bound
-from pytest_hricdv.closing import Entry, reached
-from pytest_hricdv.gates import Gates
+from pytest_hricdv.closure.closing import Entry, reached
+from pytest_hricdv.gates.allowance import Allowance
+from pytest_hricdv.gates.baseline import compare
+from pytest_hricdv.gates.bound import KINDS, Bound
+from pytest_hricdv.gates.gates import Gates
 
 
 @dataclass(frozen=True)

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.case import CaseResult, HriCase
-from pytest_hricdv.closing import Entry
+from pytest_hricdv.closure.closing import Entry
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Requirement
-from pytest_hricdv.rerunning import Rerunning, named
 from pytest_hricdv.search.budget import Budget
 from pytest_hricdv.search.reason import Reason, is_same, reason
 from pytest_hricdv.search.replay import Origin
 from pytest_hricdv.search.shrink import Shrunk, shrink
+from pytest_hricdv.session.rerunning import Rerunning, named
 
 HOW = "shrunk"
 ELSEWHERE = "it did not fail again outside of its test function: does a fixture change what the run depends on?"

@@ -8,15 +8,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from pytest_hricdv.case import CaseResult, HriCase, execute
-from pytest_hricdv.closing import Entry
+from pytest_hricdv.closure.closing import Entry
+from pytest_hricdv.closure.results import describe, measured
 from pytest_hricdv.cover.measure import NoMeasurement
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.identity import slug
 from pytest_hricdv.generate.stream import digest
 from pytest_hricdv.monitor import Requirement
-from pytest_hricdv.replaying import Failures, Surroundings
-from pytest_hricdv.results import describe, measured
 from pytest_hricdv.search.replay import Origin
+from pytest_hricdv.session.replaying import Failures, Surroundings
 from pytest_hricdv.testbench import Testbench
 
 UNMEASURED = NoMeasurement("not a test of the suite")

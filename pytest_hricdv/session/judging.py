@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv import baseline
-from pytest_hricdv.baseline import BaselineError
-from pytest_hricdv.closing import Entry
-from pytest_hricdv.gating import Judgement, judge
-from pytest_hricdv.options import Options
+from pytest_hricdv.closure.closing import Entry
+from pytest_hricdv.gates import baseline
+from pytest_hricdv.gates.baseline import BaselineError
+from pytest_hricdv.gates.gating import Judgement, judge
+from pytest_hricdv.session.options import Options
 
 
 class Judging:

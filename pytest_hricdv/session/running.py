@@ -12,17 +12,17 @@ from typing import TypedDict
 import pytest
 
 from pytest_hricdv.case import CaseResult, HriCase, execute
-from pytest_hricdv.closing import Entry
-from pytest_hricdv.collecting import Collecting, case_of
+from pytest_hricdv.closure.closing import Entry
+from pytest_hricdv.closure.results import describe, measured
 from pytest_hricdv.cover.debugger import debugger
 from pytest_hricdv.cover.measure import Measurement, NoMeasurement, choose
 from pytest_hricdv.cover.source import CodeMap, CoverError, map_code
-from pytest_hricdv.filming import Filming, told
 from pytest_hricdv.monitor import Requirement, RequirementError, load_requirements
-from pytest_hricdv.replaying import Failures, Surroundings, strayed
 from pytest_hricdv.report import junit, terminal
-from pytest_hricdv.results import describe, measured
 from pytest_hricdv.runtime import KernelError
+from pytest_hricdv.session.collecting import Collecting, case_of
+from pytest_hricdv.session.filming import Filming, told
+from pytest_hricdv.session.replaying import Failures, Surroundings, strayed
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.case import HriCase
-from pytest_hricdv.closing import Entry
+from pytest_hricdv.closure.closing import Entry
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.stream import stream
 from pytest_hricdv.monitor import Requirement
-from pytest_hricdv.rerunning import Rerunning, named
 from pytest_hricdv.search.budget import Budget
 from pytest_hricdv.search.climb import Found, Reached, climb
 from pytest_hricdv.search.replay import Origin
+from pytest_hricdv.session.rerunning import Rerunning, named
 
 HOW = "search"
 STARTS = 5

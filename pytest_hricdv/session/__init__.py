@@ -1,0 +1,1 @@
+"""A pytest session: what is collected, run, reported, and done when all tests have run."""
