@@ -149,7 +149,7 @@ def _parsed(specification: str, variables: tuple[str, ...]) -> rtamt.StlDiscrete
 
 def responded(response: Response) -> str:
     """A response as seen from its trigger."""
-    condition = past(response.condition, remembers=False)
+    condition = past(response.condition, remembers=isinstance(response, Eventually))
     match response:
         case Holds():
             return condition
@@ -164,7 +164,10 @@ def responded(response: Response) -> str:
 
 
 def past(formula: Past, *, remembers: bool = True) -> str:
-    """A past formula; unless it `remembers`, a hysteresis does nothing, as where the first violation decides."""
+    """A past formula; unless it `remembers`, a hysteresis does nothing, as where the first violation decides.
+
+    Inside past operators, and so in a comparison with `[for d]`, it is over the run in any case.
+    """
     match formula:
         case BooleanName():
             return f"({_variable(formula.name)} > 0)"
@@ -200,7 +203,7 @@ def _windowed(formula: Once | Historically) -> str:
 def _comparison(formula: Comparison, remembers: bool) -> str:
     left, right = _term(formula.left), _term(formula.right)
     bare = f"({left} {formula.relation} {right})"
-    if formula.hysteresis and remembers:
+    if formula.hysteresis and (remembers or formula.for_s):
         sign = "-" if formula.relation in ("<", "<=") else "+"
         returned = f"({left} {formula.relation} {right} {sign} {formula.hysteresis})"
         bare = f"(({bare} since {returned}) or historically({bare}))"
