@@ -37,6 +37,9 @@ class Run:
         goal: the agent and the goal with whose achievement the run ends, if any.
     """
 
+    watched = False
+    """Whether somebody has to look at the agents whenever one that is alone begins to act and when it ends."""
+
     def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None) -> None:
         self.environment = environment
         self.agents: dict[str, Participant] = {}
@@ -58,6 +61,8 @@ class Run:
         self.sent = 0
         """Messages sent so far."""
         self._seen_changes = environment.changes
+        self._until = 0
+        """The round that the agents may go on to by themselves."""
         self._order: list[Participant] = []
         """The agents in the order in which they act."""
         self._ready: list[int] = []
@@ -163,11 +168,14 @@ class Run:
     def note_achieved(self, agent: str, goal: Structure) -> None:
         """A plan for a goal has come to its end."""
         if self._goal is not None and self._goal[0] == agent and unify(self._goal[1], goal, {}, []):
-            self._ended = "goal"
+            self._end("goal")
 
     def stop(self) -> None:
         """End the run after this round."""
-        self._ended = "stopped"
+        self._end("stopped")
+
+    def _end(self, how: str) -> None:
+        self._ended, self._until = how, self.rounds
 
     # --- the rounds
 
@@ -205,44 +213,42 @@ class Run:
     def _rounds(self, until: int) -> bool:
         """Do rounds while any agent has something to do, until that round or the end of a wait or of the run.
 
+        In each round those act that are ready. One that is the only one, or the only one left, may do several
+        cycles.
+
         Returns:
             Whether any was done.
         """
-        ready = self._ready
+        ready, order, watched = self._ready, self._order, self.watched
         if not ready:
             return False
-        while True:
-            limit = 1
-            if len(ready) == 1:
-                limit = until - self.rounds
-                if self.ticks + limit > self.earliest_deadline:
-                    limit = int(self.earliest_deadline) - self.ticks
-            self._round(limit)
-            self.rounds += 1
-            self.ticks += 1
-            if not ready or self.rounds >= until or self.ticks >= self.earliest_deadline or self._ended:
-                return True
-
-    def _round(self, limit: int) -> None:
-        """Let those act that are ready; one that is alone may do several cycles, at most so many."""
-        ready, order = self._ready, self._order
-        place = index = 0
+        self._until = until
+        self.note_deadline(self.earliest_deadline)
+        place = 0
         try:
-            while index < len(ready):
-                place = ready[index]
-                done = order[place].work(limit)
-                if done > 1:
-                    # It was alone, but may in the last of its rounds have given others something to do.
-                    self.rounds += done - 1
-                    self.ticks += done - 1
-                limit = 1
-                if ready[index] != place:
-                    # Others before it have been woken: they act in the next round.
-                    index = bisect_left(ready, place)
-                if order[place].awake:
-                    index += 1
-                else:
-                    del ready[index]
+            while True:
+                index = 0
+                may_go_on = not watched or len(ready) == 1
+                while index < len(ready):
+                    place = ready[index]
+                    # An agent that waits for no time at all leaves no round but this one.
+                    done = order[place].work(self._until - self.rounds or 1 if may_go_on and len(ready) == 1 else 1)
+                    if done > 1:
+                        # It was alone, but may in the last of its rounds have given others something to do.
+                        self.rounds += done - 1
+                        self.ticks += done - 1
+                    may_go_on = not watched
+                    if ready[index] != place:
+                        # Others before it have been woken: they act in the next round.
+                        index = bisect_left(ready, place)
+                    if order[place].awake:
+                        index += 1
+                    else:
+                        del ready[index]
+                self.rounds += 1
+                self.ticks += 1
+                if not ready or self.rounds >= self._until or watched:
+                    return True
         except RecursionError:
             acting = order[place]
             raise BdiError(f"{acting.name}: terms nested too deeply, {acting.doing()}") from None
@@ -265,6 +271,8 @@ class Run:
         """An intention has begun to wait until then."""
         if deadline < self.earliest_deadline:
             self.earliest_deadline = deadline
+        if deadline - self.ticks < self._until - self.rounds:
+            self._until = self.rounds + int(deadline) - self.ticks
 
     def _jump(self) -> bool:
         """Go to the next moment at which a wait is over; False if there is none."""
@@ -276,20 +284,22 @@ class Run:
         return True
 
     def _end_waits(self) -> None:
-        for agent in self.agents.values():
+        for agent in self._order:
             if agent.waits or agent.questions:
                 agent.end_waits(self.ticks)
-                if agent.has_work():
+                if not agent.awake and agent.has_work():
                     self.wake(agent)
         self._find_earliest_deadline()
 
     def _find_earliest_deadline(self) -> None:
         earliest = math.inf
         for agent in self._order:
-            for wait in agent.waits:
-                if wait.deadline is not None and wait.deadline < earliest:
-                    earliest = wait.deadline
-            for question in agent.questions.values():
-                if question.deadline is not None and question.deadline < earliest:
-                    earliest = question.deadline
+            if agent.waits:
+                for wait in agent.waits:
+                    if wait.deadline is not None and wait.deadline < earliest:
+                        earliest = wait.deadline
+            if agent.questions:
+                for question in agent.questions.values():
+                    if question.deadline is not None and question.deadline < earliest:
+                        earliest = question.deadline
         self.earliest_deadline = earliest

@@ -32,6 +32,8 @@ class RecordingRun(Run):
         states: the states of the agents to go on from; without them, the run is at its beginning.
     """
 
+    watched = True
+
     def __init__(
         self,
         environment: Environment,
@@ -109,10 +111,11 @@ class RecordingRun(Run):
             return self._segment(ticks, ended), None
         return None
 
-    def _round(self, limit: int) -> None:
+    def _rounds(self, until: int) -> bool:
         before, first = self.progress, self.rounds
-        super()._round(limit)
-        done = self.rounds - first + 1
+        if not super()._rounds(until):
+            return False
+        done = self.rounds - first
         if self._quiet + done >= QUIET_ROUNDS:
             self.notes.certain = False
         self._quiet = done if self.progress != before else self._quiet + done
@@ -120,17 +123,18 @@ class RecordingRun(Run):
             self._ended = _UNCERTAIN
         elif self._may_cut():
             self._ended = _CUT
+        return True
 
     def _may_cut(self) -> bool:
         """Whether in the next round only a receiver has anything to do: most often it has been told something."""
         if len(self._ready) != 1 or self._quiet > _QUIET_BEFORE or not self.notes.forwarded:
             return False
         ready = self._order[self._ready[0]]
-        return isinstance(ready, Receiver) and self.ticks + 1 < self.earliest_deadline and self._find_states()
+        return isinstance(ready, Receiver) and self.ticks < self.earliest_deadline and self._find_states()
 
     def _find_states(self) -> bool:
         """Note the states of all agents before the next round; False if they cannot be compared."""
-        now = self.ticks + 1
+        now = self.ticks
         states = []
         for name, agent in self.agents.items():
             if not isinstance(agent, CompiledAgent):
