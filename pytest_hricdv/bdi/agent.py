@@ -9,15 +9,15 @@ from . import communication, failure, perception, waiting
 from .actions import Invocation, call_action, function_value
 from .calling import hand_back, optimize_tail_recursion
 from .errors import BdiError, EvaluationError
-from .execution import EXECUTE
+from .execution import step_of
 from .formulas import Formula
-from .inference import MAX_NESTED_QUERIES, first
+from .inference import MAX_NESTED_QUERIES
 from .intentions import Event, Frame, Intention, Message
 from .mind import Mind
 from .substitution import Bindings, substitute
 from .syntax import Plan
 from .terms import Call, Structure, Term, Variable
-from .unify import Trail, unify
+from .unify import Trail
 
 if TYPE_CHECKING:
     pass
@@ -126,20 +126,19 @@ class Agent(Mind):
 
     def _applicable_plan(self, event: Event) -> tuple[Plan, Bindings] | None:
         literal = event.literal
-        for plan in self.library.relevant(event.sign, literal.key):
+        for plan, match, condition in self.library.options(event.sign, literal.key):
             self._considered = plan
-            unifier: Bindings = {}
-            if not plan.plain and not unify(plan.trigger.literal, literal, unifier, []):
+            unifier: Bindings | None = {} if match is None else match(literal)
+            if unifier is None:
                 continue
-            if plan.context is None:
+            if condition is None:
                 return plan, unifier
             try:
-                solution = first(self, plan.context, unifier)
+                solution = condition(self, unifier)
             except (EvaluationError, ArithmeticError, ValueError) as error:
                 self.run.warn(f"{self.name}: context of plan @{plan.label} ({plan.location}): {error}")
                 continue
             if solution is not None:
-                # A propositional context hands back the very bindings it was given.
                 return plan, solution
         return None
 
@@ -160,7 +159,7 @@ class Agent(Mind):
         self.current = intention
         statement = frame.body[frame.pc]
         try:
-            EXECUTE[type(statement)](self, intention, frame, statement)
+            (statement.step or step_of(statement))(self, intention, frame)
         except (EvaluationError, ArithmeticError, ValueError) as error:
             failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
         finally:

@@ -17,31 +17,37 @@ _EMPTY: Bucket = {}
 class BeliefBase:
     """Beliefs with their sources, and rules, found by predicate; queries look at the newest first."""
 
-    __slots__ = ("_buckets", "version")
+    __slots__ = ("buckets", "open", "version")
 
     def __init__(self) -> None:
-        self._buckets: dict[Key, Bucket] = {}
+        self.buckets: dict[Key, Bucket] = {}
+        """The beliefs and rules of each predicate; for reading only."""
+        self.open: set[Key] = set()
+        """The predicates that may have a rule, or a belief with variables: those have answers that are not looked up by
+        arguments."""
         self.version = 0
         """Grows with every change."""
 
     def copy(self) -> BeliefBase:
         """An independent base with the same content: beliefs themselves are immutable."""
         other = BeliefBase()
-        other._buckets = {key: dict(bucket) for key, bucket in self._buckets.items()}
+        other.buckets = {key: dict(bucket) for key, bucket in self.buckets.items()}
+        other.open = set(self.open)
         return other
 
     def bucket(self, key: Key) -> Bucket:
         """The beliefs and rules of a predicate."""
-        return self._buckets.get(key, _EMPTY)
+        return self.buckets.get(key, _EMPTY)
 
     def candidates(self, key: Key) -> Iterable[Entry]:
         """The beliefs and rules of a predicate in query order, safe against changes on the way."""
-        bucket = self._buckets.get(key)
+        bucket = self.buckets.get(key)
         return reversed(list(bucket.values())) if bucket else ()
 
     def add_rule(self, rule: Rule) -> None:
         """Add a rule."""
-        self._buckets.setdefault(rule.head.key, {})[rule] = rule
+        self.buckets.setdefault(rule.head.key, {})[rule] = rule
+        self.open.add(rule.head.key)
 
     def add(self, belief: Structure) -> Structure | None:
         """Add a ground belief, or its annotations to the belief already held.
@@ -50,7 +56,7 @@ class BeliefBase:
             What is new: the belief, or the belief with those of its annotations that were not held; None
             if nothing is, as when a belief is added again from the same source.
         """
-        bucket = self._buckets.setdefault(belief.key, {})
+        bucket = self.buckets.setdefault(belief.key, {})
         args = belief.args
         held = bucket.get(args)
         if isinstance(held, Structure):
@@ -61,6 +67,8 @@ class BeliefBase:
             belief = belief if len(new) == len(belief.annots) else belief.annotated(new)
         else:
             bucket[args] = belief
+        if not belief.ground:
+            self.open.add(belief.key)
         self.version += 1
         return belief
 
@@ -71,7 +79,7 @@ class BeliefBase:
             Whether anything changed. Nothing does if some annotation given is not held.
         """
         args = belief.args
-        bucket = self._buckets.get(belief.key, _EMPTY)
+        bucket = self.buckets.get(belief.key, _EMPTY)
         held = bucket.get(args)
         if not isinstance(held, Structure):
             return False
@@ -93,11 +101,11 @@ class BeliefBase:
         """The beliefs held with an annotation, such as ``source(percept)``, the oldest first."""
         return [
             entry
-            for bucket in self._buckets.values()
+            for bucket in self.buckets.values()
             for entry in bucket.values()
             if isinstance(entry, Structure) and annot in entry.annots
         ]
 
     def __iter__(self) -> Iterator[Entry]:
-        for bucket in self._buckets.values():
+        for bucket in self.buckets.values():
             yield from bucket.values()

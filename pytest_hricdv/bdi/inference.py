@@ -44,9 +44,14 @@ def first(agent: Agent, formula: Formula, bindings: Bindings) -> Bindings | None
         return bindings if first(agent, formula.part, bindings) is None else None
     elif isinstance(formula, And):
         return _first_of_all(agent, formula, bindings)
+    return _first_by_machine(agent, formula, formula, bindings)
+
+
+def _first_by_machine(agent: Agent, formula: Formula, rest: Formula, bindings: Bindings) -> Bindings | None:
+    """The first solution of the rest of a formula, whatever it is made of."""
     agent.enter_query(formula)
     try:
-        return next(solve(agent, formula, bindings), None)
+        return next(solve(agent, rest, bindings), None)
     finally:
         agent.leave_query()
 
@@ -65,12 +70,7 @@ def _first_of_all(agent: Agent, formula: And, bindings: Bindings) -> Bindings | 
                         return None
                     bindings = extended
                     continue
-                rest = And(parts[index:]) if index else formula
-                agent.enter_query(formula)
-                try:
-                    return next(solve(agent, rest, bindings), None)
-                finally:
-                    agent.leave_query()
+                return _first_by_machine(agent, formula, And(parts[index:]) if index else formula, bindings)
             if not known:
                 return None
         elif isinstance(part, Not):
@@ -82,11 +82,7 @@ def _first_of_all(agent: Agent, formula: And, bindings: Bindings) -> Bindings | 
             if not compare(agent, part, bindings, []):
                 return None
         else:
-            agent.enter_query(formula)
-            try:
-                return next(solve(agent, And(parts[index:]), bindings), None)
-            finally:
-                agent.leave_query()
+            return _first_by_machine(agent, formula, And(parts[index:]), bindings)
     return bindings
 
 

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from .errors import Location
 from .formulas import And, Comparison, Formula, GoalTerm, Not, Or
 from .terms import SOURCE_SELF, Annotated, Arithmetic, Call, Key, ListTerm, Number, Quoted, Structure, Term, Variable
+
+if TYPE_CHECKING:
+    from .execution import Step
 
 NOWHERE = Location("<text>", 1, 1)
 """The place of what was not read from a file."""
@@ -20,7 +24,14 @@ def posted(literal: GoalTerm) -> Structure | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Achieve:
+class Executable:
+    """A statement keeps the function that executes it, which is made when it is executed for the first time."""
+
+    step: Step | None = field(default=None, init=False, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Achieve(Executable):
     """``!g``, or ``!!g`` when it is to be pursued ``apart``, as an intention of its own."""
 
     literal: GoalTerm
@@ -36,7 +47,7 @@ class Achieve:
 
 
 @dataclass(frozen=True, slots=True)
-class Test:
+class Test(Executable):
     """``?f``: the formula must hold, and binds variables."""
 
     formula: Formula
@@ -47,7 +58,7 @@ class Test:
 
 
 @dataclass(frozen=True, slots=True)
-class Believe:
+class Believe(Executable):
     """A belief update; ``sign`` is ``+``, ``-``, ``-+``, or ``++`` (``+`` in an intention of its own)."""
 
     sign: str
@@ -63,7 +74,7 @@ class Believe:
 
 
 @dataclass(frozen=True, slots=True)
-class Act:
+class Act(Executable):
     """An external action, executed by the environment."""
 
     action: GoalTerm
@@ -74,7 +85,7 @@ class Act:
 
 
 @dataclass(frozen=True, slots=True)
-class Internal:
+class Internal(Executable):
     """An internal action as a statement."""
 
     call: Call
@@ -85,7 +96,7 @@ class Internal:
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class Check(Executable):
     """A comparison or other condition as a statement: ``X = Y + 1``."""
 
     formula: Formula
@@ -96,7 +107,7 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True)
-class If:
+class If(Executable):
     """``if (condition) { then } else { otherwise }``."""
 
     condition: Formula
@@ -110,7 +121,7 @@ class If:
 
 
 @dataclass(frozen=True, slots=True)
-class While:
+class While(Executable):
     """``while (condition) { body }``."""
 
     condition: Formula
@@ -122,7 +133,7 @@ class While:
 
 
 @dataclass(frozen=True, slots=True)
-class For:
+class For(Executable):
     """``for (condition) { body }``: once for every solution found at its start."""
 
     condition: Formula

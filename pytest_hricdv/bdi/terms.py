@@ -151,6 +151,9 @@ class Structure:
         return f"Structure({self})"
 
 
+_new = Structure.__new__
+
+
 class ListTerm:
     """A list ``[a,b|Tail]``; a proper list has no tail."""
 
@@ -325,6 +328,18 @@ def source(agent: str) -> Structure:
 SOURCE_SELF = source("self")
 SOURCE_PERCEPT = source("percept")
 EMPTY_LIST = ListTerm()
+
+
+def ground_structure(key: Key, args: tuple[Term, ...], annots: tuple[Term, ...]) -> Structure:
+    """A structure of ground arguments and ground annotations in order: nothing of it is looked at, as it is known."""
+    made = _new(Structure)
+    made.negated, made.functor, _ = made.key = key
+    made.args = args
+    made.annots = annots
+    made.annots_tail = made._hash = made._text = None
+    made.ground = True
+    made.evaluable = False
+    return made
 
 
 def in_order(terms: tuple[Term, ...]) -> tuple[Term, ...]:

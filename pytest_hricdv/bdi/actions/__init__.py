@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from . import beliefs, goals, lists, messages, output, plans, strings, terms, time
 from .functions import function_value
-from .registry import Invocation, call_action, check_calls
+from .registry import PREPARED, Invocation, call_action, check_calls
 
 __all__ = [
+    "PREPARED",
     "Invocation",
     "beliefs",
     "call_action",

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ..communication import send, text_of
-from ..intentions import Question
-from ..terms import ListTerm
-from .registry import Invocation, Outcome, internal_action
+from ..intentions import Frame, Intention, Question
+from ..terms import Call, ListTerm, Structure, is_name
+from ..values import value_of
+from .registry import Invocation, Outcome, internal_action, prepared
+
+if TYPE_CHECKING:
+    from ..agent import Agent
+    from ..execution import Step
 
 _QUESTIONS = frozenset({"askOne", "askAll", "askHow"})
 
@@ -25,6 +32,27 @@ def _send(invocation: Invocation) -> Outcome:
     if waits and numbers:
         _wait_for_answers(invocation, force, numbers, len(receivers) if isinstance(to, ListTerm) else None)
     return True
+
+
+@prepared("send")
+def _prepared_send(call: Call, otherwise: Step) -> Step:
+    """To one agent, without waiting for an answer."""
+    if len(call.args) != 3 or not is_name(call.args[1]):  # type: ignore[arg-type]
+        return otherwise
+    force = call.args[1].functor  # type: ignore[attr-defined]
+    receiver, content = value_of(call.args[0]), value_of(call.args[2])  # type: ignore[arg-type]
+    if receiver is None or content is None:
+        return otherwise
+
+    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+        to, what = receiver(frame.unifier), content(frame.unifier)
+        if what is None or type(to) is not Structure or to.args:
+            otherwise(agent, intention, frame)
+        else:
+            send(agent, to.functor, force, what)
+            agent.go_on(intention)
+
+    return step
 
 
 def _wait_for_answers(invocation: Invocation, force: str, numbers: list[str], asked: int | None) -> None:

@@ -17,6 +17,7 @@ from ..unify import Trail, undo, unify
 
 if TYPE_CHECKING:
     from ..agent import Agent
+    from ..execution import Step
 
 WRONG = "wrong_arguments"
 """The kind of failure of an action that cannot do with the arguments it is given."""
@@ -138,6 +139,9 @@ class InternalAction:
 
 
 ACTIONS: dict[str, InternalAction] = {}
+PREPARED: dict[str, Callable[[Call, Step], Step]] = {}
+"""For actions that are statements often: how to make the function that executes one, given the one that does it in any
+case."""
 FUNCTIONS: dict[str, tuple[int, int]] = {}
 """The names of functions, with the least and the greatest number of their arguments."""
 
@@ -148,6 +152,16 @@ def internal_action(name: str, least: int, most: int | None = None) -> Callable[
     def define(body: Body) -> Body:
         ACTIONS[f".{name}"] = InternalAction(f".{name}", least, least if most is None else most, body)
         return body
+
+    return define
+
+
+def prepared(name: str) -> Callable[[Callable[[Call, Step], Step]], Callable[[Call, Step], Step]]:
+    """Define how statements of the action ``.name`` are made ready to be executed often."""
+
+    def define(prepare: Callable[[Call, Step], Step]) -> Callable[[Call, Step], Step]:
+        PREPARED[f".{name}"] = prepare
+        return prepare
 
     return define
 

@@ -1,0 +1,85 @@
+"""Statements with blocks in them: ``if``, ``while``, ``for``."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from .conditions import condition_of
+from .inference import solve
+from .intentions import Frame, Intention, Loop
+from .substitution import Bindings
+from .syntax import For, If, While
+
+if TYPE_CHECKING:
+    from .agent import Agent
+    from .execution import Step
+
+
+def choose(statement: If) -> Step:
+    """How to go into one block or the other."""
+    condition = condition_of(statement.condition)
+
+    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+        solution = condition(agent, frame.unifier)
+        if solution is not None:
+            frame.unifier = solution
+        frame.enter(statement.otherwise if solution is None else statement.then, None)
+        _requeue(agent, intention, frame)
+
+    return step
+
+
+def repeat(statement: While) -> Step:
+    """How to go round while a condition holds."""
+    condition = condition_of(statement.condition)
+
+    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+        loop = _loop(frame, statement, lambda: deque())
+        solution = condition(agent, loop.outer)
+        if solution is None:
+            _leave_loop(agent, intention, frame, loop)
+        else:
+            frame.unifier = dict(solution)
+            frame.enter(statement.body, loop)
+            _requeue(agent, intention, frame)
+
+    return step
+
+
+def for_each(statement: For) -> Step:
+    """How to go round for every solution.
+
+    All are found at the start, so that the body may change what they came from.
+    """
+
+    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+        loop = _loop(frame, statement, lambda: deque(list(solve(agent, statement.condition, frame.unifier))))
+        if loop.solutions:
+            frame.unifier = loop.solutions.popleft()
+            frame.enter(statement.body, loop)
+            _requeue(agent, intention, frame)
+        else:
+            _leave_loop(agent, intention, frame, loop)
+
+    return step
+
+
+def _loop(frame: Frame, statement: For | While, solutions: Callable[[], deque[Bindings]]) -> Loop:
+    """The loop under way at this statement, or a new one."""
+    loop, frame.loop = frame.loop, None
+    return loop or Loop(statement, frame.unifier, solutions())
+
+
+def _leave_loop(agent: Agent, intention: Intention, frame: Frame, loop: Loop) -> None:
+    """What was bound in a loop is not bound after it."""
+    frame.unifier = loop.outer
+    agent.go_on(intention)
+
+
+def _requeue(agent: Agent, intention: Intention, frame: Frame) -> None:
+    if frame.finished:
+        agent.clear(intention)
+    else:
+        agent.ready(intention)
