@@ -44,6 +44,8 @@ class CompiledAgent:
         self.code = code
         self.letters = code.letters
         """The messages that it sends that are always the same."""
+        self.lines = code.lines
+        """The actions that it does together and that are always the same."""
         self.p: dict[str, Annots] = code.propositions.copy()
         """Beliefs without arguments: their names, and their annotations."""
         self.tables = [table.copy() for table in code.tables]
@@ -61,8 +63,6 @@ class CompiledAgent:
         """Activities so far."""
         self.granted = 0
         """The cycles that may be done at once."""
-        self.unused = 0
-        """The part of them that was not needed."""
         self.acts_alone = type(run.environment) is Environment
         """Whether actions do nothing but succeed, so that they need not be executed."""
         self.seen_percepts = 0
@@ -102,13 +102,12 @@ class CompiledAgent:
         if intentions:
             activity = intentions.popleft()
             self.granted = left = 1 if rounds == 1 or intentions or events or mailbox or feedback else rounds
-            self.unused = 0
             try:
-                while left:
+                while left > 0:
                     left = activity.plan.run(self, activity, left)
             except BailError:
                 return self._leave(activity)
-            done = self.granted - self.unused
+            done = self.granted + left
         if not (intentions or events or feedback or mailbox):
             self.awake = False
         return done

@@ -1,22 +1,27 @@
 """Plan bodies as Python functions that can be left after any statement and taken up there again.
 
 A function gets the agent ``a``, the activity ``i`` to take up at statement ``i.pc``, and ``n``, the cycles that it
-may do: more than one only while nothing else can happen to the agent. Each statement costs one. When none is
-left, the activity is put where the interpreter would have its intention after that cycle, and 0 is returned.
+may do: more than one only while nothing else can happen to the agent. Each statement costs one. It returns the
+cycles left if the activity can use them now, and else the cycles not needed, negative: the activity has been put
+where the interpreter would have its intention.
 """
 
 from __future__ import annotations
 
 from ..formulas import Formula
-from ..syntax import Body, Check, For, If, Plan, Test, While, posted
+from ..syntax import Body, Check, EventKey, For, If, Plan, Test, While, posted
 from ..terms import Key, Structure, Variable, is_name, source
 from .conditions import Conditions, binds
-from .layout import Layout, blocks, number, variables_in
+from .layout import Layout, Numbered, blocks, number, variables_in
 from .program import LoopCode, PlanCode, ProgramCode
-from .values import Scope, values
+from .values import Scope, may_bail, values
 from .writer import UnsupportedError, Writer
 
 _SOURCE: Key = (False, "source", 1)
+FINISH = "finish(a, i, n) if i.open else -n"
+"""The last statement is done; most often no other plan goes on."""
+FINISH_ACTED = "finish_acted(a, i, n) if i.open else 1 - n"
+"""As above, where it is an action, whose outcome comes in the next cycle."""
 
 
 class BodyWriter:
@@ -41,7 +46,12 @@ class BodyWriter:
         binding = (Check, For, Test, While)
         self._binds = any(isinstance(statement, binding) for _, statement in self.layout.statements)
         """Whether what variables stand for changes while the body is executed."""
+        self.spare = ""
+        """What has to be taken off when the activity leaves, if the statement may have had to do without cycles."""
         self._loops: dict[int, LoopCode] = {}
+        body = self.layout.body
+        self._last = self.layout.end - 1 if body and not blocks(body[-1], 0) else -1
+        """The number of the last statement, if no block is around it."""
 
     def write(self, name: str, bound: frozenset[Variable]) -> PlanCode:
         """Write the function.
@@ -64,19 +74,37 @@ class BodyWriter:
                     self._whole(scope)
             else:
                 self._whole(scope)
-        last = layout.end - 1 if layout.body and not blocks(layout.body[-1], 0) else -1
-        return PlanCode(self.plan, layout.variables, self._loops, tuple(layout.after), last)
+        return PlanCode(self.plan, layout.variables, self._loops, tuple(layout.after), self._last)
 
     def _whole(self, scope: Scope) -> None:
         self._block(self.layout.body, 0, scope)
         # A finished plan is taken off in a cycle of its own.
         with self.writer.block(f"if pc == {self.layout.end}:"):
-            self.writer.line("return finish(a, i, n - 1)")
+            self.writer.line("return finish(a, i, n - 1) if i.open else 1 - n")
 
     def _block(self, body: Body, start: int, scope: Scope) -> None:
+        from .straight import StraightWriter, straight_run
+
+        numbered = number(body, start)
+        while numbered:
+            run = straight_run(self, numbered)
+            if run:
+                straight = StraightWriter(self, run, scope)
+                straight.write()
+                first, last = run[0][0], run[-1][0]
+                with self.writer.block(f"if {first} <= pc <= {last}:" if first else f"if pc <= {last}:"):
+                    if not straight.write_actions():
+                        self._steps(run, scope)
+            else:
+                run = numbered[:1]
+                scope = self._steps(run, scope)
+            numbered = numbered[len(run) :]
+
+    def _steps(self, numbered: tuple[Numbered, ...], scope: Scope) -> Scope:
+        """Statements one by one."""
         from .statements import write_statement
 
-        for pc, statement in number(body, start):
+        for pc, statement in numbered:
             with self.writer.block(f"if pc == {pc}:"):
                 after = write_statement(self, pc, statement, scope)
             inside = after
@@ -89,6 +117,7 @@ class BodyWriter:
             if isinstance(statement, If):
                 self._check_branches(pc, statement, after)
             scope = after
+        return scope
 
     def _check_branches(self, pc: int, statement: If, scope: Scope) -> None:
         """What only one branch binds must not be looked at afterwards: whether it is bound would depend on the run."""
@@ -116,32 +145,50 @@ class BodyWriter:
 
     def mark_for(self, pc: int, *expressions: str) -> None:
         """As :meth:`mark`, if one of these expressions may have no value."""
-        if any("bail()" in each or "compute(" in each or "same(" in each for each in expressions):
+        if may_bail(*expressions):
             self.mark(pc)
 
-    def cut(self) -> None:
-        """Something may happen in the next round: do no more than this cycle."""
-        self.writer.line("a.unused += n - 1")
-        self.writer.line("n = 1")
+    def stop(self, pc: int) -> None:
+        """The statement is done, and something may happen in the next round: do no more than this cycle."""
+        after = self.layout.after[pc]
+        if after == self.layout.end:
+            self.writer.line("return finish(a, i, 0) + 1 - n if i.open else 1 - n")
+        else:
+            self.save(after)
+            self.writer.line("a.intentions.append(i)")
+            self.writer.line("return 1 - n")
 
     def go_on(self, pc: int) -> None:
         """The statement is done and its cycle over: suspend, finish, or go on with the next one."""
         after = self.layout.after[pc]
         self.writer.line("n -= 1")
         if after == self.layout.end:
-            self.writer.line("return finish(a, i, n)")
+            self.finish(FINISH)
         else:
             self.leave_with(f"pause(a, i, {after})")
             self.writer.line(f"pc = {after}")
+
+    def finish(self, how: str) -> None:
+        """The last statement is done."""
+        self.writer.line(f"return ({how}){self.spare}")
+
+    def cut_if(self, lost: str, has_plans: bool) -> None:
+        """Do what may have lost a belief; if there are plans for that, do no more than this cycle."""
+        if has_plans:
+            self.writer.line(f"spare = n - 1 if {lost} else 0")
+            self.writer.line("if spare: n = 1")
+            self.spare = " - spare"
+        else:
+            self.writer.line(lost)
 
     def leave_with(self, call: str) -> None:
         """If no cycle is left, leave: ``call`` puts the activity where it has to wait."""
         if self._binds:
             with self.writer.block("if not n:"):
                 self.save_values()
-                self.writer.line(f"return {call}")
+                self.writer.line(f"return {call}{self.spare}")
         else:
-            self.writer.line(f"if not n: return {call}")
+            self.writer.line(f"if not n: return {call}{self.spare}")
 
     def save_values(self) -> None:
         """Note what the variables stand for, if that can have changed."""
@@ -149,15 +196,34 @@ class BodyWriter:
             self.writer.line(f"i.values = ({', '.join(self._values)},)")
 
     def call(self, pc: int, trigger: str, args: str, annots: str) -> None:
-        """Post an event that the activity waits for, and for which there may be a plan."""
-        writer = self.writer
+        """Post a belief event that the activity waits for, and for which there may be a plan."""
         self.save(pc)
-        writer.line("n -= 1")
+        self.writer.line("n -= 1")
         goal = self.goal(trigger, args, annots)
-        with writer.block("if n:"):
-            writer.line(f"return enter(a, i, {goal}, n)")
-        writer.line(f"a.events.append(({goal}, i))")
-        writer.line("return 0")
+        self.writer.line(f"if n: return enter(a, i, {goal}, n)")
+        self.writer.line(f"return pause_at(a, i, {pc}, {goal}){self.spare}")
+
+    def pursue(self, pc: int, literal: Structure, args: str, annots: str) -> None:
+        """Post a goal that the activity waits for; with a cycle left, select a plan and begin it."""
+        writer, layout = self.writer, self.layout
+        event: EventKey = ("+!", literal.key)
+        if literal.args:
+            writer.line(f"args = {args}")
+            args = "args"
+        goal = self.goal(self.trigger("+!", literal), args, annots)
+        writer.line("n -= 1")
+        writer.line(f"if not n: return pause_at(a, i, {pc}, {goal})")
+        select = self.program.selects.get(event)
+        writer.line(f"found = {None if select is None else f'{select}(a, {args}, {annots})'}")
+        writer.line(f"if found is None: refuse(a, i, {pc}, {goal}, n)")
+        if pc != self._last or event != self.plan.trigger.key:
+            # A plan that ends by pursuing its own goal again does not wait for that.
+            writer.line(f"i.below.append((i.plan, {pc}, i.values, i.goal))")
+            if layout.after[pc] != layout.end:
+                writer.line("i.open += 1")
+        writer.line("i.plan, i.values = found")
+        writer.line(f"i.goal, i.pc = {goal}, 0")
+        writer.line("return n")
 
     def jump(self, targets: tuple[int, ...]) -> None:
         """After a statement that has chosen where to go on."""
@@ -165,7 +231,7 @@ class BodyWriter:
         writer.line("n -= 1")
         if self.layout.end in targets:
             with writer.block(f"if pc == {self.layout.end}:"):
-                writer.line("return finish(a, i, n)")
+                self.finish(FINISH)
         self.leave_with("pause(a, i, pc)")
 
     # --- what statements are about

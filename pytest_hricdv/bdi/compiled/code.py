@@ -31,6 +31,7 @@ class AgentCode:
         events: list[tuple[str, Structure]],
     ) -> None:
         self.letters = [_letter("self" if name == to else name, told, about) for to, told, about in program.letters]
+        self.lines = [tuple((name, text) for text in texts) for texts in program.lines]
         self.program = program
         self.library = library
         self.propositions: dict[str, Annots] = {}

@@ -23,8 +23,10 @@ _CHANGES: dict[str, object] = {
     "finish": effects.finish,
     "finish_acted": effects.finish_acted,
     "pause": effects.pause,
+    "pause_at": effects.pause_at,
     "pause_for": effects.pause_for,
     "post": effects.post,
+    "refuse": effects.refuse,
     "remove": changes.remove,
     "replace": changes.replace,
     "send": effects.send,
@@ -65,15 +67,13 @@ def compile_program(library: PlanLibrary, receivers: frozenset[str]) -> ProgramC
     program = ProgramCode(frozenset(key for key in keys if key is not None))
     names = Names()
     selection = SelectionWriter(program, names, receivers)
-    functions: dict[str, tuple[str, tuple[bool, str, int]]] = {}
-    for place, key in enumerate(keys):
-        if key is not None:
-            functions[f"select{place}"] = key
-            selection.write(f"select{place}", key[1][2], library.relevant(*key))
+    program.selects.update((key, f"select{place}") for place, key in enumerate(keys) if key is not None)
+    for key, name in program.selects.items():
+        selection.write(name, key, library.relevant(*key))
     program.source = "\n".join(selection.functions)
     namespace: dict[str, object] = {**NAMES, **_CHANGES, **names.objects}
     exec(compile(program.source, "<compiled AgentSpeak>", "exec"), namespace)
-    for name, key in functions.items():
+    for key, name in program.selects.items():
         trigger = program.trigger(*key)
         trigger.select = namespace[name]  # type: ignore[assignment]
         if trigger.sign == "+":

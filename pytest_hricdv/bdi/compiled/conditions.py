@@ -57,9 +57,13 @@ class Conditions:
         elif isinstance(part, Comparison) and part.operator == "=" and _is_unbound(part.left, scope):
             self._assign(part, scope, go_on)
         elif isinstance(part, Structure) and not part.ground:
-            self._match(part, scope, go_on)
+            self._match(part, scope, go_on, every)
         else:
-            with self._writer.block(f"if {self.test(part, scope)}:"):
+            tests = [self.test(part, scope)]
+            while rest and isinstance(rest[0], Structure) and rest[0].ground:
+                tests.append(self.test(rest[0], scope))
+                rest = rest[1:]
+            with self._writer.block(f"if {' and '.join(tests)}:"):
                 go_on(scope)
 
     def test(self, formula: Formula, scope: Scope) -> str:
@@ -118,7 +122,7 @@ class Conditions:
         self._writer.line(f"{name} = {value(self._writer, comparison.right, scope)}")
         then({**scope, variable: name})
 
-    def _match(self, literal: Structure, scope: Scope, then: Then) -> None:
+    def _match(self, literal: Structure, scope: Scope, then: Then, every: bool) -> None:
         """A literal that binds variables, or that has to be unified with each belief."""
         writer = self._writer
         source = source_pattern(literal)
@@ -126,7 +130,12 @@ class Conditions:
         held = writer.names.fresh("s")
         if literal.args:
             names, tests = self.unpack(literal.args, extended)
-            head = f"for ({', '.join(names)},), {held} in reversed({self._table(literal)}.items()):"
+            table = self._table(literal)
+            if source is None and not every:
+                # Most often there is but one, and which comes first makes no difference.
+                head = f"for ({', '.join(names)},) in {table} if len({table}) == 1 else reversed({table}):"
+            else:
+                head = f"for ({', '.join(names)},), {held} in reversed({table}.items()):"
         else:
             tests = []
             head = f"for {held} in believed(p, {proposition(literal)!r}):"

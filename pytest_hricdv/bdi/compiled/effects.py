@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from ..intentions import Message, Wait
 from ..syntax import Act, Plan
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def enter(agent: CompiledAgent, activity: Activity, goal: Goal, left: int) -> int:
-    """Post an event that an activity waits for and react to it at once, as nothing can come between.
+    """Post a belief event that an activity waits for and react to it at once, as nothing can come between.
 
     Returns:
         The cycles left.
@@ -25,24 +25,34 @@ def enter(agent: CompiledAgent, activity: Activity, goal: Goal, left: int) -> in
     select = trigger.select
     try:
         selected = None if select is None else select(agent, args, annots)
-        if selected is None:
-            if trigger.is_goal:
-                raise BailError
-            # A belief event that no plan is for.
-            activity.pc = activity.plan.after[activity.pc]
-            return left
     except BailError:
-        activity.left = left
-        agent.events.appendleft((goal, activity))
-        raise
-    begin(activity, goal, *selected)
+        refuse(agent, activity, activity.pc, goal, left)
+    if selected is None:
+        activity.pc = activity.plan.after[activity.pc]
+    else:
+        begin(activity, goal, *selected)
     return left
+
+
+def refuse(agent: CompiledAgent, activity: Activity, pc: int, goal: Goal, left: int) -> NoReturn:
+    """Leave to the interpreter which plan is for an event that an activity waits for."""
+    activity.pc = pc
+    activity.left = left
+    agent.events.appendleft((goal, activity))
+    raise BailError
 
 
 def pause(agent: CompiledAgent, activity: Activity, pc: int) -> int:
     """No cycle is left: go on at a statement in the next one."""
     activity.pc = pc
     agent.intentions.append(activity)
+    return 0
+
+
+def pause_at(agent: CompiledAgent, activity: Activity, pc: int, goal: Goal) -> int:
+    """No cycle is left after an event was posted: wait for it."""
+    activity.pc = pc
+    agent.events.append((goal, activity))
     return 0
 
 
@@ -60,25 +70,26 @@ def pause_for(
 def act(
     agent: CompiledAgent, activity: Activity, pc: int, action: Structure, plan: Plan, statement: Act, left: int
 ) -> int:
-    """Do an external action; the cycles that the activity can use before it hears of the outcome and after."""
+    """Do an external action.
+
+    Returns:
+        The cycles that the activity can use afterwards; else those not needed, as a negative number.
+    """
     run = agent.run
-    success = True
-    if agent.acts_alone:
-        run.actions.append((agent.name, str(action)))
-        run.progress += 1
-    else:
+    activity.pc = pc
+    if not agent.acts_alone:
         # Anybody may perceive something in the next round.
-        agent.unused += left - 1
-        left = 1
-        success = run.act(agent.name, action, plan, statement)
+        agent.feedback.append((activity, run.act(agent.name, action, plan, statement)))
+        return 1 - left
+    run.actions.append((agent.name, str(action)))
+    run.progress += 1
     if left == 1:
-        activity.pc = pc
-        agent.feedback.append((activity, success))
+        agent.feedback.append((activity, True))
     return left - 1
 
 
 def finish(agent: CompiledAgent, activity: Activity, left: int) -> int:
-    """The last statement of a plan is done.
+    """The last statement of a plan is done, and another plan may go on.
 
     Args:
         agent: whose plan it is.
@@ -86,23 +97,18 @@ def finish(agent: CompiledAgent, activity: Activity, left: int) -> int:
         left: the cycles left.
 
     Returns:
-        The cycles that the activity can use now.
+        The cycles that the activity can use now; else those not needed, as a negative number.
     """
-    if returned(activity):
-        if left:
-            return left
+    if not returned(activity):
+        return -left
+    if not left:
         agent.intentions.append(activity)
-    else:
-        agent.unused += left
-    return 0
+    return left
 
 
 def finish_acted(agent: CompiledAgent, activity: Activity, left: int) -> int:
     """As :func:`finish` where the last statement is an action, whose outcome comes in the next cycle."""
-    if returned(activity):
-        return left
-    agent.unused += left - 1
-    return 0
+    return left if returned(activity) else 1 - left
 
 
 def send(agent: CompiledAgent, receiver: str, force: str, content: Term) -> None:
@@ -128,11 +134,10 @@ def post(agent: CompiledAgent, receiver: str, number: int) -> None:
 
 
 def wait(agent: CompiledAgent, activity: Activity, wait_ms: float, left: int) -> int:
-    """Let an activity wait; the cycles that it can use now: none."""
+    """Let an activity wait; the cycles not needed, as a negative number."""
     run = agent.run
     since = run.ticks + agent.granted - left
     deadline = run.after(wait_ms) + since - run.ticks
     agent.waits.append(Wait(activity, since, deadline))  # type: ignore[arg-type]
     run.note_deadline(deadline)
-    agent.unused += left - 1
-    return 0
+    return 1 - left

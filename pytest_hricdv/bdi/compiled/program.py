@@ -48,7 +48,8 @@ class PlanCode:
         loops: its loops by the number of their statement; each has a place among the values, after the variables.
         after: for each statement, in the order of the text, the number of the one to go on with.
         last: the number of the last statement, if no block is around it; else -1.
-        run: executes statements from ``activity.pc`` on, at most so many cycles; 0 when that is all for now.
+        run: executes statements from ``activity.pc`` on, at most so many cycles. Returns those left if the activity
+            can use them now; else those not needed, as a negative number.
     """
 
     plan: Plan
@@ -71,7 +72,8 @@ class TriggerCode:
     Args:
         sign: that of the event.
         key: that of its literal.
-        select: finds the first applicable plan; None when no plan is for such an event.
+        select: finds the first applicable plan; None when no plan is for such an event. It returns None if there is
+            none, or, for a goal, if that is left to the interpreter.
     """
 
     sign: str
@@ -92,6 +94,8 @@ class ProgramCode:
         triggers: what to do on events, those without a plan included.
         noticed: what to do when a belief has come that a plan is for.
         tables: the place of the table of each predicate with arguments that the program tests.
+        selects: the name of the function that selects a plan, for each event that plans are for.
+        lines: the actions that are done together and are always the same.
         letters: the messages that are always the same: to whom, whether told, what.
         source: the Python text, to be read by people.
     """
@@ -100,6 +104,8 @@ class ProgramCode:
     triggers: dict[EventKey, TriggerCode] = field(default_factory=dict)
     noticed: dict[Key, TriggerCode] = field(default_factory=dict)
     tables: dict[Key, int] = field(default_factory=dict)
+    selects: dict[EventKey, str] = field(default_factory=dict)
+    lines: list[tuple[str, ...]] = field(default_factory=list)
     letters: list[tuple[str, bool, Structure]] = field(default_factory=list)
     source: str = ""
 

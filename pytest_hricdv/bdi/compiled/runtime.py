@@ -67,6 +67,7 @@ def first_source(annots: Annots) -> Term | None:
 
 
 NAMES: dict[str, object] = {
+    "BailError": BailError,
     "Number": Number,
     "Structure": Structure,
     "bail": bail,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from ..syntax import Plan
+from ..syntax import EventKey, Plan
 from ..terms import Structure, Variable
 from .bodies import BodyWriter
 from .conditions import Conditions, named_source, source_pattern
 from .program import PlanCode, ProgramCode
-from .values import Scope, equality
+from .values import Scope, equality, may_bail
 from .writer import Names, UnsupportedError, Writer
 
 
@@ -28,24 +28,36 @@ class SelectionWriter:
         self.plans: dict[str, PlanCode] = {}
         """The code of the plans that have one, by the name of their function."""
 
-    def write(self, name: str, arity: int, plans: tuple[Plan, ...]) -> None:
+    def write(self, name: str, event: EventKey, plans: tuple[Plan, ...]) -> None:
         """Write the function that selects among plans for one event, in their order."""
+        sign, (_, _, arity) = event
+        inner = Writer(self._names, self.functions)
+        self._plans(inner, plans)
         writer = Writer(self._names, self.functions)
         with writer.block(f"def {name}(a, args, annots):"):
             writer.line("p = a.p")
             if arity:
                 writer.line(f"({', '.join(f'e{place}' for place in range(arity))},) = args")
-            for plan in plans:
-                try:
-                    with writer.attempt():
-                        self._plan(writer, plan)
-                except UnsupportedError:
-                    # Its trigger or context has no compiled form: whether it is applicable is not known here.
-                    writer.line("bail()")
-                    break
+            if sign == "+!" and may_bail(*inner.lines):
+                # No plan for a goal is a failure, and left to the interpreter, too.
+                with writer.block("try:"):
+                    writer.include(inner)
+                with writer.block("except BailError:"):
+                    writer.line("return None")
             else:
-                writer.line("return None")
+                writer.include(inner)
         self.functions.extend(writer.lines)
+
+    def _plans(self, writer: Writer, plans: tuple[Plan, ...]) -> None:
+        for plan in plans:
+            try:
+                with writer.attempt():
+                    self._plan(writer, plan)
+            except UnsupportedError:
+                # Its trigger or context has no compiled form: whether it is applicable is not known here.
+                writer.line("bail()")
+                return
+        writer.line("return None")
 
     def _plan(self, writer: Writer, plan: Plan) -> None:
         literal = plan.trigger.literal
@@ -88,7 +100,10 @@ class SelectionWriter:
             name, variables, loops = code
             values = [extended.get(variable, "None") for variable in variables] + ["None"] * loops
             writer.line(f"a.executed.append({plan.label!r})")
-            writer.line(f"return {name}, ({', '.join(values)}{',' if values else ''})")
+            found = (
+                f"{name}, ({', '.join(values)},)" if values else self._names.constant((self._names.objects[name], ()))
+            )
+            writer.line(f"return {found}")
 
         context = () if plan.context is None else (plan.context,)
         Conditions(writer, self._program.table).require(context, scope, select, every=False)

@@ -8,7 +8,7 @@ from typing import Any
 from ..formulas import Formula
 from ..syntax import Achieve, Act, Believe, Check, For, If, Internal, Statement, Test, While
 from ..terms import SOURCE_PERCEPT, Call, String, Structure, is_ground, is_name
-from .bodies import BodyWriter
+from .bodies import FINISH, FINISH_ACTED, BodyWriter
 from .conditions import binds
 from .layout import blocks, variables_in
 from .program import proposition
@@ -29,14 +29,13 @@ def write_statement(body: BodyWriter, pc: int, statement: Statement, scope: Scop
 
 def _achieve(body: BodyWriter, pc: int, statement: Achieve, scope: Scope) -> Scope:
     literal, args, annots = body.posted(statement.literal, scope)
-    trigger = body.trigger("+!", literal)
     body.mark_for(pc, args)
     if statement.apart:
-        body.writer.line(f"a.events.append(({body.goal(trigger, args, annots)}, None))")
-        body.cut()
-        body.go_on(pc)
+        goal = body.goal(body.trigger("+!", literal), args, annots)
+        body.writer.line(f"a.events.append(({goal}, None))")
+        body.stop(pc)
     else:
-        body.call(pc, trigger, args, annots)
+        body.pursue(pc, literal, args, annots)
     return scope
 
 
@@ -51,29 +50,36 @@ def _believe(body: BodyWriter, pc: int, statement: Believe, scope: Scope) -> Sco
         body.mark_for(pc, args)
         writer.line(f"args = {args}")
         store, slot, args = body.program.table(literal), "args", "args"
-    event_sign = "-" if sign == "-" else "+"
     if sign == "-+" and literal.args and not body.has_plans("-", literal):
         writer.line(f"new = replace(a, {store}, args, {annots})")
     else:
         if sign == "-+":
-            which = "None" if literal.args else slot
-            with writer.block(f"if displace(a, {store}, {which}, {annots}, {body.trigger('-', literal)}):"):
-                body.cut()
+            lost = f"displace(a, {store}, {'None' if literal.args else slot}, {annots}, {body.trigger('-', literal)})"
+            body.cut_if(lost, body.has_plans("-", literal))
         writer.line(f"new = {'remove' if sign == '-' else 'add'}(a, {store}, {slot}, {annots})")
-    event, after = body.trigger(event_sign, literal), body.layout.after[pc]
-    if body.has_plans(event_sign, literal):
+    event_sign = "-" if sign == "-" else "+"
+    _wait_for_event(body, pc, event_sign, literal, args)
+    body.spare = ""
+    return scope
+
+
+def _wait_for_event(body: BodyWriter, pc: int, sign: str, literal: Structure, args: str) -> None:
+    """After a change of beliefs, which has an event if ``new`` is not None."""
+    writer = body.writer
+    event, after = body.trigger(sign, literal), body.layout.after[pc]
+    if body.has_plans(sign, literal):
         with writer.block("if new is None:"):
             body.go_on(pc)
         with writer.block("else:"):
             body.call(pc, event, args, "new")
-        return scope
+        return
     # The activity waits for an event that no plan is for: it goes on in the next cycle, and only then is it over.
     writer.line("n -= 1")
     if after == body.layout.end:
-        writer.line("if new is None: return finish(a, i, n)")
+        with writer.block("if new is None:"):
+            body.finish(FINISH)
     body.leave_with(f"pause_for(a, i, {pc}, {after}, {event}, {args}, new)")
     writer.line(f"pc = {after}")
-    return scope
 
 
 def _act(body: BodyWriter, pc: int, statement: Act, scope: Scope) -> Scope:
@@ -88,9 +94,12 @@ def _act(body: BodyWriter, pc: int, statement: Act, scope: Scope) -> Scope:
     where = f"{names.constant(body.plan)}, {names.constant(statement)}"
     body.save_values()
     writer.line(f"n = act(a, i, {pc}, {done}, {where}, n)")
-    writer.line("if not n: return 0")
+    writer.line("if n <= 0: return n")
     after = body.layout.after[pc]
-    writer.line("return finish_acted(a, i, n)" if after == body.layout.end else f"pc = {after}")
+    if after == body.layout.end:
+        body.finish(FINISH_ACTED)
+    else:
+        writer.line(f"pc = {after}")
     return scope
 
 
@@ -125,7 +134,7 @@ def _if(body: BodyWriter, pc: int, statement: If, scope: Scope) -> Scope:
     after = body.layout.after[pc]
     targets = (then if statement.then else after, otherwise if statement.otherwise else after)
     test = body.conditions.test(statement.condition, scope)
-    body.mark_for(pc, test, "same(" if "exists" in test else "")
+    body.mark_for(pc, test)
     body.writer.line(f"pc = {targets[0]} if {test} else {targets[1]}")
     body.jump(targets)
     return scope
@@ -182,15 +191,19 @@ def _internal(body: BodyWriter, pc: int, statement: Internal, scope: Scope) -> S
         raise UnsupportedError(f"{call} is not compiled")
     if call.name != ".send" or not is_ground(call.args[2]):  # type: ignore[arg-type]
         body.mark(pc)
-    if write(body, call, scope):
-        body.go_on(pc)
+    write(body, pc, call, scope)
     return scope
 
 
-def _print(body: BodyWriter, call: Call, scope: Scope) -> bool:
+def _print(body: BodyWriter, pc: int, call: Call, scope: Scope) -> None:
+    body.writer.line(printed(body, call, scope))
+    body.go_on(pc)
+
+
+def printed(body: BodyWriter, call: Call, scope: Scope) -> str:
+    """What prints the arguments of a call."""
     parts = [_text(body, arg, scope) for arg in call.args]
-    body.writer.line(f"a.run.print(a.name, {' + '.join(parts) or repr('')})")
-    return True
+    return f"a.run.print(a.name, {' + '.join(parts) or repr('')})"
 
 
 def _text(body: BodyWriter, arg: Any, scope: Scope) -> str:
@@ -201,7 +214,7 @@ def _text(body: BodyWriter, arg: Any, scope: Scope) -> str:
     return f"shown({value(body.writer, arg, scope)})"
 
 
-def _send(body: BodyWriter, call: Call, scope: Scope) -> bool:
+def _send(body: BodyWriter, pc: int, call: Call, scope: Scope) -> None:
     receiver, force, content = call.args
     if not isinstance(receiver, Structure) or not is_name(receiver) or receiver.functor not in body.receivers:
         raise UnsupportedError(f"{receiver} is not an agent known beforehand")
@@ -213,11 +226,10 @@ def _send(body: BodyWriter, call: Call, scope: Scope) -> bool:
     else:
         sent = value(body.writer, content, scope)  # type: ignore[arg-type]
         body.writer.line(f"send(a, {receiver.functor!r}, {force.functor!r}, {sent})")
-    body.cut()
-    return True
+    body.stop(pc)
 
 
-def _abolish(body: BodyWriter, call: Call, scope: Scope) -> bool:
+def _abolish(body: BodyWriter, pc: int, call: Call, scope: Scope) -> None:
     pattern = call.args[0]
     if not isinstance(pattern, Structure) or pattern.annots or pattern.annots_tail is not None:
         raise UnsupportedError(f"{call} is not compiled")
@@ -232,24 +244,23 @@ def _abolish(body: BodyWriter, call: Call, scope: Scope) -> bool:
             with writer.block(f"if {' and '.join(tests) or 'True'}:"):
                 writer.line("slots.append(args)")
     with writer.block(f"if abolish(a, {store}, {slots}, {trigger}):"):
-        body.cut()
-    return True
+        body.stop(pc)
+    body.go_on(pc)
 
 
-def _wait(body: BodyWriter, call: Call, scope: Scope) -> bool:
+def _wait(body: BodyWriter, pc: int, call: Call, scope: Scope) -> None:
     wait_ms = number(body.writer, call.args[0], scope)  # type: ignore[arg-type]
     body.writer.line(f"return wait(a, i, {wait_ms}, n)")
-    return False
 
 
-_INTERNAL: dict[tuple[str, int], Callable[[BodyWriter, Call, Scope], bool]] = {
+_INTERNAL: dict[tuple[str, int], Callable[[BodyWriter, int, Call, Scope], None]] = {
     (".print", -1): _print,
     (".println", -1): _print,
     (".send", 3): _send,
     (".abolish", 1): _abolish,
     (".wait", 1): _wait,
 }
-"""Internal actions by name and number of arguments, -1 for any; False if the action ends the statement itself."""
+"""Internal actions by name and number of arguments, -1 for any."""
 _WRITE: dict[type, Callable[[BodyWriter, int, Any, Scope], Scope]] = {
     Achieve: _achieve,
     Test: _test,

@@ -71,3 +71,8 @@ def _bound(variable: Variable, scope: Scope) -> str:
     if variable not in scope:
         raise UnsupportedError(f"{variable} may have no value")
     return scope[variable]
+
+
+def may_bail(*expressions: str) -> bool:
+    """Whether one of these expressions may have no value."""
+    return any(call in each for each in expressions for call in ("bail()", "compute(", "same(", "exists"))

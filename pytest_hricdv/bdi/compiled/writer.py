@@ -54,6 +54,10 @@ class Writer:
         """Add a line."""
         self.lines.append("    " * self._depth + text)
 
+    def include(self, other: Writer) -> None:
+        """Add the lines of another writer."""
+        self.lines += ["    " * self._depth + line for line in other.lines]
+
     @contextmanager
     def block(self, head: str) -> Iterator[None]:
         """Add a line and indent what follows below it."""

@@ -1,0 +1,204 @@
+"""Consecutive statements in one piece, for when there are cycles enough for all of them.
+
+Such statements concern nobody but the agent, or are actions in the plain environment: while cycles are left,
+nothing can come between them, so that where the activity is need not be kept up to date, and the most frequent
+changes of beliefs can be written out instead of called.
+"""
+
+from __future__ import annotations
+
+from ..syntax import Act, Believe, Internal, Statement
+from ..terms import SOURCE_PERCEPT, Structure
+from .bodies import FINISH, FINISH_ACTED, BodyWriter
+from .layout import Numbered
+from .program import proposition
+from .values import Scope, may_bail, value
+
+_PRINTS = frozenset({".print", ".println"})
+
+
+class StraightWriter:
+    """Writes a run of statements in one piece.
+
+    Args:
+        body: the body they are part of.
+        numbered: the statements.
+        scope: the variables bound before; such statements bind none.
+    """
+
+    def __init__(self, body: BodyWriter, numbered: tuple[Numbered, ...], scope: Scope) -> None:
+        self._body = body
+        self._writer = body.writer
+        self._numbered = numbered
+        self._scope = scope
+        self._texts: list[str] = []
+        """The actions to be noted next."""
+        self._noticed = False
+        """Whether it has been noted that something has changed: once is enough."""
+
+    def write(self) -> None:
+        """Write the statements, and afterwards go on at the one that follows them.
+
+        Raises:
+            UnsupportedError: some statement has no compiled form.
+        """
+        writer, count = self._writer, len(self._numbered)
+        first, last = self._numbered[0][0], self._numbered[-1][0]
+        alone = " and a.acts_alone" if any(isinstance(each, Act) for _, each in self._numbered) else ""
+        with writer.block(f"if pc == {first} and n > {count}{alone}:"):
+            self._body.save_values()
+            for done, (pc, statement) in enumerate(self._numbered):
+                if not isinstance(statement, Act) or not self._is_constant(statement):
+                    self._note_actions()
+                self._statement(pc, done, statement)
+            self._note_actions()
+            writer.line(f"n -= {count}")
+            self._go_on(last, self._numbered[-1][1])
+
+    def write_actions(self) -> bool:
+        """Write the statements one by one if all are actions that are always the same; whether they are."""
+        if not all(isinstance(each, Act) and self._is_constant(each) for _, each in self._numbered):
+            return False
+        writer, plan = self._writer, self._body.plan
+        first, last = self._numbered[0][0], self._numbered[-1][0]
+        actions = [(each.action, plan, each) for _, each in self._numbered if isinstance(each, Act)]
+        where = "pc" if first == 0 else f"pc - {first}"
+        with writer.block(f"while pc <= {last}:"):
+            writer.line(f"n = act(a, i, pc, *{writer.names.constant(tuple(actions))}[{where}], n)")
+            writer.line("if n <= 0: return n")
+            writer.line("pc += 1")
+        self._go_on(last, self._numbered[-1][1])
+        return True
+
+    def _go_on(self, pc: int, statement: Statement) -> None:
+        after = self._body.layout.after[pc]
+        if after != self._body.layout.end or isinstance(statement, Believe):
+            self._writer.line(f"pc = {after}")
+        elif isinstance(statement, Act):
+            self._body.finish(FINISH_ACTED)
+        else:
+            self._body.finish(FINISH)
+
+    def _statement(self, pc: int, done: int, statement: Statement) -> None:
+        if isinstance(statement, Act):
+            self._act(pc, done, statement)
+        elif isinstance(statement, Believe):
+            self._believe(pc, done, statement)
+        elif isinstance(statement, Internal) and statement.call.name in _PRINTS:
+            from .statements import printed
+
+            text = printed(self._body, statement.call, self._scope)
+            self._mark_for(pc, done, text)
+            self._writer.line(text)
+        elif isinstance(statement, Internal):
+            (pattern,) = statement.call.args
+            assert isinstance(pattern, Structure)
+            self._where(f"p.pop({proposition(pattern)!r}, None)")
+
+    def _mark_for(self, pc: int, done: int, *expressions: str) -> None:
+        """Note where the activity is if an expression may have no value."""
+        if may_bail(*expressions):
+            self._writer.line(f"i.pc = {pc}")
+            self._writer.line(f"i.left = n - {done}" if done else "i.left = n")
+
+    def _changed(self) -> None:
+        """Something has certainly changed."""
+        if not self._noticed:
+            self._writer.line("a.run.progress += 1")
+            self._noticed = True
+
+    def _where(self, test: str, then: str = "", otherwise: str = "") -> None:
+        """What changes something only where a test holds, and what is to be done instead."""
+        writer = self._writer
+        if self._noticed and not then:
+            writer.line(test)
+            return
+        with writer.block(f"if {test}:"):
+            if then:
+                writer.line(then)
+            if not self._noticed:
+                writer.line("a.run.progress += 1")
+        if otherwise:
+            writer.line(f"else: {otherwise}")
+
+    def _is_constant(self, statement: Act) -> bool:
+        return isinstance(statement.action, Structure) and statement.action.ground
+
+    def _act(self, pc: int, done: int, statement: Act) -> None:
+        if self._is_constant(statement):
+            self._texts.append(str(statement.action))
+            return
+        action = value(self._writer, statement.action, self._scope)
+        self._mark_for(pc, done, action)
+        self._writer.line(f"a.run.actions.append((a.name, str({action})))")
+        self._changed()
+
+    def _note_actions(self) -> None:
+        if self._texts:
+            lines = self._body.program.lines
+            lines.append(tuple(self._texts))
+            self._texts = []
+            self._writer.line(f"a.run.actions += a.lines[{len(lines) - 1}]")
+            self._changed()
+
+    def _believe(self, pc: int, done: int, statement: Believe) -> None:
+        body, writer, sign = self._body, self._writer, statement.sign
+        literal, args, annots = body.posted(statement.literal, self._scope)
+        if not literal.args:
+            self._propose(sign, literal, annots)
+            return
+        self._mark_for(pc, done, args)
+        table = body.program.table(literal)
+        if sign != "-+":
+            writer.line(f"{'remove' if sign == '-' else 'add'}(a, {table}, {args}, {annots})")
+            return
+        # Most often the one belief of a predicate that has a single value, with the same source.
+        writer.line(f"t, args = {table}, {args}")
+        with writer.block("if len(t) == 1:"):
+            writer.line("old, held = t.popitem()")
+            with writer.block(f"if held == {annots}:"):
+                writer.line(f"t[args] = {annots}")
+                self._changed()
+            with writer.block("else:"):
+                writer.line("t[old] = held")
+                writer.line(f"replace(a, t, args, {annots})")
+        writer.line(f"else: replace(a, t, args, {annots})")
+
+    def _propose(self, sign: str, literal: Structure, annots: str) -> None:
+        slot = repr(proposition(literal))
+        if sign == "-":
+            self._where(f"p.get({slot}) == {annots}", f"del p[{slot}]", f"remove(a, p, {slot}, {annots})")
+            return
+        if sign == "-+":
+            self._writer.line(f"displace(a, p, {slot}, {annots}, {self._body.trigger('-', literal)})")
+        self._where(f"{slot} not in p", f"p[{slot}] = {annots}", f"add(a, p, {slot}, {annots})")
+
+
+def straight_run(body: BodyWriter, numbered: tuple[Numbered, ...]) -> tuple[Numbered, ...]:
+    """Those of the statements, from the first on, that can be done in one piece."""
+    count = 0
+    while count < len(numbered) and _is_straight(body, *numbered[count]):
+        count += 1
+    return numbered[:count]
+
+
+def _is_straight(body: BodyWriter, pc: int, statement: Statement) -> bool:
+    if isinstance(statement, Act):
+        return isinstance(statement.action, Structure)
+    if isinstance(statement, Believe):
+        literal, signs = statement.literal, statement.sign
+        if not isinstance(literal, Structure) or signs == "++" or SOURCE_PERCEPT in literal.annots:
+            return False
+        # At the end of a plan it makes a difference whether anything has changed; a replacement always does.
+        is_sure = body.layout.after[pc] != body.layout.end or (signs == "-+" and bool(literal.args))
+        return is_sure and not any(body.has_plans(sign, literal) for sign in signs)
+    if not isinstance(statement, Internal):
+        return False
+    call = statement.call
+    if call.name == ".abolish" and len(call.args) == 1:
+        # With arguments it may have to look at several beliefs, and with annotations it is not compiled.
+        pattern = call.args[0]
+        if not isinstance(pattern, Structure) or not pattern.ground or pattern.args or pattern.annots:
+            return False
+        return not body.has_plans("-", pattern)
+    return call.name in _PRINTS
