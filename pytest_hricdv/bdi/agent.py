@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from . import communication, failure, perception, waiting
 from .actions import Invocation, call_action, function_value
 from .calling import hand_back, optimize_tail_recursion
+from .conditions import ask
 from .errors import BdiError, EvaluationError
 from .execution import step_of
 from .formulas import Formula
@@ -47,7 +48,7 @@ class Agent(Mind):
     def reason(self) -> None:
         """The part of a cycle after perceiving and reading."""
         while self.events:
-            event = self._select_event()
+            event = self.events.popleft() if self._atomic is None else self._atomic_event()
             if event is None or self._react(event):
                 break
         if self.feedback:
@@ -61,17 +62,26 @@ class Agent(Mind):
     def act(self) -> None:
         """The last part of a cycle: one statement."""
         if self.intentions:
-            self._act()
+            atomic = self._atomic
+            if atomic is None:
+                self._execute(self.intentions.popleft())
+            elif atomic in self.intentions:
+                self.intentions.remove(atomic)
+                self._execute(atomic)
+            # Else it waits for its own event or for time to pass: nothing may come between.
         if self.waits and self.beliefs.version != self._condition_version:
             self._condition_version = self.beliefs.version
             waiting.wake_by_conditions(self)
-        self.awake = bool(self.intentions or self.events) or self.has_work()
+        self.awake = True if self.intentions or self.events else self.has_work()
 
     def work(self, rounds: int) -> int:
         """Do cycles while every other agent is idle, at most so many; the number done.
 
         All but the last are entered in the run's books here: what an agent does may depend on the time.
         """
+        if rounds == 1:
+            self.cycle()
+            return 1
         run = self.run
         for _ in range(rounds - 1):
             self.cycle()
@@ -94,23 +104,41 @@ class Agent(Mind):
         """Act on one message."""
         communication.receive(self, message)
 
-    def _select_event(self) -> Event | None:
-        atomic = self._atomic
-        if atomic is None:
-            return self.events.popleft()
+    def _atomic_event(self) -> Event | None:
+        """The event of the intention that must not be interleaved with others.
+
+        None if it is ready, or waits for an answer, an action or time: nothing may come between.
+        """
         for event in self.events:
-            if event.intention is atomic:
+            if event.intention is self._atomic:
                 self.events.remove(event)
                 return event
-        # It is ready, or it waits for an answer, an action or time: nothing may come between.
         return None
 
     def _react(self, event: Event) -> bool:
         """Find a plan for an event; False for a belief event without one: another event is selected at once."""
-        selected = self._applicable_plan(event)
-        if selected is None:
-            return failure.no_applicable_plan(self, event)
-        plan, unifier = selected
+        literal = event.literal
+        for plan, match, condition in self.library.options(event.sign, literal.key):
+            self._considered = plan
+            unifier: Bindings | None = {} if match is None else match(literal)
+            if unifier is None:
+                continue
+            if condition is not None:
+                try:
+                    applicable = condition(self, unifier)
+                    if applicable is None:
+                        applicable = ask(self, plan.context, unifier)  # type: ignore[arg-type]
+                except (EvaluationError, ArithmeticError, ValueError) as error:
+                    self.run.warn(f"{self.name}: context of plan @{plan.label} ({plan.location}): {error}")
+                    continue
+                if not applicable:
+                    continue
+            self._intend(event, plan, unifier)
+            return True
+        return failure.no_applicable_plan(self, event)
+
+    def _intend(self, event: Event, plan: Plan, unifier: Bindings) -> None:
+        """Add a plan for an event to the intention that waits for it, or to a new one."""
         if not plan.builtin:
             self.executed.append(plan.label)
         intention = event.intention
@@ -122,44 +150,17 @@ class Agent(Mind):
         if plan.atomic:
             self._atomic = intention
         self.intentions.append(intention)
-        return True
 
-    def _applicable_plan(self, event: Event) -> tuple[Plan, Bindings] | None:
-        literal = event.literal
-        for plan, match, condition in self.library.options(event.sign, literal.key):
-            self._considered = plan
-            unifier: Bindings | None = {} if match is None else match(literal)
-            if unifier is None:
-                continue
-            if condition is None:
-                return plan, unifier
-            try:
-                solution = condition(self, unifier)
-            except (EvaluationError, ArithmeticError, ValueError) as error:
-                self.run.warn(f"{self.name}: context of plan @{plan.label} ({plan.location}): {error}")
-                continue
-            if solution is not None:
-                return plan, solution
-        return None
-
-    def _act(self) -> None:
-        atomic = self._atomic
-        if atomic is None:
-            intention = self.intentions.popleft()
-        elif atomic in self.intentions:
-            self.intentions.remove(atomic)
-            intention = atomic
-        else:
-            # It waits for its own event or for time to pass: nothing may come between.
-            return
+    def _execute(self, intention: Intention) -> None:
+        """Do the statement that an intention is at."""
         frame = intention.frames[-1]
-        if frame.pc >= len(frame.body):
+        body, pc = frame.body, frame.pc
+        if pc >= len(body):
             self.clear(intention)
             return
         self.current = intention
-        statement = frame.body[frame.pc]
         try:
-            (statement.step or step_of(statement))(self, intention, frame)
+            (body[pc].step or step_of(body[pc]))(self, intention, frame)
         except (EvaluationError, ArithmeticError, ValueError) as error:
             failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
         finally:
@@ -174,28 +175,43 @@ class Agent(Mind):
             self.note_end(intention)
             return
         frame = frames[-1]
-        frame.advance()
+        frame.pc += 1
         if frame.pc >= len(frame.body):
-            self.clear(intention)
-        else:
+            frame.leave_blocks()
+            if frame.pc >= len(frame.body):
+                self.clear(intention)
+                return
+        if self.suspending:
             self.ready(intention)
+        else:
+            self.intentions.append(intention)
 
     def resume(self, intention: Intention) -> None:
         """What an intention waited for has come: it is ready for the next statement, if any, in its turn."""
-        intention.frames[-1].advance()
-        self.ready(intention)
+        frame = intention.frames[-1]
+        frame.pc += 1
+        if frame.blocks:
+            frame.leave_blocks()
+        if self.suspending:
+            self.ready(intention)
+        else:
+            self.intentions.append(intention)
 
     def clear(self, intention: Intention) -> None:
         """Take finished plans off an intention; it goes on where they were called, or ends."""
-        frames = intention.frames
-        while frames and frames[-1].finished:
+        frames, run = intention.frames, self.run
+        goals_matter = not run.plain
+        while frames and frames[-1].pc >= len(frames[-1].body):
             done = frames.pop()
-            if done.sign == "+!":
-                self.run.note_achieved(self.name, done.literal)
+            if goals_matter and done.sign == "+!":
+                run.note_achieved(self.name, done.literal)
             if frames:
+                caller = frames[-1]
                 if not done.literal.ground:
-                    hand_back(self, done, frames[-1])
-                frames[-1].advance()
+                    hand_back(self, done, caller)
+                caller.pc += 1
+                if caller.blocks:
+                    caller.leave_blocks()
         if self._atomic is intention and not intention.atomic:
             self._atomic = None
         if frames:
@@ -242,6 +258,16 @@ class Agent(Mind):
             return False
         self.run.progress += 1
         self.post("-", belief, intention)
+        return True
+
+    def change(self, belief: Structure, intention: Intention) -> bool:
+        """Replace the only belief of a predicate, and post both events; False if that takes more to know."""
+        old = self.beliefs.replace(belief)
+        if old is None:
+            return False
+        self.run.progress += 2
+        self.post("-", old, None)
+        self.post("+", belief, intention)
         return True
 
     # --- evaluation

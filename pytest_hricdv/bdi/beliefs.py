@@ -56,7 +56,9 @@ class BeliefBase:
             What is new: the belief, or the belief with those of its annotations that were not held; None
             if nothing is, as when a belief is added again from the same source.
         """
-        bucket = self.buckets.setdefault(belief.key, {})
+        bucket = self.buckets.get(belief.key)
+        if bucket is None:
+            bucket = self.buckets[belief.key] = {}
         args = belief.args
         held = bucket.get(args)
         if isinstance(held, Structure):
@@ -71,6 +73,23 @@ class BeliefBase:
             self.open.add(belief.key)
         self.version += 1
         return belief
+
+    def replace(self, belief: Structure) -> Structure | None:
+        """Put a ground belief in the place of the only one of its predicate, if that has the same annotations.
+
+        Returns:
+            The belief that goes; None if nothing is done.
+        """
+        bucket = self.buckets.get(belief.key)
+        if bucket is None or len(bucket) != 1 or not belief.ground:
+            return None
+        (held,) = bucket.values()
+        if not isinstance(held, Structure) or held.annots != belief.annots:
+            return None
+        del bucket[held.args]
+        bucket[belief.args] = belief
+        self.version += 1
+        return held
 
     def remove(self, belief: Structure) -> bool:
         """Remove the annotations given, sources among them; without any source left the belief goes.

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from .conditions import condition_of
+from .conditions import question_of
 from .inference import solve
 from .intentions import Frame, Intention, Loop
 from .substitution import Bindings
@@ -19,13 +19,10 @@ if TYPE_CHECKING:
 
 def choose(statement: If) -> Step:
     """How to go into one block or the other."""
-    condition = condition_of(statement.condition)
+    holds = question_of(statement.condition)
 
     def step(agent: Agent, intention: Intention, frame: Frame) -> None:
-        solution = condition(agent, frame.unifier)
-        if solution is not None:
-            frame.unifier = solution
-        frame.enter(statement.otherwise if solution is None else statement.then, None)
+        frame.enter(statement.then if holds(agent, frame) else statement.otherwise, None)
         _requeue(agent, intention, frame)
 
     return step
@@ -33,17 +30,17 @@ def choose(statement: If) -> Step:
 
 def repeat(statement: While) -> Step:
     """How to go round while a condition holds."""
-    condition = condition_of(statement.condition)
+    holds = question_of(statement.condition)
 
     def step(agent: Agent, intention: Intention, frame: Frame) -> None:
         loop = _loop(frame, statement, lambda: deque())
-        solution = condition(agent, loop.outer)
-        if solution is None:
-            _leave_loop(agent, intention, frame, loop)
-        else:
-            frame.unifier = dict(solution)
+        # What was bound the last time round is not bound any more.
+        frame.unifier = dict(loop.outer)
+        if holds(agent, frame):
             frame.enter(statement.body, loop)
             _requeue(agent, intention, frame)
+        else:
+            _leave_loop(agent, intention, frame, loop)
 
     return step
 

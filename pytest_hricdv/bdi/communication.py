@@ -6,13 +6,14 @@ Number)`` for which every agent has the plans of ``kqml.asl``, after its own.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from . import failure
 from .errors import EvaluationError
 from .intentions import Message, Question
 from .substitution import Bindings, free_variables, substitute_only
-from .terms import ListTerm, Number, String, Structure, Term, source
+from .terms import ListTerm, Number, String, Structure, Term, is_ground, source
 from .unify import undo, unify
 
 if TYPE_CHECKING:
@@ -26,10 +27,16 @@ FORCES = frozenset(
 def add_source(content: Term, sender: str) -> Term:
     """The content with ``source(sender)``; for a list, each of its literals."""
     if isinstance(content, Structure):
-        return content.annotated((*content.annots, source(sender)))
+        return _with_source(content, sender)
     if isinstance(content, ListTerm):
         return ListTerm(tuple(add_source(item, sender) for item in content.items), content.tail)
     return content
+
+
+# What is said is mostly said again and again.
+@lru_cache(maxsize=1024)
+def _with_source(literal: Structure, sender: str) -> Structure:
+    return literal.annotated((*literal.annots, source(sender)))
 
 
 def send(agent: Agent, receiver: str, force: str, content: Term, reply_to: str = "") -> str:
@@ -49,11 +56,10 @@ def send(agent: Agent, receiver: str, force: str, content: Term, reply_to: str =
     if to is None:
         raise EvaluationError(f"there is no agent {receiver} to send to", "internal_action")
     number = agent.run.next_message_number()
-    free = free_variables(content)
-    if free:
+    if not is_ground(content):
         # The receiver's plans may have variables of the same names.
-        renaming: Bindings = {variable: agent.fresh() for variable in free}
-        content = substitute_only(content, renaming)
+        renaming: Bindings = {variable: agent.fresh() for variable in free_variables(content)}
+        content = substitute_only(content, renaming) if renaming else content
     sender = "self" if to is agent else agent.name
     agent.run.deliver(to, Message(sender, force, content, number, reply_to))
     return number

@@ -1,8 +1,8 @@
-"""Conditions made ready to be asked often: a function for each, made once, that finds its first solution.
+"""Conditions made ready to be asked often: a function for each, made once, that decides it.
 
-Such a function gives what :func:`~.inference.first` gives, and looks up what can be looked up: beliefs known by
+Such a function finds what :func:`~.inference.first` finds, by looking up what can be looked up: beliefs known by
 predicate and arguments, the one belief there is of a predicate, comparisons of numbers. What takes a choice, a rule or
-anything else is left to the machine, from the part of the condition on that takes it.
+anything else is left to ``first``, from the part of the condition on that takes it.
 """
 
 from __future__ import annotations
@@ -14,19 +14,18 @@ from typing import TYPE_CHECKING
 from .comparison import compare
 from .formulas import And, Comparison, Formula, Not
 from .inference import first
+from .intentions import Frame
 from .substitution import Bindings
-from .terms import Number, Structure, Term, Variable, is_ground
+from .terms import Number, Structure, Variable, is_ground
 from .unify import Trail, unify
-from .values import value_of
+from .values import Value, value_of
 
 if TYPE_CHECKING:
     from .agent import Agent
 
-Condition = Callable[["Agent", Bindings], Bindings | None]
-"""Gives the first solution as bindings that extend the given ones; None if there is none."""
-Part = Callable[["Agent", Bindings], bool | None]
-"""Whether a part of a condition holds, in one way at most; adds to the bindings. None, with nothing added: it takes the
-machine to know."""
+Condition = Callable[["Agent", Bindings], bool | None]
+"""Whether a condition holds; adds to the bindings what its first solution adds, or, if it does not hold, anything. None,
+with nothing added: it has to be asked of :func:`first`."""
 
 _RELATIONS: dict[str, Callable[[Number, Number], bool]] = {
     "<": operator.lt,
@@ -39,197 +38,218 @@ _RELATIONS: dict[str, Callable[[Number, Number], bool]] = {
 }
 
 
-def condition_of(formula: Formula, own: bool = False) -> Condition:
-    """How to find the first solution of a formula.
+def question_of(formula: Formula) -> Callable[[Agent, Frame], bool]:
+    """How to ask for a formula in a plan: if it holds, the plan's variables are bound as its first solution says."""
+    condition, binds = condition_of(formula), _may_bind(formula)
 
-    Args:
-        formula: what is asked.
-        own: whether the bindings given may be changed, whatever the answer.
-    """
-    parts = formula.parts if isinstance(formula, And) else (formula,)
-    if all(isinstance(part, Structure) and _is_proposition(part) for part in parts):
-        return _propositions(formula, parts)  # type: ignore[arg-type]
-    decided = [_part(part) for part in parts]
-    if decided[0] is None:
-        return lambda agent, bindings: first(agent, formula, bindings)
-    copied = not own and any(_may_bind(part) for part in parts)
-    if len(parts) == 1:
-        return _single(formula, decided[0], copied)
-    return _conjunction(formula, parts, decided, copied)
+    def question(agent: Agent, frame: Frame) -> bool:
+        bindings = dict(frame.unifier) if binds else frame.unifier
+        decided = condition(agent, bindings)
+        if decided is None:
+            decided = ask(agent, formula, bindings)
+        if decided:
+            frame.unifier = bindings
+        return decided
+
+    return question
+
+
+def ask(agent: Agent, formula: Formula, bindings: Bindings) -> bool:
+    """Whether a formula holds; adds to the bindings what its first solution adds."""
+    solution = first(agent, formula, bindings)
+    if solution is None:
+        return False
+    if solution is not bindings:
+        bindings.update(solution)
+    return True
+
+
+def _may_bind(formula: Formula) -> bool:
+    if isinstance(formula, And):
+        return any(map(_may_bind, formula.parts))
+    if isinstance(formula, Comparison):
+        return formula.operator[0] == "="
+    return not isinstance(formula, Not) and not (isinstance(formula, Structure) and formula.ground)
+
+
+def condition_of(formula: Formula) -> Condition:
+    """How to decide a formula."""
+    if isinstance(formula, And):
+        return _conjunction(formula)
+    if isinstance(formula, Structure):
+        return _literal(formula)
+    if isinstance(formula, Not):
+        return _negation(formula)
+    if isinstance(formula, Comparison):
+        return comparison_of(formula)
+    return _undecided
+
+
+def _undecided(agent: Agent, bindings: Bindings) -> bool | None:
+    return None
+
+
+def _conjunction(formula: And) -> Condition:
+    literals = [part for part in formula.parts if isinstance(part, Structure) and _is_proposition(part)]
+    if len(literals) == len(formula.parts):
+        return _propositions(literals)
+    # Each with what is to be shown from there on.
+    parts = [(_part(part), And(formula.parts[index:])) for index, part in enumerate(formula.parts)]
+
+    def condition(agent: Agent, bindings: Bindings) -> bool | None:
+        for decide, rest in parts:
+            decided = decide(agent, bindings)
+            if not decided:
+                return decided if decided is False else ask(agent, rest, bindings)
+        return True
+
+    return condition
+
+
+def _part(formula: Formula) -> Condition:
+    """For a part of a conjunction, which may have to be shown in another way for what comes after it."""
+    return _undecided if isinstance(formula, And) else condition_of(formula)
 
 
 def _is_proposition(literal: Structure) -> bool:
-    """Whether a literal is one of those that beliefs are looked up by, whatever their sources."""
-    return literal.ground and not literal.annots and literal.functor not in ("true", "false")
+    """Whether a literal can be looked up, whatever its sources."""
+    return literal.ground and not literal.annots and literal.functor not in _CONSTANTS
 
 
-def _may_bind(part: Formula) -> bool:
-    if isinstance(part, Comparison):
-        return part.operator[0] == "="
-    return not isinstance(part, Not) and not (isinstance(part, Structure) and part.ground)
+_CONSTANTS = ("true", "false")
 
 
-def _propositions(formula: Formula, literals: tuple[Structure, ...]) -> Condition:
-    wanted = [(literal.key, literal.args, index) for index, literal in enumerate(literals)]
+def _propositions(literals: list[Structure]) -> Condition:
+    wanted = [(literal.key, literal.args) for literal in literals]
 
-    def condition(agent: Agent, bindings: Bindings) -> Bindings | None:
-        beliefs = agent.beliefs
-        buckets = beliefs.buckets
-        for key, args, index in wanted:
+    def condition(agent: Agent, bindings: Bindings) -> bool | None:
+        buckets = agent.beliefs.buckets
+        for key, args in wanted:
             bucket = buckets.get(key)
-            if not bucket:
-                return None
-            if args not in bucket:
-                if key in beliefs.open:
-                    return first(agent, And(literals[index:]) if index else formula, bindings)
-                return None
-        return bindings
+            if not bucket or args not in bucket:
+                # Only now it matters whether there are other ways to answer.
+                others = agent.beliefs.open
+                return None if others and not others.isdisjoint(keys) else False
+        return True
 
+    keys = [key for key, _ in wanted]
     return condition
 
 
-def _single(formula: Formula, decide: Part, copied: bool) -> Condition:
-    def condition(agent: Agent, bindings: Bindings) -> Bindings | None:
-        extended = dict(bindings) if copied else bindings
-        holds = decide(agent, extended)
-        if holds:
-            return extended
-        return None if holds is False else first(agent, formula, bindings)
-
-    return condition
-
-
-def _conjunction(formula: Formula, parts: tuple[Formula, ...], decided: list[Part | None], copied: bool) -> Condition:
-    # The rest of the formula from each part on, for the machine.
-    steps = [(decide or _unknown, And(parts[index:]) if index else formula) for index, decide in enumerate(decided)]
-
-    def condition(agent: Agent, bindings: Bindings) -> Bindings | None:
-        if copied:
-            bindings = dict(bindings)
-        for decide, rest in steps:
-            holds = decide(agent, bindings)
-            if not holds:
-                return None if holds is False else first(agent, rest, bindings)
-        return bindings
-
-    return condition
+def _literal(literal: Structure) -> Condition:
+    if literal.functor in _CONSTANTS or literal.evaluable or literal.annots_tail is not None:
+        return _undecided
+    if literal.ground:
+        return _known(literal)
+    if not all(map(is_ground, literal.annots)):
+        return _undecided
+    (argument, *others) = literal.args
+    if isinstance(argument, Variable) and not others:
+        return _only_belief_named(literal, argument)
+    return _only_belief(literal)
 
 
-def _unknown(agent: Agent, bindings: Bindings) -> bool | None:
-    return None
-
-
-def _part(part: Formula) -> Part | None:
-    """How to decide a part of a condition; None if it always takes the machine."""
-    if isinstance(part, Structure):
-        if part.functor in ("true", "false"):
-            return None
-        if part.ground:
-            return _ground(part)
-        if part.evaluable or part.annots_tail is not None or not all(map(is_ground, part.annots)):
-            return None
-        return _only_belief(part)
-    if isinstance(part, Not):
-        return _negation(part)
-    if isinstance(part, Comparison):
-        return comparison_of(part)
-    return None
-
-
-def _ground(literal: Structure) -> Part:
+def _known(literal: Structure) -> Condition:
+    """For a ground literal."""
     key, args, annots = literal.key, literal.args, literal.annots
 
-    def decide(agent: Agent, bindings: Bindings) -> bool | None:
+    def condition(agent: Agent, bindings: Bindings) -> bool | None:
         bucket = agent.beliefs.buckets.get(key)
         if not bucket:
             return False
         held = bucket.get(args)
-        if held is not None:
-            for annot in annots:
-                if annot not in held.annots:  # type: ignore[union-attr]
-                    break
-            else:
-                return True
+        if held is not None and (not annots or all(annot in held.annots for annot in annots)):  # type: ignore[union-attr]
+            return True
         return None if key in agent.beliefs.open else False
 
-    return decide
+    return condition
 
 
-def _only_belief(literal: Structure) -> Part:
-    """A literal with variables: decided if there is no belief or one, which is no rule."""
-    key, annots = literal.key, literal.annots
-    match = _variable_match(literal.args[0]) if len(literal.args) == 1 else None
-    if match is None:
-        match = _match(literal.args)
+def _only_belief(literal: Structure) -> Condition:
+    """For a literal with variables: decided if there is no belief or one, which is no rule."""
+    key, args, annots = literal.key, literal.args, literal.annots
 
-    def decide(agent: Agent, bindings: Bindings) -> bool | None:
+    def condition(agent: Agent, bindings: Bindings) -> bool | None:
         bucket = agent.beliefs.buckets.get(key)
         if not bucket:
             return False
         if len(bucket) != 1:
             return None
-        (entry,) = bucket.values()
-        if not isinstance(entry, Structure):
+        (belief,) = bucket.values()
+        if not isinstance(belief, Structure):
             return None
-        if not match(entry, bindings):
-            return False
-        return not annots or all(annot in entry.annots for annot in annots)
-
-    return decide
-
-
-Match = Callable[[Structure, Bindings], bool]
-"""Whether the arguments of a literal unify with those of a belief of its predicate; adds to the bindings."""
-
-
-def _variable_match(variable: Term) -> Match | None:
-    """For the commonest case, a single variable."""
-    if type(variable) is not Variable:
-        return None
-
-    def match(belief: Structure, bindings: Bindings) -> bool:
-        (value,) = belief.args
-        if variable in bindings or not belief.ground:
-            return unify(variable, value, bindings, [])
-        bindings[variable] = value
-        return True
-
-    return match
-
-
-def _match(args: tuple[Term, ...]) -> Match:
-    def match(belief: Structure, bindings: Bindings) -> bool:
         trail: Trail = []
-        for left, right in zip(args, belief.args):  # noqa: B905 - of the same predicate, so of the same length
+        for left, right in zip(args, belief.args, strict=True):
             if type(left) is Variable and left not in bindings and is_ground(right):
                 bindings[left] = right
             elif not unify(left, right, bindings, trail):
                 return False
-        return True
+        return not annots or all(annot in belief.annots for annot in annots)
 
-    return match
-
-
-def _negation(formula: Not) -> Part:
-    condition = condition_of(formula.part)
-
-    def decide(agent: Agent, bindings: Bindings) -> bool | None:
-        return condition(agent, bindings) is None
-
-    return decide
+    return condition
 
 
-def comparison_of(formula: Comparison) -> Part:
+def _only_belief_named(literal: Structure, name: Variable) -> Condition:
+    """The commonest such literal: its only argument is a variable."""
+    key, annots = literal.key, literal.annots
+
+    def condition(agent: Agent, bindings: Bindings) -> bool | None:
+        bucket = agent.beliefs.buckets.get(key)
+        if not bucket:
+            return False
+        if len(bucket) != 1:
+            return None
+        (belief,) = bucket.values()
+        if not isinstance(belief, Structure):
+            return None
+        (value,) = belief.args
+        if belief.ground and name not in bindings:
+            bindings[name] = value
+        elif not unify(name, value, bindings, []):
+            return False
+        return not annots or all(annot in belief.annots for annot in annots)
+
+    return condition
+
+
+def _negation(formula: Not) -> Condition:
+    part = formula.part
+    condition, binds = condition_of(part), _may_bind(part)
+
+    def negation(agent: Agent, bindings: Bindings) -> bool | None:
+        own = dict(bindings) if binds else bindings
+        decided = condition(agent, own)
+        return not (ask(agent, part, own) if decided is None else decided)
+
+    return negation
+
+
+def comparison_of(formula: Comparison) -> Callable[[Agent, Bindings], bool]:
     """How to decide a comparison; ``=`` and ``=..`` bind variables, and may do so before they fail."""
-    relation = _RELATIONS.get(formula.operator)
     left, right = value_of(formula.left), value_of(formula.right)
+    if right is not None and formula.operator == "=" and isinstance(formula.left, Variable):
+        return _assignment(formula, formula.left, right)
+    relation = _RELATIONS.get(formula.operator)
     if relation is None or left is None or right is None:
         return lambda agent, bindings: compare(agent, formula, bindings, [])
 
-    def decide(agent: Agent, bindings: Bindings) -> bool | None:
+    def comparison(agent: Agent, bindings: Bindings) -> bool:
         x, y = left(bindings), right(bindings)
         if type(x) is Number and type(y) is Number:
             return relation(x, y)
         return compare(agent, formula, bindings, [])
 
-    return decide
+    return comparison
+
+
+def _assignment(formula: Comparison, name: Variable, value_of_right: Value) -> Callable[[Agent, Bindings], bool]:
+    """For ``X = ...``, where X mostly has no value yet."""
+
+    def assignment(agent: Agent, bindings: Bindings) -> bool:
+        value = value_of_right(bindings)
+        if value is None or name in bindings:
+            return compare(agent, formula, bindings, [])
+        bindings[name] = value
+        return True
+
+    return assignment

@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING, Any
 from . import failure
 from .actions import PREPARED, Invocation, call_action
 from .blocks import choose, for_each, repeat
-from .conditions import comparison_of, condition_of
+from .conditions import comparison_of, question_of
 from .formulas import Comparison
 from .instances import instantiate, literal_of, maker_of
 from .intentions import Frame, Intention
 from .syntax import Achieve, Act, Believe, Check, For, If, Internal, Statement, Test, While
 from .terms import Annotated, Structure, Variable
 from .updates import believe
-from .values import value_of
 
 if TYPE_CHECKING:
     from .agent import Agent
@@ -57,12 +56,10 @@ def _achieve_apart(statement: Achieve) -> Step:
 
 def _test(statement: Test) -> Step:
     formula = statement.formula
-    condition = condition_of(formula)
+    holds = question_of(formula)
 
     def step(agent: Agent, intention: Intention, frame: Frame) -> None:
-        solution = condition(agent, frame.unifier)
-        if solution is not None:
-            frame.unifier = solution
+        if holds(agent, frame):
             agent.go_on(intention)
             return
         if isinstance(formula, (Structure, Variable, Annotated)):
@@ -108,55 +105,20 @@ def _internal(statement: Internal) -> Step:
 
 def _check(statement: Check) -> Step:
     formula = statement.formula
-    if not isinstance(formula, Comparison):
-        return _check_condition(statement)
-    holds = comparison_of(formula)
+    if isinstance(formula, Comparison):
+        compared = comparison_of(formula)
+        return _checked(statement, lambda agent, frame: compared(agent, frame.unifier))
+    return _checked(statement, question_of(formula))
 
+
+def _checked(statement: Check, holds: Callable[[Agent, Frame], bool]) -> Step:
     def step(agent: Agent, intention: Intention, frame: Frame) -> None:
-        if holds(agent, frame.unifier):
+        if holds(agent, frame):
             agent.go_on(intention)
         else:
-            _does_not_hold(agent, intention, statement)
-
-    if formula.operator == "=" and isinstance(formula.left, Variable):
-        return _assign(formula.left, formula, step)
-    return step
-
-
-def _assign(variable: Variable, formula: Comparison, otherwise: Step) -> Step:
-    """For ``X = ...`` where X has no value yet."""
-    value_of_right = value_of(formula.right)
-    if value_of_right is None:
-        return otherwise
-
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
-        bindings = frame.unifier
-        value = value_of_right(bindings)
-        if value is None or variable in bindings:
-            otherwise(agent, intention, frame)
-        else:
-            bindings[variable] = value
-            agent.go_on(intention)
+            failure.fail(agent, intention, "constraint_failed", f"condition {statement} does not hold")
 
     return step
-
-
-def _check_condition(statement: Check) -> Step:
-    condition = condition_of(statement.formula)
-
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
-        solution = condition(agent, frame.unifier)
-        if solution is None:
-            _does_not_hold(agent, intention, statement)
-        else:
-            frame.unifier = solution
-            agent.go_on(intention)
-
-    return step
-
-
-def _does_not_hold(agent: Agent, intention: Intention, statement: Check) -> None:
-    failure.fail(agent, intention, "constraint_failed", f"condition {statement} does not hold")
 
 
 _MAKERS: dict[type, Callable[[Any], Step]] = {

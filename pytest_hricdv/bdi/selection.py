@@ -19,8 +19,7 @@ Option = tuple[Plan, Match | None, Condition | None]
 def option_of(plan: Plan) -> Option:
     """A plan, ready to be selected."""
     match = None if plan.plain else _match(plan.trigger)
-    # The bindings that a context is asked with are new for every plan.
-    return plan, match, None if plan.context is None else condition_of(plan.context, own=True)
+    return plan, match, None if plan.context is None else condition_of(plan.context)
 
 
 def _match(trigger: Trigger) -> Match:

@@ -180,7 +180,6 @@ class TracedAgent(Agent):
         super().__init__(name, run, beliefs, library, events)
         self.cause: Step | None = None
         """What comes about now comes from this step: what is being reacted to, or the plan being executed."""
-        self._selected: tuple[Plan, Bindings] | None = None
         # Events, frames and intentions are known by their identity while they are in use.
         self._events = {id(event): self._note_event(event.sign, event.literal, None) for event in self.events}
         self._frames: dict[int, Step] = {}
@@ -220,27 +219,22 @@ class TracedAgent(Agent):
         super().post_goal(goal)
         self._events[id(self.events[-1])] = step
 
-    def _applicable_plan(self, event: Event) -> tuple[Plan, Bindings] | None:
-        self._selected = super()._applicable_plan(event)
-        return self._selected
-
     def _react(self, event: Event) -> bool:
         self.cause = self._events.pop(id(event), None)
         reacted = super()._react(event)
-        if self._selected is not None:
-            plan, bindings = self._selected
-            step = self._note_plan(plan, bindings)
-            intention = self.intentions[-1]
-            self._frames[id(intention.frames[-1])] = step
-            self._intentions[id(intention)] = step
         self.cause = None
         return reacted
 
-    def _act(self) -> None:
-        atomic = self._atomic
-        intention = atomic if atomic is not None and atomic in self.intentions else self.intentions[0]
+    def _intend(self, event: Event, plan: Plan, unifier: Bindings) -> None:
+        step = self._note_plan(plan, unifier)
+        super()._intend(event, plan, unifier)
+        intention = self.intentions[-1]
+        self._frames[id(intention.frames[-1])] = step
+        self._intentions[id(intention)] = step
+
+    def _execute(self, intention: Intention) -> None:
         self.cause = self._frames.get(id(intention.frames[-1]))
-        super()._act()
+        super()._execute(intention)
         self.cause = None
 
     def _note_plan(self, plan: Plan, bindings: Bindings) -> Step:

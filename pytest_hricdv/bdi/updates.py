@@ -41,6 +41,8 @@ def _add_apart(make: Maker) -> Step:
 def _replace(make: Maker) -> Step:
     def step(agent: Agent, intention: Intention, frame: Frame) -> None:
         literal = make(agent, frame)
+        if agent.change(literal, intention):
+            return
         _delete_any(agent, literal)
         if not agent.believe(literal, intention):
             agent.go_on(intention)

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ..errors import EvaluationError
 from ..inference import first
-from ..intentions import Wait
+from ..intentions import Frame, Intention, Wait
 from ..parser import parse_trigger
 from ..syntax import Plan, Trigger
-from ..terms import Number, Quoted, String, Variable
-from .registry import Invocation, Outcome, internal_action
+from ..terms import Arithmetic, Call, Number, Quoted, String, Variable
+from .registry import Invocation, Outcome, internal_action, prepared
+
+if TYPE_CHECKING:
+    from ..agent import Agent
+    from ..execution import Step
 
 
 @internal_action("wait", 1, 3)
@@ -40,9 +46,23 @@ def _wait(invocation: Invocation) -> Outcome:
     return True
 
 
-def _is_value(what: object) -> bool:
-    from ..terms import Arithmetic
+@prepared("wait")
+def _prepared_wait(call: Call, otherwise: Step) -> Step:
+    """For a known time."""
+    wait_ms = call.args[0]
+    if len(call.args) != 1 or not isinstance(wait_ms, Number):
+        return otherwise
 
+    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+        run = agent.run
+        deadline = run.after(wait_ms)
+        run.note_deadline(deadline)
+        agent.waits.append(Wait(intention, run.ticks, deadline))
+
+    return step
+
+
+def _is_value(what: object) -> bool:
     return isinstance(what, (Number, String, Quoted, Variable, Arithmetic))
 
 
