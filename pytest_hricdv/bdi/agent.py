@@ -33,17 +33,31 @@ class Agent(Mind):
 
     def cycle(self) -> None:
         """Perceive, read one message, react to one event, take one action's outcome, do one statement."""
-        if self.woken:
-            woken, self.woken = self.woken, []
-            for intention in woken:
-                self.resume(intention)
-        version = self._percept_versions.get(self.name, 0)
-        if version != self._seen_percepts:
-            self._seen_percepts = version
-            perception.perceive(self)
-        if self.mailbox:
-            self.receive(self.mailbox.popleft())
-        self.reason()
+        self.work(1)
+
+    def work(self, rounds: int) -> int:
+        """Do cycles while every other agent is idle, at most so many; the number done.
+
+        All but the last are entered in the run's books here: what an agent does may depend on the time.
+        """
+        run = self.run
+        while True:
+            if self.woken:
+                woken, self.woken = self.woken, []
+                for intention in woken:
+                    self.resume(intention)
+            version = self._percept_versions.get(self.name, 0)
+            if version != self._seen_percepts:
+                self._seen_percepts = version
+                perception.perceive(self)
+            if self.mailbox:
+                self.receive(self.mailbox.popleft())
+            self.reason()
+            if rounds == 1 or not self.awake or run.something_else_can_happen():
+                return 1
+            rounds -= 1
+            run.rounds += 1
+            run.ticks += 1
 
     def reason(self) -> None:
         """The part of a cycle after perceiving and reading."""
@@ -61,36 +75,28 @@ class Agent(Mind):
 
     def act(self) -> None:
         """The last part of a cycle: one statement."""
-        if self.intentions:
-            atomic = self._atomic
-            if atomic is None:
-                self._execute(self.intentions.popleft())
-            elif atomic in self.intentions:
-                self.intentions.remove(atomic)
-                self._execute(atomic)
-            # Else it waits for its own event or for time to pass: nothing may come between.
+        intention = self._next_intention() if self._atomic else self.intentions.popleft() if self.intentions else None
+        if intention is not None:
+            frame = intention.frames[-1]
+            body, pc = frame.body, frame.pc
+            if pc < len(body):
+                self.current = intention
+                try:
+                    (body[pc].step or step_of(body[pc]))(self, intention, frame)
+                except (EvaluationError, ArithmeticError, ValueError) as error:
+                    failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
+                finally:
+                    self.current = None
+            else:
+                self.clear(intention)
         if self.waits and self.beliefs.version != self._condition_version:
             self._condition_version = self.beliefs.version
-            waiting.wake_by_conditions(self)
+            self.look_again()
         self.awake = True if self.intentions or self.events else self.has_work()
 
-    def work(self, rounds: int) -> int:
-        """Do cycles while every other agent is idle, at most so many; the number done.
-
-        All but the last are entered in the run's books here: what an agent does may depend on the time.
-        """
-        if rounds == 1:
-            self.cycle()
-            return 1
-        run = self.run
-        for _ in range(rounds - 1):
-            self.cycle()
-            if not self.awake or run.something_else_can_happen():
-                return 1
-            run.rounds += 1
-            run.ticks += 1
-        self.cycle()
-        return 1
+    def look_again(self) -> None:
+        """Let the intentions go on that wait for a condition that holds now."""
+        waiting.wake_by_conditions(self)
 
     def end_waits(self, now: int) -> None:
         """Let the intentions go on, or fail, whose wait is over at a tick of the virtual clock."""
@@ -118,7 +124,7 @@ class Agent(Mind):
     def _react(self, event: Event) -> bool:
         """Find a plan for an event; False for a belief event without one: another event is selected at once."""
         literal = event.literal
-        for plan, match, condition in self.library.options(event.sign, literal.key):
+        for plan, match, condition in self.library.options[event.sign, literal.key]:
             self._considered = plan
             unifier: Bindings | None = {} if match is None else match(literal)
             if unifier is None:
@@ -144,27 +150,21 @@ class Agent(Mind):
         intention = event.intention
         if intention is None:
             intention = self.new_intention()
-        elif intention.frames:
+        elif intention.frames and intention.frames[-1].literal.key == event.literal.key:
             optimize_tail_recursion(intention, event)
         intention.frames.append(Frame(plan, event.sign, event.literal, unifier))
         if plan.atomic:
             self._atomic = intention
         self.intentions.append(intention)
 
-    def _execute(self, intention: Intention) -> None:
-        """Do the statement that an intention is at."""
-        frame = intention.frames[-1]
-        body, pc = frame.body, frame.pc
-        if pc >= len(body):
-            self.clear(intention)
-            return
-        self.current = intention
-        try:
-            (body[pc].step or step_of(body[pc]))(self, intention, frame)
-        except (EvaluationError, ArithmeticError, ValueError) as error:
-            failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
-        finally:
-            self.current = None
+    def _next_intention(self) -> Intention | None:
+        """While an intention must not be interleaved with others: that, if it is ready."""
+        atomic = self._atomic
+        if atomic is None or atomic not in self.intentions:
+            # It waits for its own event or for time to pass: nothing may come between.
+            return None
+        self.intentions.remove(atomic)
+        return atomic
 
     # --- intentions
 
@@ -236,7 +236,7 @@ class Agent(Mind):
         """Add an event; an external one that no plan is for is only shown to those who wait for it."""
         if self.waits:
             waiting.wake_by_event(self, sign, literal)
-        if intention is not None or self.library.relevant(sign, literal.key):
+        if intention is not None or self.library.options[sign, literal.key]:
             self.events.append(Event(sign, literal, intention))
 
     def post_goal(self, goal: Structure) -> None:

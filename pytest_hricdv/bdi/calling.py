@@ -15,9 +15,9 @@ def optimize_tail_recursion(intention: Intention, event: Event) -> None:
     """Drop a plan that ends by pursuing its own goal again, so that such loops need no memory."""
     top = intention.frames[-1]
     if (
-        top.literal.key == event.literal.key
-        and event.sign == "+!"
+        event.sign == "+!"
         and top.sign == "+!"
+        and top.literal.key == event.literal.key
         and top.pc == len(top.body) - 1
         and not top.blocks
         and not top.plan.atomic

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from .agent import Agent
 
 Condition = Callable[["Agent", Bindings], bool | None]
-"""Whether a condition holds; adds to the bindings what its first solution adds, or, if it does not hold, anything. None,
-with nothing added: it has to be asked of :func:`first`."""
+"""Whether a condition holds; adds to the bindings what its first solution adds, or, if it does not hold, anything.
+None, with nothing added: it has to be asked of :func:`first`."""
 
 _RELATIONS: dict[str, Callable[[Number, Number], bool]] = {
     "<": operator.lt,

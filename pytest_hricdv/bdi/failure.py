@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from .errors import BdiError, Location
 from .formulas import Comparison
-from .intentions import ROOT_OF_ADDED_GOALS, ROOT_OF_FAILED_GOALS, Event, Frame, Intention
+from .intentions import ROOT_OF_ADDED_GOALS, Event, Frame, Intention
 from .syntax import Check, Internal, Test
 from .terms import Number, String, Structure, Term, Variable
 from .unify import unify
@@ -86,19 +86,19 @@ def no_applicable_plan(agent: Agent, event: Event) -> bool:
         Whether that was all for this cycle; if not, another event is selected.
     """
     intention = event.intention
-    if event.sign in ROOT_OF_ADDED_GOALS:
+    if len(event.sign) == 1:
+        if intention is None:
+            return False
+        agent.resume(intention)
+    elif event.sign in ROOT_OF_ADDED_GOALS:
         known = bool(agent.library.relevant(event.sign, event.literal.key))
         error = "no_applicable" if known else "no_relevant"
         message = f"no {'applicable' if known else 'relevant'} plan for {event.sign}{event.literal.plain()}"
         fail_goal(agent, intention or agent.new_intention(), event.sign, event.literal, error, message)
-    elif event.sign in ROOT_OF_FAILED_GOALS:
+    else:
         agent.run.warn(f"{agent.name}: no applicable plan for {event}: the intention is dropped")
         if intention is not None:
             agent.note_end(intention)
-    elif intention is None:
-        return False
-    else:
-        agent.resume(intention)
     return True
 
 

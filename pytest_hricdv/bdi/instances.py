@@ -10,7 +10,7 @@ from .formulas import GoalTerm
 from .intentions import Frame
 from .substitution import Bindings, free_variables
 from .terms import SOURCE_SELF, Structure, Variable, ground_structure, in_order, is_ground
-from .values import Arguments, arguments_of
+from .values import Arguments, Value, arguments_of, value_of
 
 if TYPE_CHECKING:
     from .agent import Agent
@@ -22,10 +22,25 @@ Maker = Callable[["Agent", Frame], Structure]
 def maker_of(term: GoalTerm) -> Maker:
     """How to do :func:`instantiate` often: what is known of the literal beforehand is not looked at again."""
     if isinstance(term, Structure) and term.annots_tail is None and all(map(is_ground, term.annots)):
+        value = value_of(term.args[0]) if len(term.args) == 1 else None
+        if value is not None:
+            return _with_argument(term, value)
         arguments = arguments_of(term)
         if arguments is not None:
             return _with_arguments(term, arguments)
     return lambda agent, frame: instantiate(agent, term, frame)
+
+
+def _with_argument(literal: Structure, value: Value) -> Maker:
+    """For the commonest literals with arguments: with one."""
+    key = literal.key
+    annots = literal.annots if literal.has_source() else in_order((*literal.annots, SOURCE_SELF))
+
+    def make(agent: Agent, frame: Frame) -> Structure:
+        arg = value(frame.unifier)
+        return instantiate(agent, literal, frame) if arg is None else ground_structure(key, (arg,), annots)
+
+    return make
 
 
 def _with_arguments(literal: Structure, arguments: Arguments) -> Maker:

@@ -7,6 +7,20 @@ from .syntax import EventKey, Plan
 from .terms import Key
 
 
+class Options(dict[EventKey, tuple[Option, ...]]):
+    """The relevant plans of events, made ready when there is such an event for the first time."""
+
+    __slots__ = ("_library",)
+
+    def __init__(self, library: PlanLibrary) -> None:
+        super().__init__()
+        self._library = library
+
+    def __missing__(self, event: EventKey) -> tuple[Option, ...]:
+        options = self[event] = tuple([option_of(plan) for plan in self._library.relevant(*event)])
+        return options
+
+
 class PlanLibrary:
     """Plans by triggering event.
 
@@ -14,15 +28,15 @@ class PlanLibrary:
         plans: the plans, in the order in which they are tried.
     """
 
-    __slots__ = ("_by_event", "_by_sign", "_options", "plans")
+    __slots__ = ("_by_event", "_by_sign", "options", "plans")
 
     def __init__(self, plans: tuple[Plan, ...]) -> None:
         self.plans = plans
         self._by_event: dict[EventKey, tuple[Plan, ...]] = {}
         self._by_sign: dict[str, tuple[Plan, ...]] = {}
         """Plans for any event of a sign: their trigger is a variable."""
-        self._options: dict[EventKey, tuple[Option, ...]] = {}
-        """The plans of the events that there have been, ready to be selected."""
+        self.options = Options(self)
+        """:meth:`relevant` plans, ready to be selected."""
         for plan in plans:
             if plan.trigger.key is None:
                 self._by_sign[plan.trigger.sign] = (*self._by_sign.get(plan.trigger.sign, ()), plan)
@@ -39,14 +53,6 @@ class PlanLibrary:
         """The plans that may be for an event, in the order in which they are tried."""
         plans = self._by_event.get((sign, key))
         return plans if plans is not None else self._by_sign.get(sign, ())
-
-    def options(self, sign: str, key: Key) -> tuple[Option, ...]:
-        """:meth:`relevant` plans, ready to be selected."""
-        event = sign, key
-        options = self._options.get(event)
-        if options is None:
-            options = self._options[event] = tuple([option_of(plan) for plan in self.relevant(sign, key)])
-        return options
 
     def with_plan(self, plan: Plan, at_the_beginning: bool = False) -> PlanLibrary:
         """A library with one plan more, tried last unless asked otherwise."""

@@ -191,10 +191,10 @@ class TracedAgent(Agent):
             kind = "percept"
         return self.run.note(self.name, kind, f"{sign}{literal}", cause)
 
-    def cycle(self) -> None:
+    def work(self, rounds: int) -> int:
         """Do a reasoning cycle; all that is noted meanwhile is this agent's doing."""
         self.run.acting, self.cause = self, None
-        super().cycle()
+        return super().work(1)
 
     def receive(self, message: Message) -> None:
         """Act on a message; what comes of it comes from its being sent."""
@@ -232,10 +232,19 @@ class TracedAgent(Agent):
         self._frames[id(intention.frames[-1])] = step
         self._intentions[id(intention)] = step
 
-    def _execute(self, intention: Intention) -> None:
-        self.cause = self._frames.get(id(intention.frames[-1]))
-        super()._execute(intention)
+    def act(self) -> None:
+        """Do a statement; what comes of it comes from the choice of its plan."""
+        if self.intentions:
+            atomic = self._atomic
+            intention = atomic if atomic is not None and atomic in self.intentions else self.intentions[0]
+            self.cause = self._frames.get(id(intention.frames[-1]))
+        super().act()
         self.cause = None
+
+    def look_again(self) -> None:
+        """What conditions do that are waited for comes from no plan."""
+        self.cause = None
+        super().look_again()
 
     def _note_plan(self, plan: Plan, bindings: Bindings) -> Step:
         text = f"@{plan.label} {plan.trigger}" if plan.labelled else str(plan.trigger)

@@ -44,20 +44,10 @@ def arguments_of(literal: Structure) -> Arguments | None:
         if value is None:
             return None
         values.append(value)
-    if len(values) == 1:
-        return _single(values[0])
 
     def arguments(bindings: Bindings) -> tuple[Term, ...] | None:
         args = tuple([value(bindings) for value in values])
         return None if None in args else args  # type: ignore[return-value]
-
-    return arguments
-
-
-def _single(value: Value) -> Arguments:
-    def arguments(bindings: Bindings) -> tuple[Term, ...] | None:
-        arg = value(bindings)
-        return None if arg is None else (arg,)
 
     return arguments
 
