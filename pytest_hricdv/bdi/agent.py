@@ -57,7 +57,6 @@ class Agent(Mind):
                 return 1
             rounds -= 1
             run.rounds += 1
-            run.ticks += 1
 
     def reason(self) -> None:
         """The part of a cycle after perceiving and reading."""

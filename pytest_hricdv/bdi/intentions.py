@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from typing import Any
 
 from .formulas import Formula
 from .substitution import Bindings
@@ -159,15 +160,21 @@ class Letter(Message):
         told: whether the literal is told, and not a goal to be achieved.
         literal: what it is about.
         annots: the literal's annotations as the receiver gets them, its source among them.
+        slot: the name of a proposition to be believed; empty for anything else.
+        event: what a compiled receiver has to react to, if it does not believe the literal yet.
     """
 
-    __slots__ = ("annots", "literal", "told")
+    __slots__ = ("annots", "event", "literal", "slot", "told")
 
-    def __init__(self, sender: str, told: bool, literal: Structure, annots: tuple[Term, ...]) -> None:
+    def __init__(
+        self, sender: str, told: bool, literal: Structure, annots: tuple[Term, ...], slot: str, event: Any
+    ) -> None:
         super().__init__(sender, "tell" if told else "achieve", literal, "")
         self.told = told
         self.literal = literal
         self.annots = annots
+        self.slot = slot
+        self.event = event
 
 
 class Question:

@@ -83,7 +83,6 @@ class JitteredRun(Run):
                 except RecursionError:
                     raise BdiError(f"{agent.name}: terms nested too deeply, {agent.doing()}") from None
         self.rounds += 1
-        self.ticks += 1
         # While something is under way, agents that only repeat themselves may yet have reason to stop.
         self.progress += expecting
         return True

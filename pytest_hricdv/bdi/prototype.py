@@ -104,4 +104,7 @@ def compiled_prototypes(prototypes: list[Prototype]) -> list[Prototype]:
             programs[id(plans)] = compile_program(plans, names)
         code = compile_agent(prototype.name, programs[id(plans)], prototype.beliefs, plans, prototype.events)
         compiled.append(replace(prototype, code=code))
+    codes = {prototype.name: prototype.code for prototype in compiled if prototype.code is not None}
+    for code in codes.values():
+        code.address(codes)
     return compiled

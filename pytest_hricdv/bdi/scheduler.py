@@ -47,8 +47,8 @@ class Run:
         self.actions: list[tuple[str, str]] = []
         self.warnings: list[str] = []
         self.rounds = 0
-        self.ticks = 0
-        """The virtual clock."""
+        self._skipped = 0
+        """The ticks of the virtual clock in which nobody had anything to do."""
         self.earliest_deadline = math.inf
         """No wait is over before this tick."""
         self.progress = 0
@@ -74,6 +74,11 @@ class Run:
         return self._goal is None
 
     # --- what agents use
+
+    @property
+    def ticks(self) -> int:
+        """The virtual clock."""
+        return self.rounds + self._skipped
 
     @property
     def time_ms(self) -> float:
@@ -227,17 +232,17 @@ class Run:
         place = 0
         try:
             while True:
-                index = 0
-                may_go_on = not watched or len(ready) == 1
+                index, in_turn = 0, watched and len(ready) > 1
                 while index < len(ready):
                     place = ready[index]
-                    # An agent that waits for no time at all leaves no round but this one.
-                    done = order[place].work(self._until - self.rounds or 1 if may_go_on and len(ready) == 1 else 1)
-                    if done > 1:
-                        # It was alone, but may in the last of its rounds have given others something to do.
+                    if len(ready) > 1 or in_turn:
+                        order[place].work(1)
+                    else:
+                        # It may in the last of its rounds give others something to do.
+                        # An agent that waits for no time at all leaves no round but this one.
+                        done = order[place].work(self._until - self.rounds or 1)
                         self.rounds += done - 1
-                        self.ticks += done - 1
-                    may_go_on = not watched
+                        in_turn = watched
                     if ready[index] != place:
                         # Others before it have been woken: they act in the next round.
                         index = bisect_left(ready, place)
@@ -246,7 +251,6 @@ class Run:
                     else:
                         del ready[index]
                 self.rounds += 1
-                self.ticks += 1
                 if not ready or self.rounds >= self._until or watched:
                     return True
         except RecursionError:
@@ -271,15 +275,17 @@ class Run:
         """An intention has begun to wait until then."""
         if deadline < self.earliest_deadline:
             self.earliest_deadline = deadline
-        if deadline - self.ticks < self._until - self.rounds:
-            self._until = self.rounds + int(deadline) - self.ticks
+        if deadline - self._skipped < self._until:
+            self._until = int(deadline) - self._skipped
 
     def _jump(self) -> bool:
         """Go to the next moment at which a wait is over; False if there is none."""
-        self._find_earliest_deadline()
+        if self.earliest_deadline < math.inf:
+            # What somebody waited for may have come before its time.
+            self._find_earliest_deadline()
         if self.earliest_deadline == math.inf:
             return False
-        self.ticks = max(self.ticks, int(self.earliest_deadline))
+        self._skipped = max(self._skipped, int(self.earliest_deadline) - self.rounds)
         self._end_waits()
         return True
 

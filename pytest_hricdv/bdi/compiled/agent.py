@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 from ..environment import Environment
 from ..intentions import Letter, Message, Question, Wait
 from ..terms import Structure, in_order, source
-from .activity import Activity, Pending, Slot, Store, begin, resumed
+from .activity import Activity, Goal, Pending, Slot, Store, begin, resumed
 from .changes import add
 from .code import AgentCode
 from .handover import to_interpreter
-from .program import Annots, proposition
+from .program import Annots, PlanCode, Values, proposition
 from .runtime import BailError
 
 if TYPE_CHECKING:
@@ -35,6 +35,8 @@ class CompiledAgent:
     """
 
     takes_letters = True
+    is_watched = False
+    """Whether what it is told has to go through :meth:`_believe`."""
 
     def __init__(self, name: str, run: Run, code: AgentCode) -> None:
         self.name = name
@@ -44,6 +46,8 @@ class CompiledAgent:
         self.code = code
         self.letters = code.letters
         """The messages that it sends that are always the same."""
+        self.known = code.known
+        """Other messages that it sends, as far as known."""
         self.lines = code.lines
         """The actions that it does together and that are always the same."""
         self.p: dict[str, Annots] = code.propositions.copy()
@@ -98,19 +102,21 @@ class CompiledAgent:
         if (events or feedback) and not self._react():
             self.interpreted().reason()
             return 1
-        done = 1
-        if intentions:
-            activity = intentions.popleft()
-            self.granted = left = 1 if rounds == 1 or intentions or events or mailbox or feedback else rounds
-            try:
-                while left > 0:
-                    left = activity.plan.run(self, activity, left)
-            except BailError:
-                return self._leave(activity)
-            done = self.granted + left
+        if not intentions:
+            self.awake = bool(events or feedback or mailbox)
+            return 1
+        activity = intentions.popleft()
+        if rounds > 1 and (intentions or events or mailbox or feedback):
+            rounds = 1
+        self.granted = left = rounds
+        try:
+            while left > 0:
+                left = activity.plan.run(self, activity, left)
+        except BailError:
+            return self._leave(activity)
         if not (intentions or events or feedback or mailbox):
             self.awake = False
-        return done
+        return rounds + left
 
     def _take_in(self) -> bool:
         """Perceive, and act on one message; False if that is left to the interpreter."""
@@ -122,47 +128,56 @@ class CompiledAgent:
         if type(message) is not Letter:
             return self._receive(message)
         self.mailbox.popleft()
-        if message.told:
+        slot = message.slot
+        if slot and not self.is_watched and slot not in self.p:
+            self.p[slot] = message.annots
+            self.run.progress += 1
+        elif message.told:
             self._believe(message.literal, message.annots)
-        else:
-            goal = self.code.program.trigger("+!", message.literal.key), message.literal.args, message.annots
-            self.events.append((goal, None))
+            return True
+        if message.event is not None:
+            self.events.append(message.event)
         return True
 
     def _react(self) -> bool:
         """React to one event and to the outcome of one action; False if that is left to the interpreter."""
-        events, intentions = self.events, self.intentions
-        if self.feedback and not self.feedback[0][1]:
+        events, feedback = self.events, self.feedback
+        if feedback and not feedback[0][1]:
             return False
         while events:
             goal, activity = events.popleft()
             trigger, args, annots = goal
-            selected = None
-            try:
-                if trigger.select is not None:
-                    selected = trigger.select(self, args, annots)
-                if selected is None and trigger.is_goal:
-                    raise BailError
-            except BailError:
+            select = trigger.select
+            if select is not None:
+                try:
+                    selected = select(self, args, annots)
+                except BailError:
+                    events.appendleft((goal, activity))
+                    return False
+                if selected is not None:
+                    self._begin(activity, goal, *selected)
+                    break
+            if trigger.is_goal:
                 events.appendleft((goal, activity))
                 return False
-            if selected is None:
-                if activity is None:
-                    # A belief event without a plan lets another be selected at once.
-                    continue
+            if activity is not None:
                 activity.pc = activity.plan.after[activity.pc]
-            elif activity is None:
-                self.activities += 1
-                activity = Activity(self.activities, *selected, goal)
-            else:
-                begin(activity, goal, *selected)
-            intentions.append(activity)
-            break
-        if self.feedback:
-            acted, _ = self.feedback.popleft()
+                self.intentions.append(activity)
+                break
+            # A belief event without a plan lets another be selected at once.
+        if feedback:
+            acted, _ = feedback.popleft()
             if resumed(acted):
-                intentions.append(acted)
+                self.intentions.append(acted)
         return True
+
+    def _begin(self, activity: Activity | None, goal: Goal, plan: PlanCode, values: Values) -> None:
+        if activity is None:
+            self.activities += 1
+            activity = Activity(self.activities, plan, values, goal)
+        else:
+            begin(activity, goal, plan, values)
+        self.intentions.append(activity)
 
     def _perceive(self) -> bool:
         """Believe what is perceived at first; False if percepts change later, which is left to the interpreter."""

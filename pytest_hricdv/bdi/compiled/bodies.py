@@ -15,7 +15,7 @@ from .conditions import Conditions, binds
 from .layout import Layout, Numbered, blocks, number, variables_in
 from .program import LoopCode, PlanCode, ProgramCode
 from .values import Scope, may_bail, values
-from .writer import UnsupportedError, Writer
+from .writer import UnsupportedError, Writer, mention
 
 _SOURCE: Key = (False, "source", 1)
 FINISH = "finish(a, i, n) if i.open else -n"
@@ -65,15 +65,17 @@ class BodyWriter:
         """
         writer, layout = self.writer, self.layout
         scope = {variable: python for variable, python in self.names.items() if variable in bound}
+        if layout.loops:
+            with writer.block("while True:"):
+                self._whole(scope)
+        else:
+            self._whole(scope)
+        lines = writer.take()
         with writer.block(f"def {name}(a, i, n):"):
-            writer.line("p, pc = a.p, i.pc")
+            writer.line("p, pc = a.p, i.pc" if mention("p", lines) else "pc = i.pc")
             if self._values:
                 writer.line(f"({', '.join(self._values)},) = i.values")
-            if layout.loops:
-                with writer.block("while True:"):
-                    self._whole(scope)
-            else:
-                self._whole(scope)
+            writer.include(lines)
         return PlanCode(self.plan, layout.variables, self._loops, tuple(layout.after), self._last)
 
     def _whole(self, scope: Scope) -> None:
@@ -92,7 +94,7 @@ class BodyWriter:
                 straight = StraightWriter(self, run, scope)
                 straight.write()
                 first, last = run[0][0], run[-1][0]
-                with self.writer.block(f"if {first} <= pc <= {last}:" if first else f"if pc <= {last}:"):
+                with self.writer.block(f"elif {first} <= pc <= {last}:" if first else f"elif pc <= {last}:"):
                     if not straight.write_actions():
                         self._steps(run, scope)
             else:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from ..beliefs import BeliefBase
 from ..intentions import Letter
 from ..library import PlanLibrary
 from ..syntax import Rule
 from ..terms import Key, Structure, in_order, source
-from .activity import Pending, Store
+from .activity import Args, Pending, Store
 from .program import Annots, ProgramCode, proposition
+
+MAX_KNOWN = 1000
+"""Messages kept to be sent again; when there are more, all are forgotten."""
 
 
 class AgentCode:
@@ -30,7 +35,11 @@ class AgentCode:
         library: PlanLibrary,
         events: list[tuple[str, Structure]],
     ) -> None:
-        self.letters = [_letter("self" if name == to else name, told, about) for to, told, about in program.letters]
+        self.name = name
+        self.letters: list[Letter] = []
+        """The messages that it sends that are always the same."""
+        self.known: dict[object, Letter] = {}
+        """Other messages that it has sent, by the number of their form and by what is filled in."""
         self.lines = [tuple((name, text) for text in texts) for texts in program.lines]
         self.program = program
         self.library = library
@@ -49,6 +58,33 @@ class AgentCode:
             ((program.trigger(sign, literal.key), literal.args, literal.annots), None) for sign, literal in events
         ]
 
+    def address(self, codes: Mapping[str, AgentCode]) -> None:
+        """Write the letters, to agents of whom those are compiled."""
+        self._codes = codes
+        self.letters = [self._letter(*letter) for letter in self.program.letters]
 
-def _letter(sender: str, told: bool, literal: Structure) -> Letter:
-    return Letter(sender, told, literal, in_order((*literal.annots, source(sender))))
+    def letter(self, form: int, content: Args | Structure) -> Letter:
+        """The message of a form with these arguments, or with this content; the same object every time."""
+        to, told, literal = self.program.forms[form]
+        filled = content
+        if isinstance(content, tuple):
+            assert literal is not None
+            filled = Structure(literal.functor, content, (), literal.negated)
+        assert isinstance(filled, Structure)
+        if len(self.known) >= MAX_KNOWN:
+            self.known.clear()
+        self.known[form, content] = letter = self._letter(to, told, filled)
+        return letter
+
+    def _letter(self, to: str, told: bool, literal: Structure) -> Letter:
+        sender = "self" if to == self.name else self.name
+        annots: Annots = (source(sender),)
+        if literal.annots:
+            annots = in_order(literal.annots + annots)
+        if to not in self._codes:
+            return Letter(sender, told, literal, annots, "", None)
+        program = self._codes[to].program
+        trigger = program.noticed.get(literal.key) if told else program.trigger("+!", literal.key)
+        event = None if trigger is None else ((trigger, literal.args, annots), None)
+        slot = proposition(literal) if told and not literal.args else ""
+        return Letter(sender, told, literal, annots, slot, event)

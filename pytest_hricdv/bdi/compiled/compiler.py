@@ -22,6 +22,7 @@ _CHANGES: dict[str, object] = {
     "enter": effects.enter,
     "finish": effects.finish,
     "finish_acted": effects.finish_acted,
+    "forward": effects.forward,
     "pause": effects.pause,
     "pause_at": effects.pause_at,
     "pause_for": effects.pause_for,
@@ -29,7 +30,6 @@ _CHANGES: dict[str, object] = {
     "refuse": effects.refuse,
     "remove": changes.remove,
     "replace": changes.replace,
-    "send": effects.send,
     "wait": effects.wait,
 }
 """What generated code does to its agent."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NoReturn
 
-from ..intentions import Message, Wait
+from ..intentions import Letter, Message, Wait
 from ..syntax import Act, Plan
 from ..terms import Structure, Term
 from .activity import Activity, Args, Goal, begin, returned
@@ -118,18 +118,28 @@ def send(agent: CompiledAgent, receiver: str, force: str, content: Term) -> None
     run.deliver(to, Message("self" if to is agent else agent.name, force, content, run.next_message_number()))
 
 
-def post(agent: CompiledAgent, receiver: str, number: int) -> None:
-    """Send a message that is always the same; ``number`` is its place among those of the program."""
+def forward(agent: CompiledAgent, receiver: str, force: str, form: int, content: Term) -> None:
+    """Send a message of which nothing is known beforehand."""
+    letter = agent.known.get((form, content))
+    if letter is not None:
+        post(agent, receiver, letter)
+    elif type(content) is Structure and content.ground:
+        post(agent, receiver, agent.code.letter(form, content))
+    else:
+        send(agent, receiver, force, content)
+
+
+def post(agent: CompiledAgent, receiver: str, letter: Letter) -> None:
+    """Send a letter."""
     run = agent.run
     to = run.agents[receiver]
     if to.takes_letters:
         run.sent += 1
         run.progress += 1
-        to.mailbox.append(agent.letters[number])
+        to.mailbox.append(letter)
         if not to.awake:
             run.wake(to)
     else:
-        letter = agent.letters[number]
         send(agent, receiver, letter.force, letter.content)
 
 

@@ -97,6 +97,7 @@ class ProgramCode:
         selects: the name of the function that selects a plan, for each event that plans are for.
         lines: the actions that are done together and are always the same.
         letters: the messages that are always the same: to whom, whether told, what.
+        forms: the messages that differ: to whom, whether told, and what but for the arguments, if they alone differ.
         source: the Python text, to be read by people.
     """
 
@@ -107,6 +108,7 @@ class ProgramCode:
     selects: dict[EventKey, str] = field(default_factory=dict)
     lines: list[tuple[str, ...]] = field(default_factory=list)
     letters: list[tuple[str, bool, Structure]] = field(default_factory=list)
+    forms: list[tuple[str, bool, Structure | None]] = field(default_factory=list)
     source: str = ""
 
     def trigger(self, sign: str, key: Key) -> TriggerCode:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import groupby
+
+from ..formulas import And, Formula
 from ..syntax import EventKey, Plan
 from ..terms import Structure, Variable
 from .bodies import BodyWriter
 from .conditions import Conditions, named_source, source_pattern
 from .program import PlanCode, ProgramCode
 from .values import Scope, equality, may_bail
-from .writer import Names, UnsupportedError, Writer
+from .writer import Names, UnsupportedError, Writer, mention
 
 
 class SelectionWriter:
@@ -31,35 +34,46 @@ class SelectionWriter:
     def write(self, name: str, event: EventKey, plans: tuple[Plan, ...]) -> None:
         """Write the function that selects among plans for one event, in their order."""
         sign, (_, _, arity) = event
-        inner = Writer(self._names, self.functions)
-        self._plans(inner, plans)
         writer = Writer(self._names, self.functions)
+        self._plans(writer, plans)
+        writer.line("return None")
+        lines = writer.take()
         with writer.block(f"def {name}(a, args, annots):"):
-            writer.line("p = a.p")
+            if mention("p", lines):
+                writer.line("p = a.p")
             if arity:
                 writer.line(f"({', '.join(f'e{place}' for place in range(arity))},) = args")
-            if sign == "+!" and may_bail(*inner.lines):
+            if sign == "+!" and may_bail(*lines):
                 # No plan for a goal is a failure, and left to the interpreter, too.
                 with writer.block("try:"):
-                    writer.include(inner)
+                    writer.include(lines)
                 with writer.block("except BailError:"):
                     writer.line("return None")
             else:
-                writer.include(inner)
+                writer.include(lines)
         self.functions.extend(writer.lines)
 
     def _plans(self, writer: Writer, plans: tuple[Plan, ...]) -> None:
-        for plan in plans:
+        """Write the search among plans in their order; those in a row that begin with the same test share it."""
+        for test, group in groupby(plans, _first_test):
+            if test is None:
+                self._in_order(writer, [(plan, (() if plan.context is None else (plan.context,))) for plan in group])
+                continue
+            rest = [(plan, plan.context.parts[1:]) for plan in group if isinstance(plan.context, And)]
+            with writer.block(f"if {Conditions(writer, self._program.table).test(test, {})}:"):
+                self._in_order(writer, rest)
+
+    def _in_order(self, writer: Writer, plans: list[tuple[Plan, tuple[Formula, ...]]]) -> None:
+        for plan, context in plans:
             try:
                 with writer.attempt():
-                    self._plan(writer, plan)
+                    self._plan(writer, plan, context)
             except UnsupportedError:
                 # Its trigger or context has no compiled form: whether it is applicable is not known here.
                 writer.line("bail()")
                 return
-        writer.line("return None")
 
-    def _plan(self, writer: Writer, plan: Plan) -> None:
+    def _plan(self, writer: Writer, plan: Plan, context: tuple[Formula, ...]) -> None:
         literal = plan.trigger.literal
         if not isinstance(literal, Structure):
             raise UnsupportedError(f"{plan.trigger} is for any event")
@@ -76,9 +90,9 @@ class SelectionWriter:
             tests.append(f"{writer.names.constant(named_source(source))} in annots")
         if tests:
             with writer.block(f"if {' and '.join(tests)}:"):
-                self._context(writer, plan, scope)
+                self._context(writer, plan, context, scope)
         else:
-            self._context(writer, plan, scope)
+            self._context(writer, plan, context, scope)
 
     def _trigger(self, writer: Writer, literal: Structure) -> tuple[Scope, list[str]]:
         """The variables that the arguments of an event bind, and the tests they have to pass."""
@@ -91,7 +105,7 @@ class SelectionWriter:
                 tests.append(equality(writer, f"e{place}", arg, scope))
         return scope, tests
 
-    def _context(self, writer: Writer, plan: Plan, scope: Scope) -> None:
+    def _context(self, writer: Writer, plan: Plan, context: tuple[Formula, ...], scope: Scope) -> None:
         def select(extended: Scope) -> None:
             code = self._code(plan, frozenset(extended))
             if code is None:
@@ -105,7 +119,6 @@ class SelectionWriter:
             )
             writer.line(f"return {found}")
 
-        context = () if plan.context is None else (plan.context,)
         Conditions(writer, self._program.table).require(context, scope, select, every=False)
 
     def _code(self, plan: Plan, bound: frozenset[Variable]) -> tuple[str, tuple[Variable, ...], int] | None:
@@ -121,3 +134,15 @@ class SelectionWriter:
         self.functions += writer.functions + writer.lines
         self.plans[name] = code
         return self._names.constant(code), code.variables, len(code.loops)
+
+
+def _first_test(plan: Plan) -> Structure | None:
+    """What a plan for any event of its kind tests first of all, if that is a proposition."""
+    literal, context = plan.trigger.literal, plan.context
+    if not isinstance(literal, Structure) or literal.args or literal.annots or literal.annots_tail is not None:
+        return None
+    if not isinstance(context, And) or not isinstance(context.parts[0], Structure):
+        return None
+    first = context.parts[0]
+    is_plain = not first.args and not first.annots and first.annots_tail is None
+    return first if is_plain and first.functor not in ("true", "false") else None

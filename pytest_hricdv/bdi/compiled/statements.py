@@ -12,7 +12,7 @@ from .bodies import FINISH, FINISH_ACTED, BodyWriter
 from .conditions import binds
 from .layout import blocks, variables_in
 from .program import proposition
-from .values import Scope, number, value
+from .values import Scope, number, value, values
 from .writer import UnsupportedError
 
 _FORCES = frozenset({"tell", "achieve"})
@@ -220,12 +220,19 @@ def _send(body: BodyWriter, pc: int, call: Call, scope: Scope) -> None:
         raise UnsupportedError(f"{receiver} is not an agent known beforehand")
     if not isinstance(force, Structure) or not is_name(force) or force.functor not in _FORCES:
         raise UnsupportedError(f"messages of force {force} are not compiled")
+    told, to = force.functor == "tell", repr(receiver.functor)
     if isinstance(content, Structure) and content.ground:
-        body.program.letters.append((receiver.functor, force.functor == "tell", content))
-        body.writer.line(f"post(a, {receiver.functor!r}, {len(body.program.letters) - 1})")
+        body.program.letters.append((receiver.functor, told, content))
+        body.writer.line(f"post(a, {to}, a.letters[{len(body.program.letters) - 1}])")
     else:
         sent = value(body.writer, content, scope)  # type: ignore[arg-type]
-        body.writer.line(f"send(a, {receiver.functor!r}, {force.functor!r}, {sent})")
+        body.program.forms.append((receiver.functor, told, content if isinstance(content, Structure) else None))
+        form = len(body.program.forms) - 1
+        if isinstance(content, Structure):
+            body.writer.line(f"args = {values(body.writer, content.args, scope)}")
+            body.writer.line(f"post(a, {to}, a.known.get(({form}, args)) or a.code.letter({form}, args))")
+        else:
+            body.writer.line(f"forward(a, {to}, {force.functor!r}, {form}, {sent})")
     body.stop(pc)
 
 

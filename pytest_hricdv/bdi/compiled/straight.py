@@ -7,6 +7,8 @@ changes of beliefs can be written out instead of called.
 
 from __future__ import annotations
 
+import re
+
 from ..syntax import Act, Believe, Internal, Statement
 from ..terms import SOURCE_PERCEPT, Structure
 from .bodies import FINISH, FINISH_ACTED, BodyWriter
@@ -14,6 +16,8 @@ from .layout import Numbered
 from .program import proposition
 from .values import Scope, may_bail, value
 
+_CHECKED = re.compile(r"\((\w+) if type\(\1\) is Number else bail\(\)\)")
+"""A variable that has to stand for a number."""
 _PRINTS = frozenset({".print", ".println"})
 
 
@@ -28,11 +32,13 @@ class StraightWriter:
 
     def __init__(self, body: BodyWriter, numbered: tuple[Numbered, ...], scope: Scope) -> None:
         self._body = body
-        self._writer = body.writer
+        self._writer = body.writer.beside()
         self._numbered = numbered
         self._scope = scope
         self._texts: list[str] = []
         """The actions to be noted next."""
+        self._numbers: dict[str, None] = {}
+        """The variables that have to stand for numbers."""
         self._noticed = False
         """Whether it has been noted that something has changed: once is enough."""
 
@@ -42,24 +48,27 @@ class StraightWriter:
         Raises:
             UnsupportedError: some statement has no compiled form.
         """
-        writer, count = self._writer, len(self._numbered)
+        count = len(self._numbered)
+        for done, (pc, statement) in enumerate(self._numbered):
+            if not isinstance(statement, Act) or not self._is_constant(statement):
+                self._note_actions()
+            self._statement(pc, done, statement)
+        self._note_actions()
+        self._writer.line(f"n -= {count}")
         first, last = self._numbered[0][0], self._numbered[-1][0]
-        alone = " and a.acts_alone" if any(isinstance(each, Act) for _, each in self._numbered) else ""
-        with writer.block(f"if pc == {first} and n > {count}{alone}:"):
+        self._go_on(last, self._numbered[-1][1])
+        conditions = [f"pc == {first}", f"n > {count}", *(f"type({name}) is Number" for name in self._numbers)]
+        if any(isinstance(each, Act) for _, each in self._numbered):
+            conditions.append("a.acts_alone")
+        with self._body.writer.block(f"if {' and '.join(conditions)}:"):
             self._body.save_values()
-            for done, (pc, statement) in enumerate(self._numbered):
-                if not isinstance(statement, Act) or not self._is_constant(statement):
-                    self._note_actions()
-                self._statement(pc, done, statement)
-            self._note_actions()
-            writer.line(f"n -= {count}")
-            self._go_on(last, self._numbered[-1][1])
+            self._body.writer.include(self._writer.lines)
 
     def write_actions(self) -> bool:
         """Write the statements one by one if all are actions that are always the same; whether they are."""
         if not all(isinstance(each, Act) and self._is_constant(each) for _, each in self._numbered):
             return False
-        writer, plan = self._writer, self._body.plan
+        writer, plan = self._body.writer, self._body.plan
         first, last = self._numbered[0][0], self._numbered[-1][0]
         actions = [(each.action, plan, each) for _, each in self._numbered if isinstance(each, Act)]
         where = "pc" if first == 0 else f"pc - {first}"
@@ -67,6 +76,7 @@ class StraightWriter:
             writer.line(f"n = act(a, i, pc, *{writer.names.constant(tuple(actions))}[{where}], n)")
             writer.line("if n <= 0: return n")
             writer.line("pc += 1")
+        self._writer = writer
         self._go_on(last, self._numbered[-1][1])
         return True
 
@@ -75,9 +85,9 @@ class StraightWriter:
         if after != self._body.layout.end or isinstance(statement, Believe):
             self._writer.line(f"pc = {after}")
         elif isinstance(statement, Act):
-            self._body.finish(FINISH_ACTED)
+            self._writer.line(f"return {FINISH_ACTED}")
         else:
-            self._body.finish(FINISH)
+            self._writer.line(f"return {FINISH}")
 
     def _statement(self, pc: int, done: int, statement: Statement) -> None:
         if isinstance(statement, Act):
@@ -87,13 +97,22 @@ class StraightWriter:
         elif isinstance(statement, Internal) and statement.call.name in _PRINTS:
             from .statements import printed
 
-            text = printed(self._body, statement.call, self._scope)
+            text = self._with_numbers(printed(self._body, statement.call, self._scope))
             self._mark_for(pc, done, text)
             self._writer.line(text)
         elif isinstance(statement, Internal):
             (pattern,) = statement.call.args
             assert isinstance(pattern, Structure)
             self._where(f"p.pop({proposition(pattern)!r}, None)")
+
+    def _with_numbers(self, expression: str) -> str:
+        """An expression without looking whether variables stand for numbers: that is done once for all."""
+
+        def variable(found: re.Match[str]) -> str:
+            self._numbers[found[1]] = None
+            return found[1]
+
+        return _CHECKED.sub(variable, expression)
 
     def _mark_for(self, pc: int, done: int, *expressions: str) -> None:
         """Note where the activity is if an expression may have no value."""
@@ -128,7 +147,7 @@ class StraightWriter:
         if self._is_constant(statement):
             self._texts.append(str(statement.action))
             return
-        action = value(self._writer, statement.action, self._scope)
+        action = self._with_numbers(value(self._writer, statement.action, self._scope))
         self._mark_for(pc, done, action)
         self._writer.line(f"a.run.actions.append((a.name, str({action})))")
         self._changed()
@@ -147,6 +166,7 @@ class StraightWriter:
         if not literal.args:
             self._propose(sign, literal, annots)
             return
+        args = self._with_numbers(args)
         self._mark_for(pc, done, args)
         table = body.program.table(literal)
         if sign != "-+":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -54,9 +55,14 @@ class Writer:
         """Add a line."""
         self.lines.append("    " * self._depth + text)
 
-    def include(self, other: Writer) -> None:
-        """Add the lines of another writer."""
-        self.lines += ["    " * self._depth + line for line in other.lines]
+    def take(self) -> list[str]:
+        """Take the lines out."""
+        lines, self.lines = self.lines, []
+        return lines
+
+    def include(self, lines: list[str]) -> None:
+        """Add lines inside the current block."""
+        self.lines += ["    " * self._depth + line for line in lines]
 
     @contextmanager
     def block(self, head: str) -> Iterator[None]:
@@ -84,3 +90,9 @@ class Writer:
             del self.lines[lines:]
             self._depth = depth
             raise
+
+
+def mention(name: str, lines: list[str]) -> bool:
+    """Whether any line names an object."""
+    word = re.compile(rf"\b{name}\b")
+    return any(word.search(line) for line in lines)

@@ -100,7 +100,7 @@ class RecordingRun(Run):
             BdiError: an agent cannot go on.
         """
         ticks = self.ticks
-        self.rounds = 0
+        self._skipped, self.rounds = ticks, 0
         self.notes.questions = {}
         self._ended = ""
         ended = self.go(max_rounds)

@@ -137,6 +137,8 @@ class Receiver(CompiledAgent):
         notes: where to note at what it looks.
     """
 
+    is_watched = True
+
     def __init__(self, name: str, run: Run, code: AgentCode, notes: Notes) -> None:
         super().__init__(name, run, code)
         self._notes = notes
