@@ -35,67 +35,83 @@ class Agent(Mind):
         """Perceive, read one message, react to one event, take one action's outcome, do one statement."""
         self.work(1)
 
-    def work(self, rounds: int) -> int:
-        """Do cycles while every other agent is idle, at most so many; the number done.
+    def reason(self) -> None:
+        """The part of a cycle after perceiving and reading."""
+        self.work(1, begun=True)
+
+    def work(self, rounds: int, begun: bool = False) -> int:
+        """Do cycles while every other agent is idle, as long as nothing else can happen.
 
         All but the last are entered in the run's books here: what an agent does may depend on the time.
+
+        Args:
+            rounds: how many at most.
+            begun: whether it has perceived and read already in the first cycle.
+
+        Returns:
+            The number of cycles done that are not yet in the run's books.
         """
         run = self.run
         while True:
-            if self.woken:
-                woken, self.woken = self.woken, []
-                for intention in woken:
-                    self.resume(intention)
-            version = self._percept_versions.get(self.name, 0)
-            if version != self._seen_percepts:
-                self._seen_percepts = version
-                perception.perceive(self)
-            if self.mailbox:
-                self.receive(self.mailbox.popleft())
-            self.reason()
+            if not begun:
+                if self._percept_versions.get(self.name, 0) != self._seen_percepts or self.woken:
+                    self._look_around()
+                if self.mailbox:
+                    self.receive(self.mailbox.popleft())
+            while self.events:
+                event = self.events.popleft() if self._atomic is None else self._atomic_event()
+                if event is None or self._react(event):
+                    break
+            if self.feedback:
+                self._take_outcome()
+            self.act()
+            # Another agent has something to do, a wait is over, or the run ends.
             if rounds == 1 or not self.awake or run.something_else_can_happen():
                 return 1
+            begun = False
             rounds -= 1
             run.rounds += 1
 
-    def reason(self) -> None:
-        """The part of a cycle after perceiving and reading."""
-        while self.events:
-            event = self.events.popleft() if self._atomic is None else self._atomic_event()
-            if event is None or self._react(event):
-                break
-        if self.feedback:
-            intention, success = self.feedback.popleft()
-            if success:
-                self.go_on(intention)
-            else:
-                failure.fail(self, intention, "action_failed", "the action failed in the environment")
-        self.act()
+    def _look_around(self) -> None:
+        """What was waited for has come, or percepts have changed."""
+        woken, self.woken = self.woken, []
+        for intention in woken:
+            self.resume(intention)
+        version = self._percept_versions.get(self.name, 0)
+        if version != self._seen_percepts:
+            self._seen_percepts = version
+            perception.perceive(self)
+
+    def _take_outcome(self) -> None:
+        """Let the intention go on, or fail, whose action the environment has executed."""
+        intention, success = self.feedback.popleft()
+        if success:
+            self.go_on(intention)
+        else:
+            failure.fail(self, intention, "action_failed", "the action failed in the environment")
 
     def act(self) -> None:
         """The last part of a cycle: one statement."""
-        intention = self._next_intention() if self._atomic else self.intentions.popleft() if self.intentions else None
-        if intention is not None:
-            frame = intention.frames[-1]
-            body, pc = frame.body, frame.pc
-            if pc < len(body):
-                self.current = intention
-                try:
-                    (body[pc].step or step_of(body[pc]))(self, intention, frame)
-                except (EvaluationError, ArithmeticError, ValueError) as error:
-                    failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
-                finally:
-                    self.current = None
-            else:
-                self.clear(intention)
+        if self.intentions:
+            intention = self.intentions.popleft() if self._atomic is None else self._atomic_intention()
+            if intention is not None:
+                frame = intention.frames[-1]
+                body, pc = frame.body, frame.pc
+                if pc >= len(body):
+                    self.clear(intention)
+                else:
+                    self.current = intention
+                    try:
+                        (body[pc].step or step_of(body[pc]))(self, intention, frame)
+                    except (EvaluationError, ArithmeticError, ValueError) as error:
+                        failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
+                    finally:
+                        self.current = None
         if self.waits and self.beliefs.version != self._condition_version:
             self._condition_version = self.beliefs.version
-            self.look_again()
-        self.awake = True if self.intentions or self.events else self.has_work()
-
-    def look_again(self) -> None:
-        """Let the intentions go on that wait for a condition that holds now."""
-        waiting.wake_by_conditions(self)
+            waiting.wake_by_conditions(self)
+        if not self.intentions and not self.events:
+            self.awake = self.has_work()
 
     def end_waits(self, now: int) -> None:
         """Let the intentions go on, or fail, whose wait is over at a tick of the virtual clock."""
@@ -122,8 +138,11 @@ class Agent(Mind):
 
     def _react(self, event: Event) -> bool:
         """Find a plan for an event; False for a belief event without one: another event is selected at once."""
-        literal = event.literal
-        for plan, match, condition in self.library.options[event.sign, literal.key]:
+        literal, beliefs = event.literal, self.beliefs
+        held = beliefs.held
+        for plan, needed, match, condition in self.library.options[event.sign, literal.key]:
+            if not needed <= held and not beliefs.open:
+                continue
             self._considered = plan
             unifier: Bindings | None = {} if match is None else match(literal)
             if unifier is None:
@@ -140,7 +159,12 @@ class Agent(Mind):
                     continue
             self._intend(event, plan, unifier)
             return True
-        return failure.no_applicable_plan(self, event)
+        intention = event.intention
+        if intention is None or len(event.sign) > 1:
+            return failure.no_applicable_plan(self, event)
+        # The belief update that the event is about is done: it needs no plan.
+        self.resume(intention)
+        return True
 
     def _intend(self, event: Event, plan: Plan, unifier: Bindings) -> None:
         """Add a plan for an event to the intention that waits for it, or to a new one."""
@@ -156,11 +180,13 @@ class Agent(Mind):
             self._atomic = intention
         self.intentions.append(intention)
 
-    def _next_intention(self) -> Intention | None:
-        """While an intention must not be interleaved with others: that, if it is ready."""
+    def _atomic_intention(self) -> Intention | None:
+        """The intention that must not be interleaved with others.
+
+        None if it waits for its own event or for time to pass: nothing may come between.
+        """
         atomic = self._atomic
         if atomic is None or atomic not in self.intentions:
-            # It waits for its own event or for time to pass: nothing may come between.
             return None
         self.intentions.remove(atomic)
         return atomic
@@ -257,16 +283,6 @@ class Agent(Mind):
             return False
         self.run.progress += 1
         self.post("-", belief, intention)
-        return True
-
-    def change(self, belief: Structure, intention: Intention) -> bool:
-        """Replace the only belief of a predicate, and post both events; False if that takes more to know."""
-        old = self.beliefs.replace(belief)
-        if old is None:
-            return False
-        self.run.progress += 2
-        self.post("-", old, None)
-        self.post("+", belief, intention)
         return True
 
     # --- evaluation

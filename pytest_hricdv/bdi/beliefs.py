@@ -17,11 +17,13 @@ _EMPTY: Bucket = {}
 class BeliefBase:
     """Beliefs with their sources, and rules, found by predicate; queries look at the newest first."""
 
-    __slots__ = ("buckets", "open", "version")
+    __slots__ = ("buckets", "held", "open", "version")
 
     def __init__(self) -> None:
         self.buckets: dict[Key, Bucket] = {}
         """The beliefs and rules of each predicate; for reading only."""
+        self.held: set[Key] = set()
+        """The predicates of which there is any belief or rule."""
         self.open: set[Key] = set()
         """The predicates that may have a rule, or a belief with variables: those have answers that are not looked up by
         arguments."""
@@ -32,6 +34,7 @@ class BeliefBase:
         """An independent base with the same content: beliefs themselves are immutable."""
         other = BeliefBase()
         other.buckets = {key: dict(bucket) for key, bucket in self.buckets.items()}
+        other.held = set(self.held)
         other.open = set(self.open)
         return other
 
@@ -47,6 +50,7 @@ class BeliefBase:
     def add_rule(self, rule: Rule) -> None:
         """Add a rule."""
         self.buckets.setdefault(rule.head.key, {})[rule] = rule
+        self.held.add(rule.head.key)
         self.open.add(rule.head.key)
 
     def add(self, belief: Structure) -> Structure | None:
@@ -69,6 +73,7 @@ class BeliefBase:
             belief = belief if len(new) == len(belief.annots) else belief.annotated(new)
         else:
             bucket[args] = belief
+            self.held.add(belief.key)
         if not belief.ground:
             self.open.add(belief.key)
         self.version += 1
@@ -102,17 +107,17 @@ class BeliefBase:
         held = bucket.get(args)
         if not isinstance(held, Structure):
             return False
-        if held.annots == belief.annots:
-            del bucket[args]
-            self.version += 1
-            return True
-        if not all(annot in held.annots for annot in belief.annots):
-            return False
-        left = held.annotated(tuple(annot for annot in held.annots if annot not in belief.annots))
-        if left.has_source():
-            bucket[args] = left
-        else:
-            del bucket[args]
+        if held.annots != belief.annots:
+            if not all(annot in held.annots for annot in belief.annots):
+                return False
+            left = held.annotated(tuple(annot for annot in held.annots if annot not in belief.annots))
+            if left.has_source():
+                bucket[args] = left
+                self.version += 1
+                return True
+        del bucket[args]
+        if not bucket:
+            self.held.discard(belief.key)
         self.version += 1
         return True
 

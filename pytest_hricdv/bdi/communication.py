@@ -18,10 +18,14 @@ from .unify import undo, unify
 
 if TYPE_CHECKING:
     from .agent import Agent
+    from .participant import Participant
 
 FORCES = frozenset(
     {"tell", "untell", "achieve", "unachieve", "askOne", "askAll", "askHow", "tellHow", "untellHow", "signal"}
 )
+
+_DIRECT = frozenset({"tell", "achieve", "signal"})
+"""The forces of messages about a literal that are acted on at once."""
 
 
 def add_source(content: Term, sender: str) -> Term:
@@ -55,13 +59,17 @@ def send(agent: Agent, receiver: str, force: str, content: Term, reply_to: str =
     to = agent if receiver == "self" else agent.run.agents.get(receiver)
     if to is None:
         raise EvaluationError(f"there is no agent {receiver} to send to", "internal_action")
-    number = agent.run.next_message_number()
     if not is_ground(content):
         # The receiver's plans may have variables of the same names.
         renaming: Bindings = {variable: agent.fresh() for variable in free_variables(content)}
         content = substitute_only(content, renaming) if renaming else content
-    sender = "self" if to is agent else agent.name
-    agent.run.deliver(to, Message(sender, force, content, number, reply_to))
+    return dispatch(agent, to, force, content, reply_to)
+
+
+def dispatch(agent: Agent, to: Participant, force: str, content: Term, reply_to: str = "") -> str:
+    """Send a message without variables that is known to be well-formed."""
+    number = agent.run.next_message_number()
+    agent.run.deliver(to, Message("self" if to is agent else agent.name, force, content, number, reply_to))
     return number
 
 
@@ -71,22 +79,16 @@ def receive(agent: Agent, message: Message) -> None:
     if question is not None:
         _answered(agent, question, message)
         return
-    content = message.content
-    direct = isinstance(content, Structure) and not agent.has_own_message_plans
-    if direct and message.force in ("tell", "signal"):
-        belief = add_source(content, message.sender)
-        if isinstance(belief, Structure):
-            if message.force == "tell":
-                agent.believe(belief)
-            else:
-                agent.post("+", belief, None)
-    elif direct and message.force == "achieve":
-        goal = add_source(content, message.sender)
-        if isinstance(goal, Structure):
-            agent.post_goal(goal)
-    else:
+    content, force = message.content, message.force
+    if force not in _DIRECT or agent.has_own_message_plans or not isinstance(content, Structure):
         args = (Structure(message.sender), Structure(message.force), content, String(message.number))
         agent.post("+!", Structure("kqml_received", args), None)
+    elif force == "tell":
+        agent.believe(_with_source(content, message.sender))
+    elif force == "achieve":
+        agent.post_goal(_with_source(content, message.sender))
+    else:
+        agent.post("+", _with_source(content, message.sender), None)
 
 
 def _answered(agent: Agent, question: Question, message: Message) -> None:

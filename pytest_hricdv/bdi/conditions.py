@@ -16,7 +16,7 @@ from .formulas import And, Comparison, Formula, Not
 from .inference import first
 from .intentions import Frame
 from .substitution import Bindings
-from .terms import Number, Structure, Variable, is_ground
+from .terms import Number, Structure, Term, Variable, is_ground
 from .unify import Trail, unify
 from .values import Value, value_of
 
@@ -168,6 +168,7 @@ def _known(literal: Structure) -> Condition:
 def _only_belief(literal: Structure) -> Condition:
     """For a literal with variables: decided if there is no belief or one, which is no rule."""
     key, args, annots = literal.key, literal.args, literal.annots
+    only_names = all(isinstance(arg, Variable) for arg in args) and len({*args}) == len(args)
 
     def condition(agent: Agent, bindings: Bindings) -> bool | None:
         bucket = agent.beliefs.buckets.get(key)
@@ -178,12 +179,10 @@ def _only_belief(literal: Structure) -> Condition:
         (belief,) = bucket.values()
         if not isinstance(belief, Structure):
             return None
-        trail: Trail = []
-        for left, right in zip(args, belief.args, strict=True):
-            if type(left) is Variable and left not in bindings and is_ground(right):
-                bindings[left] = right
-            elif not unify(left, right, bindings, trail):
-                return False
+        if only_names and belief.ground and bindings.keys().isdisjoint(args):
+            bindings.update(zip(args, belief.args, strict=True))  # type: ignore[arg-type]
+        elif not unify_all(args, belief.args, bindings):
+            return False
         return not annots or all(annot in belief.annots for annot in annots)
 
     return condition
@@ -210,6 +209,12 @@ def _only_belief_named(literal: Structure, name: Variable) -> Condition:
         return not annots or all(annot in belief.annots for annot in annots)
 
     return condition
+
+
+def unify_all(args: tuple[Term, ...], others: tuple[Term, ...], bindings: Bindings) -> bool:
+    """Whether each argument unifies with the other in its place."""
+    trail: Trail = []
+    return all(unify(left, right, bindings, trail) for left, right in zip(args, others, strict=True))
 
 
 def _negation(formula: Not) -> Condition:

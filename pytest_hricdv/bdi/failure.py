@@ -80,17 +80,15 @@ def _place(place: Location | None) -> tuple[Term, ...]:
 
 
 def no_applicable_plan(agent: Agent, event: Event) -> bool:
-    """No plan is applicable for a selected event: a goal fails, a belief event is passed over.
+    """No plan is applicable for a goal, which fails, or for a belief event that nobody waits for: it is passed over.
 
     Returns:
         Whether that was all for this cycle; if not, another event is selected.
     """
     intention = event.intention
     if len(event.sign) == 1:
-        if intention is None:
-            return False
-        agent.resume(intention)
-    elif event.sign in ROOT_OF_ADDED_GOALS:
+        return False
+    if event.sign in ROOT_OF_ADDED_GOALS:
         known = bool(agent.library.relevant(event.sign, event.literal.key))
         error = "no_applicable" if known else "no_relevant"
         message = f"no {'applicable' if known else 'relevant'} plan for {event.sign}{event.literal.plain()}"

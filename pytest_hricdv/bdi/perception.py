@@ -17,13 +17,23 @@ def perceive(agent: Agent) -> None:
     """
     agent.run.progress += 1
     listed = agent.run.environment.percepts(agent.name)
-    still_perceived = {percept.plain() for percept in listed}
-    # In the order in which they were listed; last what the agent itself has taken for a percept.
-    listed_before = {percept.plain(): place for place, percept in enumerate(agent.listed)}
-    agent.listed = listed
+    before, agent.listed = agent.listed, listed
     believed = [belief.plain() for belief in agent.beliefs.with_annotation(SOURCE_PERCEPT)]
+    if believed:
+        _forget(agent, believed, before, listed)
+    for percept in listed:
+        agent.believe(percept)
+
+
+def _forget(
+    agent: Agent, believed: list[Structure], before: tuple[Structure, ...], listed: tuple[Structure, ...]
+) -> None:
+    """Believe no longer as percepts what is not listed any more.
+
+    In the order in which they were listed before; last what the agent itself has taken for a percept.
+    """
+    still_perceived = {percept.plain() for percept in listed}
+    listed_before = {percept.plain(): place for place, percept in enumerate(before)}
     for plain in sorted(believed, key=lambda plain: listed_before.get(plain, len(listed_before))):
         if plain not in still_perceived:
             agent.disbelieve(Structure(plain.functor, plain.args, (SOURCE_PERCEPT,), plain.negated))
-    for percept in listed:
-        agent.believe(percept)

@@ -104,7 +104,7 @@ class Run:
 
     def something_else_can_happen(self) -> bool:
         """While one agent was alone: whether by the next round another has something to do, a wait or the run ends."""
-        return len(self._ready) > 1 or self.ticks + 1 >= self.earliest_deadline or bool(self._ended)
+        return len(self._ready) > 1 or self.rounds + 1 >= self._until
 
     def wake(self, agent: Participant) -> None:
         """An agent has something to do: in this round if it is yet to act in it, else in the next."""

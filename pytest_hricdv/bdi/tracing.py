@@ -191,10 +191,10 @@ class TracedAgent(Agent):
             kind = "percept"
         return self.run.note(self.name, kind, f"{sign}{literal}", cause)
 
-    def work(self, rounds: int) -> int:
+    def work(self, rounds: int, begun: bool = False) -> int:
         """Do a reasoning cycle; all that is noted meanwhile is this agent's doing."""
         self.run.acting, self.cause = self, None
-        return super().work(1)
+        return super().work(1, begun)
 
     def receive(self, message: Message) -> None:
         """Act on a message; what comes of it comes from its being sent."""
@@ -232,19 +232,15 @@ class TracedAgent(Agent):
         self._frames[id(intention.frames[-1])] = step
         self._intentions[id(intention)] = step
 
-    def act(self) -> None:
-        """Do a statement; what comes of it comes from the choice of its plan."""
-        if self.intentions:
-            atomic = self._atomic
-            intention = atomic if atomic is not None and atomic in self.intentions else self.intentions[0]
-            self.cause = self._frames.get(id(intention.frames[-1]))
-        super().act()
-        self.cause = None
+    @property
+    def current(self) -> Intention | None:
+        """The intention whose statement is being executed; what comes about meanwhile comes from its plan's choice."""
+        return self._current
 
-    def look_again(self) -> None:
-        """What conditions do that are waited for comes from no plan."""
-        self.cause = None
-        super().look_again()
+    @current.setter
+    def current(self, intention: Intention | None) -> None:
+        self._current = intention
+        self.cause = None if intention is None else self._frames.get(id(intention.frames[-1]))
 
     def _note_plan(self, plan: Plan, bindings: Bindings) -> Step:
         text = f"@{plan.label} {plan.trigger}" if plan.labelled else str(plan.trigger)

@@ -41,7 +41,11 @@ def _add_apart(make: Maker) -> Step:
 def _replace(make: Maker) -> Step:
     def step(agent: Agent, intention: Intention, frame: Frame) -> None:
         literal = make(agent, frame)
-        if agent.change(literal, intention):
+        held = agent.beliefs.replace(literal)
+        if held is not None:
+            agent.run.progress += 2
+            agent.post("-", held, None)
+            agent.post("+", literal, intention)
             return
         _delete_any(agent, literal)
         if not agent.believe(literal, intention):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..communication import send, text_of
+from ..communication import FORCES, dispatch, send, text_of
 from ..intentions import Frame, Intention, Question
-from ..terms import Call, ListTerm, Structure, is_name
+from ..terms import Call, ListTerm, is_name
 from ..values import value_of
 from .registry import Invocation, Outcome, internal_action, prepared
 
@@ -37,19 +37,19 @@ def _send(invocation: Invocation) -> Outcome:
 @prepared("send")
 def _prepared_send(call: Call, otherwise: Step) -> Step:
     """To one agent, without waiting for an answer."""
-    if len(call.args) != 3 or not is_name(call.args[1]):  # type: ignore[arg-type]
+    if len(call.args) != 3 or not all(map(is_name, call.args[:2])):  # type: ignore[arg-type]
         return otherwise
-    force = call.args[1].functor  # type: ignore[attr-defined]
-    receiver, content = value_of(call.args[0]), value_of(call.args[2])  # type: ignore[arg-type]
-    if receiver is None or content is None:
+    receiver, force = (arg.functor for arg in call.args[:2])  # type: ignore[attr-defined]
+    content = value_of(call.args[2])  # type: ignore[arg-type]
+    if force not in FORCES or content is None:
         return otherwise
 
     def step(agent: Agent, intention: Intention, frame: Frame) -> None:
-        to, what = receiver(frame.unifier), content(frame.unifier)
-        if what is None or type(to) is not Structure or to.args:
+        to, what = agent.run.agents.get(receiver), content(frame.unifier)
+        if to is None or what is None or receiver == "self":
             otherwise(agent, intention, frame)
         else:
-            send(agent, to.functor, force, what)
+            dispatch(agent, to, force, what)
             agent.go_on(intention)
 
     return step
