@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import Any
 
@@ -14,6 +15,15 @@ TICKS_PER_MS = 10
 """Ticks of the virtual clock: one a round, which is what Jason itself takes for one, within a factor of two."""
 ROOT_OF_ADDED_GOALS = frozenset({"+!", "+?"})
 ROOT_OF_FAILED_GOALS = frozenset({"-!", "-?"})
+
+
+def duration(wait_ms: float) -> float:
+    """The ticks that a wait lasts: a whole number."""
+    length = wait_ms * TICKS_PER_MS
+    if length == math.inf or length <= 0.0:
+        return max(0.0, length)
+    # Rounded first: a tenth of a millisecond has no exact binary form.
+    return length if length.is_integer() else math.ceil(round(length, 6))
 
 
 class Event:
@@ -160,19 +170,28 @@ class Letter(Message):
         told: whether the literal is told, and not a goal to be achieved.
         literal: what it is about.
         annots: the literal's annotations as the receiver gets them, its source among them.
-        slot: the name of a proposition to be believed; empty for anything else.
+        place: the place of the receiver's table for it, -1 if it is a proposition; None if that is not known.
+        slot: its arguments, or the name of a proposition.
         event: what a compiled receiver has to react to, if it does not believe the literal yet.
     """
 
-    __slots__ = ("annots", "event", "literal", "slot", "told")
+    __slots__ = ("annots", "event", "literal", "place", "slot", "told")
 
     def __init__(
-        self, sender: str, told: bool, literal: Structure, annots: tuple[Term, ...], slot: str, event: Any
+        self,
+        sender: str,
+        told: bool,
+        literal: Structure,
+        annots: tuple[Term, ...],
+        place: int | None,
+        slot: Any,
+        event: Any,
     ) -> None:
         super().__init__(sender, "tell" if told else "achieve", literal, "")
         self.told = told
         self.literal = literal
         self.annots = annots
+        self.place = place
         self.slot = slot
         self.event = event
 

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from .agent import Agent
 from .environment import Environment
 from .errors import BdiError
-from .intentions import TICKS_PER_MS, Message
+from .intentions import TICKS_PER_MS, Message, duration
 from .participant import Participant
 from .quiet import Quiet
 from .syntax import Act, Plan
@@ -67,6 +67,8 @@ class Run:
         """The agents in the order in which they act."""
         self._ready: list[int] = []
         """The places in that order of the agents that are awake, ascending."""
+        self._compiled = False
+        """Whether all agents are compiled."""
 
     @property
     def plain(self) -> bool:
@@ -91,12 +93,8 @@ class Run:
         return ticks / TICKS_PER_MS
 
     def after(self, wait_ms: float) -> float:
-        """The tick at which a wait that begins now is over: waits last a whole number of ticks."""
-        length = wait_ms * TICKS_PER_MS
-        if length == math.inf or length <= 0.0:
-            return self.ticks + max(0.0, length)
-        # Rounded first: a tenth of a millisecond has no exact binary form.
-        return self.ticks + (length if length.is_integer() else math.ceil(round(length, 6)))
+        """The tick at which a wait that begins now is over."""
+        return self.ticks + duration(wait_ms)
 
     def percept_versions(self, agent: str) -> Mapping[str, int]:
         """Where an agent looks whether its percepts have changed: a number for each agent that grows with them."""
@@ -196,12 +194,14 @@ class Run:
         quiet = Quiet(self)
         self._order = list(self.agents.values())
         self._ready = []
+        self._compiled = True
         for place, agent in enumerate(self._order):
             agent.place = place
+            self._compiled = self._compiled and agent.takes_letters
             if agent.awake:
                 self._ready.append(place)
         while self.rounds < max_rounds:
-            if not self._rounds(min(max_rounds, quiet.due)):
+            if not self._rounds(quiet.due if quiet.due < max_rounds else max_rounds):
                 if not self._jump():
                     return "idle"
                 if quiet.polling():
@@ -209,7 +209,7 @@ class Run:
                 continue
             if self._ended:
                 return self._ended
-            if self.ticks >= self.earliest_deadline:
+            if self.rounds + self._skipped >= self.earliest_deadline:
                 self._end_waits()
             if self.rounds >= quiet.due and quiet.spinning() and (not self._jump() or quiet.polling()):
                 return "spin"
@@ -263,6 +263,7 @@ class Run:
         self.agents[agent.name] = agent
         agent.place = before.place
         self._order[agent.place] = agent
+        self._compiled = False
         agent.awake = before.awake
 
     def interpreted(self) -> dict[str, Agent]:
@@ -280,32 +281,30 @@ class Run:
 
     def _jump(self) -> bool:
         """Go to the next moment at which a wait is over; False if there is none."""
-        if self.earliest_deadline < math.inf:
-            # What somebody waited for may have come before its time.
-            self._find_earliest_deadline()
         if self.earliest_deadline == math.inf:
+            return False
+        # What an interpreted agent waits for may have come before its time.
+        if not self._compiled and self._find_earliest_deadline() == math.inf:
             return False
         self._skipped = max(self._skipped, int(self.earliest_deadline) - self.rounds)
         self._end_waits()
         return True
 
     def _end_waits(self) -> None:
+        now = self.rounds + self._skipped
         for agent in self._order:
             if agent.waits or agent.questions:
-                agent.end_waits(self.ticks)
+                agent.end_waits(now)
                 if not agent.awake and agent.has_work():
                     self.wake(agent)
         self._find_earliest_deadline()
 
-    def _find_earliest_deadline(self) -> None:
+    def _find_earliest_deadline(self) -> float:
         earliest = math.inf
         for agent in self._order:
-            if agent.waits:
-                for wait in agent.waits:
-                    if wait.deadline is not None and wait.deadline < earliest:
-                        earliest = wait.deadline
-            if agent.questions:
-                for question in agent.questions.values():
-                    if question.deadline is not None and question.deadline < earliest:
-                        earliest = question.deadline
+            if agent.waits or agent.questions:
+                deadlines = [wait.deadline for wait in agent.waits]
+                deadlines += [question.deadline for question in agent.questions.values()]
+                earliest = min([earliest, *(deadline for deadline in deadlines if deadline is not None)])
         self.earliest_deadline = earliest
+        return earliest

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 from ..environment import Environment
 from ..intentions import Letter, Message, Question, Wait
 from ..terms import Structure, in_order, source
-from .activity import Activity, Goal, Pending, Slot, Store, begin, resumed
+from .activity import Activity, Pending, Slot, Store, begin, resumed
 from .changes import add
 from .code import AgentCode
 from .handover import to_interpreter
-from .program import Annots, PlanCode, Values, proposition
+from .program import Annots, proposition
 from .runtime import BailError
 
 if TYPE_CHECKING:
@@ -34,13 +34,12 @@ class CompiledAgent:
         code: its program and how it begins.
     """
 
-    takes_letters = True
-    is_watched = False
-    """Whether what it is told has to go through :meth:`_believe`."""
-
     def __init__(self, name: str, run: Run, code: AgentCode) -> None:
         self.name = name
         self.run = run
+        self.takes_letters = True
+        self.is_watched = False
+        """Whether what it is told has to go through :meth:`_believe`."""
         self.place = 0
         """Its place in the order in which agents act."""
         self.code = code
@@ -60,6 +59,7 @@ class CompiledAgent:
         self.events: deque[Pending] = deque(code.events)
         self.feedback: deque[tuple[Activity, bool]] = deque()
         self.intentions: deque[Activity] = deque()
+        self._queues = self.mailbox, self.events, self.feedback, self.intentions
         self.waits: list[Wait] = []
         self.questions: dict[str, Question] = {}
         self.executed: list[str] = []
@@ -95,89 +95,103 @@ class CompiledAgent:
 
     def work(self, rounds: int) -> int:
         """Do cycles while every other agent is idle, at most so many; the number done, at least one."""
-        mailbox, events, feedback, intentions = self.mailbox, self.events, self.feedback, self.intentions
+        mailbox, events, feedback, intentions = self._queues
         if (mailbox or self._listens) and not self._take_in():
             self.interpreted().cycle()
             return 1
-        if (events or feedback) and not self._react():
+        try:
+            activity = self._react() if events or feedback else intentions.popleft() if intentions else None
+        except BailError:
             self.interpreted().reason()
             return 1
-        if not intentions:
-            self.awake = bool(events or feedback or mailbox)
-            return 1
-        activity = intentions.popleft()
-        if rounds > 1 and (intentions or events or mailbox or feedback):
+        if activity is not None:
+            if rounds > 1 and (intentions or events or mailbox or feedback):
+                rounds = 1
+            self.granted = left = rounds
+            try:
+                while left > 0:
+                    left = activity.plan.run(self, activity, left)
+            except BailError:
+                return self._leave(activity)
+            rounds += left
+        else:
             rounds = 1
-        self.granted = left = rounds
-        try:
-            while left > 0:
-                left = activity.plan.run(self, activity, left)
-        except BailError:
-            return self._leave(activity)
         if not (intentions or events or feedback or mailbox):
             self.awake = False
-        return rounds + left
+        return rounds
 
     def _take_in(self) -> bool:
         """Perceive, and act on one message; False if that is left to the interpreter."""
         if self._listens and not self._perceive():
             return False
-        if not self.mailbox:
+        mailbox = self.mailbox
+        if not mailbox:
             return True
-        message = self.mailbox[0]
+        message = mailbox[0]
         if type(message) is not Letter:
             return self._receive(message)
-        self.mailbox.popleft()
-        slot = message.slot
-        if slot and not self.is_watched and slot not in self.p:
-            self.p[slot] = message.annots
+        mailbox.popleft()
+        if message.told:
+            place = message.place
+            store = None if place is None else self.p if place < 0 else self.tables[place]
+            if store is None or self.is_watched or message.slot in store:
+                self._believe(message.literal, message.annots)
+                return True
+            store[message.slot] = message.annots
             self.run.progress += 1
-        elif message.told:
-            self._believe(message.literal, message.annots)
-            return True
         if message.event is not None:
             self.events.append(message.event)
         return True
 
-    def _react(self) -> bool:
-        """React to one event and to the outcome of one action; False if that is left to the interpreter."""
-        events, feedback = self.events, self.feedback
+    def _react(self) -> Activity | None:
+        """React to one event and to the outcome of one action; what to execute then.
+
+        Raises:
+            BailError: that is left to the interpreter.
+        """
+        _, events, feedback, intentions = self._queues
+        if not feedback and not intentions:
+            return self._select()
         if feedback and not feedback[0][1]:
-            return False
-        while events:
-            goal, activity = events.popleft()
-            trigger, args, annots = goal
-            select = trigger.select
-            if select is not None:
-                try:
-                    selected = select(self, args, annots)
-                except BailError:
-                    events.appendleft((goal, activity))
-                    return False
-                if selected is not None:
-                    self._begin(activity, goal, *selected)
-                    break
-            if trigger.is_goal:
-                events.appendleft((goal, activity))
-                return False
-            if activity is not None:
-                activity.pc = activity.plan.after[activity.pc]
-                self.intentions.append(activity)
-                break
-            # A belief event without a plan lets another be selected at once.
+            raise BailError
+        activity = self._select() if events else None
+        if activity is not None:
+            intentions.append(activity)
         if feedback:
             acted, _ = feedback.popleft()
             if resumed(acted):
-                self.intentions.append(acted)
-        return True
+                intentions.append(acted)
+        return intentions.popleft() if intentions else None
 
-    def _begin(self, activity: Activity | None, goal: Goal, plan: PlanCode, values: Values) -> None:
-        if activity is None:
-            self.activities += 1
-            activity = Activity(self.activities, plan, values, goal)
-        else:
-            begin(activity, goal, plan, values)
-        self.intentions.append(activity)
+    def _select(self) -> Activity | None:
+        """Find a plan for an event; the activity that goes on with it.
+
+        Raises:
+            BailError: that is left to the interpreter.
+        """
+        events = self.events
+        while events:
+            goal, activity = events.popleft()
+            trigger, args, annots = goal
+            try:
+                selected = None if trigger.select is None else trigger.select(self, args, annots)
+                if selected is None and trigger.is_goal:
+                    raise BailError
+            except BailError:
+                events.appendleft((goal, activity))
+                raise
+            if selected is not None:
+                plan, values = selected
+                if activity is not None:
+                    begin(activity, goal, plan, values)
+                    return activity
+                self.activities += 1
+                return Activity(self.activities, plan, values, goal)
+            if activity is not None:
+                activity.pc = activity.plan.after[activity.pc]
+                return activity
+            # A belief event without a plan lets another be selected at once.
+        return None
 
     def _perceive(self) -> bool:
         """Believe what is perceived at first; False if percepts change later, which is left to the interpreter."""
@@ -195,7 +209,8 @@ class CompiledAgent:
         return True
 
     def note_seen(self) -> None:
-        """It has come to this state after perceiving what its environment lists."""
+        """It has been put into this state, after perceiving what its environment lists."""
+        self._queues = self.mailbox, self.events, self.feedback, self.intentions
         self.seen_percepts = self._versions.get(self.name, 0)
         self._listens = not self.acts_alone
         self.awake = self.has_work()
@@ -262,12 +277,11 @@ class CompiledAgent:
 
     def end_waits(self, now: int) -> None:
         """Let the activities go on whose wait is over at a tick of the virtual clock, the earliest first."""
-        over = [wait for wait in self.waits if wait.deadline is not None and wait.deadline <= now]
-        if len(over) > 1:
-            over.sort(key=lambda wait: wait.deadline or 0)
-        for wait in over:
-            self.waits.remove(wait)
-            self.resume(wait.intention)  # type: ignore[arg-type]
+        waits = sorted(self.waits, key=_deadline) if len(self.waits) > 1 else self.waits.copy()
+        for wait in waits:
+            if wait.deadline is not None and wait.deadline <= now:
+                self.waits.remove(wait)
+                self.resume(wait.intention)  # type: ignore[arg-type]
 
     def interpreted(self) -> Agent:
         """The agent in the form that the interpreter runs; it takes this one's place."""
@@ -278,3 +292,7 @@ class CompiledAgent:
     def doing(self) -> str:
         """Where the agent is, for error messages."""
         return "in a compiled plan"
+
+
+def _deadline(wait: Wait) -> float:
+    return wait.deadline or 0

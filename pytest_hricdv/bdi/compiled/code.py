@@ -82,9 +82,10 @@ class AgentCode:
         if literal.annots:
             annots = in_order(literal.annots + annots)
         if to not in self._codes:
-            return Letter(sender, told, literal, annots, "", None)
+            return Letter(sender, told, literal, annots, None, (), None)
         program = self._codes[to].program
         trigger = program.noticed.get(literal.key) if told else program.trigger("+!", literal.key)
         event = None if trigger is None else ((trigger, literal.args, annots), None)
-        slot = proposition(literal) if told and not literal.args else ""
-        return Letter(sender, told, literal, annots, slot, event)
+        place = program.tables.get(literal.key) if literal.args else -1
+        slot = literal.args or proposition(literal)
+        return Letter(sender, told, literal, annots, place, slot, event)

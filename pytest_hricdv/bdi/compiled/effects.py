@@ -143,11 +143,10 @@ def post(agent: CompiledAgent, receiver: str, letter: Letter) -> None:
         send(agent, receiver, letter.force, letter.content)
 
 
-def wait(agent: CompiledAgent, activity: Activity, wait_ms: float, left: int) -> int:
+def wait(agent: CompiledAgent, activity: Activity, ticks: float, left: int) -> int:
     """Let an activity wait; the cycles not needed, as a negative number."""
     run = agent.run
     since = run.ticks + agent.granted - left
-    deadline = run.after(wait_ms) + since - run.ticks
-    agent.waits.append(Wait(activity, since, deadline))  # type: ignore[arg-type]
-    run.note_deadline(deadline)
+    agent.waits.append(Wait(activity, since, since + ticks))  # type: ignore[arg-type]
+    run.note_deadline(since + ticks)
     return 1 - left

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NoReturn
 
+from ..intentions import duration
 from ..substitution import OPERATIONS
 from ..terms import ListTerm, Number, String, Structure, Term
 
@@ -73,6 +74,7 @@ NAMES: dict[str, object] = {
     "bail": bail,
     "believed": believed,
     "compute": compute,
+    "duration": duration,
     "first_source": first_source,
     "same": same,
     "shown": shown,

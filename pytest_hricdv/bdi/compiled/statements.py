@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 from ..formulas import Formula
+from ..intentions import duration
 from ..syntax import Achieve, Act, Believe, Check, For, If, Internal, Statement, Test, While
-from ..terms import SOURCE_PERCEPT, Call, String, Structure, is_ground, is_name
+from ..terms import SOURCE_PERCEPT, Call, Number, String, Structure, is_ground, is_name
 from .bodies import FINISH, FINISH_ACTED, BodyWriter
 from .conditions import binds
 from .layout import blocks, variables_in
@@ -256,8 +258,12 @@ def _abolish(body: BodyWriter, pc: int, call: Call, scope: Scope) -> None:
 
 
 def _wait(body: BodyWriter, pc: int, call: Call, scope: Scope) -> None:
-    wait_ms = number(body.writer, call.args[0], scope)  # type: ignore[arg-type]
-    body.writer.line(f"return wait(a, i, {wait_ms}, n)")
+    wait_ms = call.args[0]
+    if isinstance(wait_ms, Number) and math.isfinite(wait_ms):
+        ticks = repr(float(duration(wait_ms)))
+    else:
+        ticks = f"duration({number(body.writer, wait_ms, scope)})"  # type: ignore[arg-type]
+    body.writer.line(f"return wait(a, i, {ticks}, n)")
 
 
 _INTERNAL: dict[tuple[str, int], Callable[[BodyWriter, int, Call, Scope], None]] = {

@@ -137,10 +137,9 @@ class Receiver(CompiledAgent):
         notes: where to note at what it looks.
     """
 
-    is_watched = True
-
     def __init__(self, name: str, run: Run, code: AgentCode, notes: Notes) -> None:
         super().__init__(name, run, code)
+        self.is_watched = True
         self._notes = notes
         self._annots: Annots = (source(notes.forwarding.steering),)
         self._awaited = set(notes.atoms)
