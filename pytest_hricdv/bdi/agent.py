@@ -140,7 +140,7 @@ class Agent(Mind):
         """Find a plan for an event; False for a belief event without one: another event is selected at once."""
         literal, beliefs = event.literal, self.beliefs
         held = beliefs.held
-        for plan, needed, match, condition in self.library.options[event.sign, literal.key]:
+        for plan, needed, match, condition in self.library.options[event.sign][literal.key]:
             if not needed <= held and not beliefs.open:
                 continue
             self._considered = plan
@@ -226,8 +226,8 @@ class Agent(Mind):
         """Take finished plans off an intention; it goes on where they were called, or ends."""
         frames, run = intention.frames, self.run
         goals_matter = not run.plain
-        while frames and frames[-1].pc >= len(frames[-1].body):
-            done = frames.pop()
+        while frames and (done := frames[-1]).pc >= len(done.body):
+            frames.pop()
             if goals_matter and done.sign == "+!":
                 run.note_achieved(self.name, done.literal)
             if frames:
@@ -261,7 +261,7 @@ class Agent(Mind):
         """Add an event; an external one that no plan is for is only shown to those who wait for it."""
         if self.waits:
             waiting.wake_by_event(self, sign, literal)
-        if intention is not None or self.library.options[sign, literal.key]:
+        if intention is not None or self.library.options[sign][literal.key]:
             self.events.append(Event(sign, literal, intention))
 
     def post_goal(self, goal: Structure) -> None:

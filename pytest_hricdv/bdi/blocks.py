@@ -6,8 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from .conditions import question_of
-from .inference import solve
+from .conditions import question_of, solutions_of
 from .intentions import Frame, Intention, Loop
 from .substitution import Bindings
 from .syntax import For, If, While
@@ -50,9 +49,10 @@ def for_each(statement: For) -> Step:
 
     All are found at the start, so that the body may change what they came from.
     """
+    solutions = solutions_of(statement.condition)
 
     def step(agent: Agent, intention: Intention, frame: Frame) -> None:
-        loop = _loop(frame, statement, lambda: deque(list(solve(agent, statement.condition, frame.unifier))))
+        loop = _loop(frame, statement, lambda: deque(solutions(agent, frame.unifier)))
         if loop.solutions:
             frame.unifier = loop.solutions.popleft()
             frame.enter(statement.body, loop)

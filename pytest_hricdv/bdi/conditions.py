@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from .comparison import compare
 from .formulas import And, Comparison, Formula, Not
-from .inference import first
+from .inference import first, solve
 from .intentions import Frame
 from .substitution import Bindings
 from .terms import Number, Structure, Term, Variable, is_ground
@@ -52,6 +52,35 @@ def question_of(formula: Formula) -> Callable[[Agent, Frame], bool]:
         return decided
 
     return question
+
+
+def solutions_of(formula: Formula) -> Callable[[Agent, Bindings], list[Bindings]]:
+    """How to find all solutions of a formula."""
+    if isinstance(formula, Structure) and not formula.annots and formula.annots_tail is None:
+        names = formula.args
+        if names and _are_names(names) and formula.functor not in _CONSTANTS:
+            return _every_belief(formula, names)  # type: ignore[arg-type]
+    return lambda agent, bindings: list(solve(agent, formula, bindings))
+
+
+def _every_belief(literal: Structure, names: tuple[Variable, ...]) -> Callable[[Agent, Bindings], list[Bindings]]:
+    """Every belief of a predicate is a solution."""
+    key = literal.key
+
+    def solutions(agent: Agent, bindings: Bindings) -> list[Bindings]:
+        if key in agent.beliefs.open or not bindings.keys().isdisjoint(names):
+            return list(solve(agent, literal, bindings))
+        return [
+            bindings | dict(zip(names, belief.args, strict=True))  # type: ignore[union-attr]
+            for belief in reversed(agent.beliefs.bucket(key).values())
+        ]
+
+    return solutions
+
+
+def _are_names(args: tuple[Term, ...]) -> bool:
+    """Whether these are variables, each once."""
+    return all(isinstance(arg, Variable) for arg in args) and len({*args}) == len(args)
 
 
 def ask(agent: Agent, formula: Formula, bindings: Bindings) -> bool:
@@ -158,7 +187,7 @@ def _known(literal: Structure) -> Condition:
         if not bucket:
             return False
         held = bucket.get(args)
-        if held is not None and (not annots or all(annot in held.annots for annot in annots)):  # type: ignore[union-attr]
+        if isinstance(held, Structure) and (not annots or has_annotations(held, annots)):
             return True
         return None if key in agent.beliefs.open else False
 
@@ -168,7 +197,7 @@ def _known(literal: Structure) -> Condition:
 def _only_belief(literal: Structure) -> Condition:
     """For a literal with variables: decided if there is no belief or one, which is no rule."""
     key, args, annots = literal.key, literal.args, literal.annots
-    only_names = all(isinstance(arg, Variable) for arg in args) and len({*args}) == len(args)
+    only_names = _are_names(args)
 
     def condition(agent: Agent, bindings: Bindings) -> bool | None:
         bucket = agent.beliefs.buckets.get(key)
@@ -183,7 +212,7 @@ def _only_belief(literal: Structure) -> Condition:
             bindings.update(zip(args, belief.args, strict=True))  # type: ignore[arg-type]
         elif not unify_all(args, belief.args, bindings):
             return False
-        return not annots or all(annot in belief.annots for annot in annots)
+        return not annots or has_annotations(belief, annots)
 
     return condition
 
@@ -206,9 +235,14 @@ def _only_belief_named(literal: Structure, name: Variable) -> Condition:
             bindings[name] = value
         elif not unify(name, value, bindings, []):
             return False
-        return not annots or all(annot in belief.annots for annot in annots)
+        return not annots or has_annotations(belief, annots)
 
     return condition
+
+
+def has_annotations(belief: Structure, annots: tuple[Term, ...]) -> bool:
+    """Whether a belief has all of these ground annotations."""
+    return belief.annots == annots or all(annot in belief.annots for annot in annots)
 
 
 def unify_all(args: tuple[Term, ...], others: tuple[Term, ...], bindings: Bindings) -> bool:

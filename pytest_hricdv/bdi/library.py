@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from .selection import Option, option_of
-from .syntax import EventKey, Plan
+from .syntax import SIGNS, EventKey, Plan
 from .terms import Key
 
+KQML_RECEIVED = (False, "kqml_received", 4)
+"""The goals that messages are that are not acted on at once."""
 
-class Options(dict[EventKey, tuple[Option, ...]]):
-    """The relevant plans of events, made ready when there is such an event for the first time."""
 
-    __slots__ = ("_library",)
+class Options(dict[Key, tuple[Option, ...]]):
+    """The relevant plans of the events of a sign, made ready when there is such an event for the first time."""
 
-    def __init__(self, library: PlanLibrary) -> None:
+    __slots__ = ("_library", "_sign")
+
+    def __init__(self, library: PlanLibrary, sign: str) -> None:
         super().__init__()
         self._library = library
+        self._sign = sign
 
-    def __missing__(self, event: EventKey) -> tuple[Option, ...]:
-        options = self[event] = tuple([option_of(plan) for plan in self._library.relevant(*event)])
+    def __missing__(self, key: Key) -> tuple[Option, ...]:
+        options = self[key] = tuple([option_of(plan) for plan in self._library.relevant(self._sign, key)])
         return options
 
 
@@ -28,15 +32,17 @@ class PlanLibrary:
         plans: the plans, in the order in which they are tried.
     """
 
-    __slots__ = ("_by_event", "_by_sign", "options", "plans")
+    __slots__ = ("_by_event", "_by_sign", "has_own_message_plans", "options", "plans")
 
     def __init__(self, plans: tuple[Plan, ...]) -> None:
         self.plans = plans
         self._by_event: dict[EventKey, tuple[Plan, ...]] = {}
         self._by_sign: dict[str, tuple[Plan, ...]] = {}
         """Plans for any event of a sign: their trigger is a variable."""
-        self.options = Options(self)
-        """:meth:`relevant` plans, ready to be selected."""
+        message_plans = self.relevant("+!", KQML_RECEIVED)
+        self.has_own_message_plans = any(not plan.builtin for plan in message_plans)
+        self.options = {sign: Options(self, sign) for sign in SIGNS}
+        """:meth:`relevant` plans, ready to be selected, by sign and key."""
         for plan in plans:
             if plan.trigger.key is None:
                 self._by_sign[plan.trigger.sign] = (*self._by_sign.get(plan.trigger.sign, ()), plan)

@@ -14,9 +14,6 @@ from .terms import Structure
 if TYPE_CHECKING:
     from .scheduler import Run
 
-KQML_RECEIVED = (False, "kqml_received", 4)
-"""The goals that messages are that are not acted on at once."""
-
 
 class Mind:
     """What an interpreted agent believes, intends and has yet to react to.
@@ -62,8 +59,7 @@ class Mind:
         """The labels of the plans selected as intended means, in order."""
         self.current: Intention | None = None
         """The intention whose statement is being executed."""
-        message_plans = library.relevant("+!", KQML_RECEIVED)
-        self.has_own_message_plans = any(not plan.builtin for plan in message_plans)
+        self.has_own_message_plans = library.has_own_message_plans
         self._considered: Plan | None = None
         self._atomic: Intention | None = None
         self._percept_versions = run.percept_versions(name)

@@ -73,6 +73,8 @@ def _simple(wanted: Structure, otherwise: Match) -> Match:
         for annot in annots:
             if annot not in literal.annots:
                 return otherwise(literal)
+        if not args:
+            return {}
         if all_names is not None:
             return dict(zip(all_names, args, strict=True))
         for index, value in values:

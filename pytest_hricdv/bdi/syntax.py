@@ -157,9 +157,13 @@ EventKey = tuple[str, Key]
 """What plans are indexed by: the sign of the event, and the key of its literal."""
 
 
+SIGNS = ("+", "-", "+!", "-!", "+?", "-?")
+"""Of beliefs, of goals, of test goals."""
+
+
 @dataclass(frozen=True, slots=True)
 class Trigger:
-    """A triggering event; ``sign`` is one of ``+ - +! -! +? -?``."""
+    """A triggering event; ``sign`` is one of :data:`SIGNS`."""
 
     sign: str
     literal: GoalTerm

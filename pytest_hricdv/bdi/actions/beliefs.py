@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from ..inference import first, solve
+from ..intentions import Frame, Intention
 from ..syntax import Rule
+from ..terms import Call, Number, Structure, Term, order
 from ..terms import ListTerm as List
-from ..terms import Number, Structure, Term, order
 from ..unify import undo, unify
-from .registry import Invocation, Outcome, internal_action
+from .registry import Invocation, Outcome, internal_action, prepared
+
+if TYPE_CHECKING:
+    from ..agent import Agent
+    from ..execution import Step
 
 
 def _found(invocation: Invocation) -> list[Term]:
@@ -72,6 +78,25 @@ def _abolish(invocation: Invocation) -> Outcome:
         if matches:
             agent.disbelieve(entry)
     return True
+
+
+@prepared("abolish")
+def _prepared_abolish(call: Call, otherwise: Step) -> Step:
+    """For a proposition: there is one belief at most, whatever its sources."""
+    literal = call.args[0]
+    if not isinstance(literal, Structure) or literal.args or not literal.ground or literal.annots:
+        return otherwise
+
+    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+        if literal.key in agent.beliefs.open:
+            otherwise(agent, intention, frame)
+            return
+        held = agent.beliefs.bucket(literal.key).get(())
+        if isinstance(held, Structure):
+            agent.disbelieve(held)
+        agent.go_on(intention)
+
+    return step
 
 
 @internal_action("perceive", 0)

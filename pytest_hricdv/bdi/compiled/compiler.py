@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from ..beliefs import BeliefBase
-from ..library import PlanLibrary
-from ..mind import KQML_RECEIVED
+from ..library import KQML_RECEIVED, PlanLibrary
 from ..syntax import Rule
 from ..terms import SOURCE_PERCEPT, Structure
 from . import changes, effects
