@@ -39,8 +39,6 @@ class PlanLibrary:
         self._by_event: dict[EventKey, tuple[Plan, ...]] = {}
         self._by_sign: dict[str, tuple[Plan, ...]] = {}
         """Plans for any event of a sign: their trigger is a variable."""
-        message_plans = self.relevant("+!", KQML_RECEIVED)
-        self.has_own_message_plans = any(not plan.builtin for plan in message_plans)
         self.options = {sign: Options(self, sign) for sign in SIGNS}
         """:meth:`relevant` plans, ready to be selected, by sign and key."""
         for plan in plans:
@@ -54,6 +52,8 @@ class PlanLibrary:
                     for plan in plans
                     if plan.trigger.key == key or (plan.trigger.key is None and plan.trigger.sign == sign)
                 )
+        message_plans = self.relevant("+!", KQML_RECEIVED)
+        self.has_own_message_plans = any(not plan.builtin for plan in message_plans)
 
     def relevant(self, sign: str, key: Key) -> tuple[Plan, ...]:
         """The plans that may be for an event, in the order in which they are tried."""
