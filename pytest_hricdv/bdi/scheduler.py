@@ -241,7 +241,8 @@ class Run:
                         # It may in the last of its rounds give others something to do.
                         # An agent that waits for no time at all leaves no round but this one.
                         done = order[place].work(self._until - self.rounds or 1)
-                        self.rounds += done - 1
+                        if done > 1:
+                            self.rounds += done - 1
                         in_turn = watched
                     if ready[index] != place:
                         # Others before it have been woken: they act in the next round.
@@ -281,30 +282,28 @@ class Run:
 
     def _jump(self) -> bool:
         """Go to the next moment at which a wait is over; False if there is none."""
+        if not self._compiled:
+            # What an interpreted agent waits for may have come before its time.
+            self.earliest_deadline = min([math.inf, *map(_earliest_deadline, self._order)])
         if self.earliest_deadline == math.inf:
-            return False
-        # What an interpreted agent waits for may have come before its time.
-        if not self._compiled and self._find_earliest_deadline() == math.inf:
             return False
         self._skipped = max(self._skipped, int(self.earliest_deadline) - self.rounds)
         self._end_waits()
         return True
 
     def _end_waits(self) -> None:
-        now = self.rounds + self._skipped
+        now, earliest = self.rounds + self._skipped, math.inf
         for agent in self._order:
             if agent.waits or agent.questions:
                 agent.end_waits(now)
                 if not agent.awake and agent.has_work():
                     self.wake(agent)
-        self._find_earliest_deadline()
-
-    def _find_earliest_deadline(self) -> float:
-        earliest = math.inf
-        for agent in self._order:
-            if agent.waits or agent.questions:
-                deadlines = [wait.deadline for wait in agent.waits]
-                deadlines += [question.deadline for question in agent.questions.values()]
-                earliest = min([earliest, *(deadline for deadline in deadlines if deadline is not None)])
+                if agent.waits or agent.questions:
+                    earliest = min(earliest, _earliest_deadline(agent))
         self.earliest_deadline = earliest
-        return earliest
+
+
+def _earliest_deadline(agent: Participant) -> float:
+    deadlines = [wait.deadline for wait in agent.waits]
+    deadlines += [question.deadline for question in agent.questions.values()]
+    return min([math.inf, *(deadline for deadline in deadlines if deadline is not None)])

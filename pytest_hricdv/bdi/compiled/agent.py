@@ -100,7 +100,10 @@ class CompiledAgent:
             self.interpreted().cycle()
             return 1
         try:
-            activity = self._react() if events or feedback else intentions.popleft() if intentions else None
+            if feedback or intentions:
+                activity = self._react() if events or feedback else intentions.popleft()
+            else:
+                activity = self._select() if events else None
         except BailError:
             self.interpreted().reason()
             return 1
@@ -144,14 +147,12 @@ class CompiledAgent:
         return True
 
     def _react(self) -> Activity | None:
-        """React to one event and to the outcome of one action; what to execute then.
+        """React to one event and to the outcome of one action, with others ready; what to execute then.
 
         Raises:
             BailError: that is left to the interpreter.
         """
         _, events, feedback, intentions = self._queues
-        if not feedback and not intentions:
-            return self._select()
         if feedback and not feedback[0][1]:
             raise BailError
         activity = self._select() if events else None
@@ -277,8 +278,8 @@ class CompiledAgent:
 
     def end_waits(self, now: int) -> None:
         """Let the activities go on whose wait is over at a tick of the virtual clock, the earliest first."""
-        waits = sorted(self.waits, key=_deadline) if len(self.waits) > 1 else self.waits.copy()
-        for wait in waits:
+        waits = self.waits if len(self.waits) == 1 else sorted(self.waits, key=lambda wait: wait.deadline or 0)
+        for wait in waits.copy():
             if wait.deadline is not None and wait.deadline <= now:
                 self.waits.remove(wait)
                 self.resume(wait.intention)  # type: ignore[arg-type]
@@ -292,7 +293,3 @@ class CompiledAgent:
     def doing(self) -> str:
         """Where the agent is, for error messages."""
         return "in a compiled plan"
-
-
-def _deadline(wait: Wait) -> float:
-    return wait.deadline or 0

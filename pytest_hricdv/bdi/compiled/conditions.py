@@ -105,6 +105,8 @@ class Conditions:
 
     def _exists(self, formula: Formula, scope: Scope) -> str:
         """A call of a function of its own, so that what is bound inside is not bound outside."""
+        if isinstance(formula, Structure) and _is_any(formula, scope):
+            return self._table(formula)
         inner = self._writer.beside()
         name = inner.names.fresh("exists")
         known = [scope[variable] for variable in sorted(variables_of(formula) & scope.keys())]
@@ -133,7 +135,8 @@ class Conditions:
             table = self._table(literal)
             if source is None and not every:
                 # Most often there is but one, and which comes first makes no difference.
-                head = f"for ({', '.join(names)},) in {table} if len({table}) == 1 else reversed({table}):"
+                writer.line(f"t = {table}")
+                head = f"for ({', '.join(names)},) in t if len(t) == 1 else reversed(t):"
             else:
                 head = f"for ({', '.join(names)},), {held} in reversed({table}.items()):"
         else:
@@ -234,3 +237,10 @@ def binds(formula: Formula, scope: Scope) -> tuple[Variable, ...]:
     if isinstance(formula, Comparison) and formula.operator == "=":
         unified = formula.left
     return tuple(variable for variable in variables_in(unified) if variable not in scope)
+
+
+def _is_any(literal: Structure, scope: Scope) -> bool:
+    """Whether any belief of its predicate unifies with a literal."""
+    unbound = {arg for arg in literal.args if isinstance(arg, Variable) and arg not in scope}
+    is_plain = not literal.annots and literal.annots_tail is None
+    return is_plain and bool(unbound) and len(unbound) == len(literal.args)

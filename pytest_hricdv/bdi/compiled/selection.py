@@ -10,7 +10,7 @@ from ..terms import Structure, Variable
 from .bodies import BodyWriter
 from .conditions import Conditions, named_source, source_pattern
 from .program import PlanCode, ProgramCode
-from .values import Scope, equality, may_bail
+from .values import Scope, equality, may_bail, trusting
 from .writer import Names, UnsupportedError, Writer, mention
 
 
@@ -43,12 +43,12 @@ class SelectionWriter:
                 writer.line("p = a.p")
             if arity:
                 writer.line(f"({', '.join(f'e{place}' for place in range(arity))},) = args")
-            if sign == "+!" and may_bail(*lines):
-                # No plan for a goal is a failure, and left to the interpreter, too.
+            if may_bail(*lines):
                 with writer.block("try:"):
-                    writer.include(lines)
-                with writer.block("except BailError:"):
-                    writer.line("return None")
+                    writer.include([trusting(line)[0] for line in lines])
+                # What is no number has no arithmetic; no plan for a goal is left to the interpreter, too.
+                with writer.block("except (BailError, TypeError):"):
+                    writer.line("return None" if sign == "+!" else "bail()")
             else:
                 writer.include(lines)
         self.functions.extend(writer.lines)

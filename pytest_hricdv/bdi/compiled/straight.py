@@ -7,17 +7,13 @@ changes of beliefs can be written out instead of called.
 
 from __future__ import annotations
 
-import re
-
 from ..syntax import Act, Believe, Internal, Statement
 from ..terms import SOURCE_PERCEPT, Structure
 from .bodies import FINISH, FINISH_ACTED, BodyWriter
 from .layout import Numbered
 from .program import proposition
-from .values import Scope, may_bail, value
+from .values import Scope, may_bail, trusting, value
 
-_CHECKED = re.compile(r"\((\w+) if type\(\1\) is Number else bail\(\)\)")
-"""A variable that has to stand for a number."""
 _PRINTS = frozenset({".print", ".println"})
 
 
@@ -107,12 +103,9 @@ class StraightWriter:
 
     def _with_numbers(self, expression: str) -> str:
         """An expression without looking whether variables stand for numbers: that is done once for all."""
-
-        def variable(found: re.Match[str]) -> str:
-            self._numbers[found[1]] = None
-            return found[1]
-
-        return _CHECKED.sub(variable, expression)
+        trusted, variables = trusting(expression)
+        self._numbers.update(dict.fromkeys(variables))
+        return trusted
 
     def _mark_for(self, pc: int, done: int, *expressions: str) -> None:
         """Note where the activity is if an expression may have no value."""

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 from ..terms import Arithmetic, Number, String, Structure, Term, Variable, is_name
 from .writer import UnsupportedError, Writer
 
 Scope = dict[Variable, str]
 """The Python names of the variables that certainly have a value."""
 
+_CHECKED = re.compile(r"\((\w+) if type\(\1\) is Number else bail\(\)\)")
+"""A variable that has to stand for a number."""
 _INLINE = frozenset({"+", "-", "*"})
 """Operators that never fail on numbers."""
 
@@ -76,3 +80,8 @@ def _bound(variable: Variable, scope: Scope) -> str:
 def may_bail(*expressions: str) -> bool:
     """Whether one of these expressions may have no value."""
     return any(call in each for each in expressions for call in ("bail()", "compute(", "same(", "exists"))
+
+
+def trusting(expression: str) -> tuple[str, list[str]]:
+    """An expression without looking whether variables stand for numbers, and those variables."""
+    return _CHECKED.sub(r"\1", expression), _CHECKED.findall(expression)
