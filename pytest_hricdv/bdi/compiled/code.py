@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 
 from ..beliefs import BeliefBase
 from ..intentions import Letter
@@ -64,16 +65,19 @@ class AgentCode:
         self.letters = [self._letter(*letter) for letter in self.program.letters]
 
     def letter(self, form: int, content: Args | Structure) -> Letter:
-        """The message of a form with these arguments, or with this content; the same object every time."""
+        """Write the message of a form with these arguments, or with this content."""
         to, told, literal = self.program.forms[form]
         filled = content
         if isinstance(content, tuple):
             assert literal is not None
             filled = Structure(literal.functor, content, (), literal.negated)
         assert isinstance(filled, Structure)
+        letter = self._letter(to, told, filled)
         if len(self.known) >= MAX_KNOWN:
             self.known.clear()
-        self.known[form, content] = letter = self._letter(to, told, filled)
+        with suppress(RecursionError):
+            # What is nested too deeply is not kept.
+            self.known[form, content] = letter
         return letter
 
     def _letter(self, to: str, told: bool, literal: Structure) -> Letter:

@@ -19,6 +19,7 @@ _CHANGES: dict[str, object] = {
     "add": changes.add,
     "displace": changes.displace,
     "enter": effects.enter,
+    "filled": effects.filled,
     "finish": effects.finish,
     "finish_acted": effects.finish_acted,
     "forward": effects.forward,

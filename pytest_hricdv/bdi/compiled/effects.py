@@ -120,13 +120,19 @@ def send(agent: CompiledAgent, receiver: str, force: str, content: Term) -> None
 
 def forward(agent: CompiledAgent, receiver: str, force: str, form: int, content: Term) -> None:
     """Send a message of which nothing is known beforehand."""
-    letter = agent.known.get((form, content))
-    if letter is not None:
-        post(agent, receiver, letter)
-    elif type(content) is Structure and content.ground:
-        post(agent, receiver, agent.code.letter(form, content))
+    if type(content) is Structure and content.ground:
+        post(agent, receiver, filled(agent, form, content))
     else:
         send(agent, receiver, force, content)
+
+
+def filled(agent: CompiledAgent, form: int, content: Args | Structure) -> Letter:
+    """The letter of a form with these arguments, or with this content."""
+    try:
+        return agent.known[form, content]
+    except (KeyError, RecursionError):
+        # Terms nested too deeply to be looked up are for the receiver to complain about.
+        return agent.code.letter(form, content)
 
 
 def post(agent: CompiledAgent, receiver: str, letter: Letter) -> None:

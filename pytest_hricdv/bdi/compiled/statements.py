@@ -231,8 +231,8 @@ def _send(body: BodyWriter, pc: int, call: Call, scope: Scope) -> None:
         body.program.forms.append((receiver.functor, told, content if isinstance(content, Structure) else None))
         form = len(body.program.forms) - 1
         if isinstance(content, Structure):
-            body.writer.line(f"args = {values(body.writer, content.args, scope)}")
-            body.writer.line(f"post(a, {to}, a.known.get(({form}, args)) or a.code.letter({form}, args))")
+            args = values(body.writer, content.args, scope)
+            body.writer.line(f"post(a, {to}, filled(a, {form}, {args}))")
         else:
             body.writer.line(f"forward(a, {to}, {force.functor!r}, {form}, {sent})")
     body.stop(pc)
