@@ -94,8 +94,9 @@ def ask(agent: Agent, formula: Formula, bindings: Bindings) -> bool:
 
 
 def _may_bind(formula: Formula) -> bool:
+    """Whether deciding a formula may change the bindings, even if it does not hold then."""
     if isinstance(formula, And):
-        return any(map(_may_bind, formula.parts))
+        return not _are_propositions(formula.parts)
     if isinstance(formula, Comparison):
         return formula.operator[0] == "="
     return not isinstance(formula, Not) and not (isinstance(formula, Structure) and formula.ground)
@@ -119,9 +120,8 @@ def _undecided(agent: Agent, bindings: Bindings) -> bool | None:
 
 
 def _conjunction(formula: And) -> Condition:
-    literals = [part for part in formula.parts if isinstance(part, Structure) and _is_proposition(part)]
-    if len(literals) == len(formula.parts):
-        return _propositions(literals)
+    if _are_propositions(formula.parts):
+        return _propositions(formula.parts)  # type: ignore[arg-type]
     # Each with what is to be shown from there on.
     parts = [(_part(part), And(formula.parts[index:])) for index, part in enumerate(formula.parts)]
 
@@ -140,15 +140,18 @@ def _part(formula: Formula) -> Condition:
     return _undecided if isinstance(formula, And) else condition_of(formula)
 
 
-def _is_proposition(literal: Structure) -> bool:
-    """Whether a literal can be looked up, whatever its sources."""
-    return literal.ground and not literal.annots and literal.functor not in _CONSTANTS
+def _are_propositions(parts: tuple[Formula, ...]) -> bool:
+    """Whether these are literals that can be looked up, whatever their sources."""
+    return all(
+        isinstance(part, Structure) and part.ground and not part.annots and part.functor not in _CONSTANTS
+        for part in parts
+    )
 
 
 _CONSTANTS = ("true", "false")
 
 
-def _propositions(literals: list[Structure]) -> Condition:
+def _propositions(literals: tuple[Structure, ...]) -> Condition:
     wanted = [(literal.key, literal.args) for literal in literals]
 
     def condition(agent: Agent, bindings: Bindings) -> bool | None:
@@ -258,7 +261,7 @@ def _negation(formula: Not) -> Condition:
     def negation(agent: Agent, bindings: Bindings) -> bool | None:
         own = dict(bindings) if binds else bindings
         decided = condition(agent, own)
-        return not (ask(agent, part, own) if decided is None else decided)
+        return first(agent, part, own) is None if decided is None else not decided
 
     return negation
 
