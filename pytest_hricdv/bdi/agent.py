@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from . import communication, failure, perception, waiting
 from .actions import Invocation, call_action, function_value
@@ -19,9 +18,6 @@ from .substitution import Bindings, substitute
 from .syntax import Plan
 from .terms import Call, Structure, Term, Variable
 from .unify import Trail
-
-if TYPE_CHECKING:
-    pass
 
 
 class Agent(Mind):
@@ -211,17 +207,6 @@ class Agent(Mind):
         else:
             self.intentions.append(intention)
 
-    def resume(self, intention: Intention) -> None:
-        """What an intention waited for has come: it is ready for the next statement, if any, in its turn."""
-        frame = intention.frames[-1]
-        frame.pc += 1
-        if frame.blocks:
-            frame.leave_blocks()
-        if self.suspending:
-            self.ready(intention)
-        else:
-            self.intentions.append(intention)
-
     def clear(self, intention: Intention) -> None:
         """Take finished plans off an intention; it goes on where they were called, or ends."""
         frames, run = intention.frames, self.run
@@ -241,19 +226,6 @@ class Agent(Mind):
             self._atomic = None
         if frames:
             self.ready(intention)
-
-    def ready(self, intention: Intention) -> None:
-        """An intention can go on, unless it has been suspended meanwhile."""
-        if intention in self.suspending:
-            self.suspending.remove(intention)
-            self.suspended.append(intention)
-        else:
-            self.intentions.append(intention)
-
-    def note_end(self, intention: Intention) -> None:
-        """An intention has ended, by success or failure."""
-        if self._atomic is intention:
-            self._atomic = None
 
     # --- events
 

@@ -96,6 +96,8 @@ def _ground_answer(agent: Agent, literal: Structure) -> bool | None:
     held = bucket.get(literal.args)
     if isinstance(held, Structure) and (not literal.annots or all(annot in held.annots for annot in literal.annots)):
         return True
+    if literal.key not in agent.beliefs.open:
+        return False
     return None if any(isinstance(entry, Rule) or not entry.ground for entry in bucket.values()) else False
 
 

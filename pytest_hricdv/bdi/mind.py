@@ -94,3 +94,27 @@ class Mind:
         """An intention without plans yet."""
         self._intention_count += 1
         return Intention(self._intention_count)
+
+    def resume(self, intention: Intention) -> None:
+        """What an intention waited for has come: it is ready for the next statement, if any, in its turn."""
+        frame = intention.frames[-1]
+        frame.pc += 1
+        if frame.blocks:
+            frame.leave_blocks()
+        if self.suspending:
+            self.ready(intention)
+        else:
+            self.intentions.append(intention)
+
+    def ready(self, intention: Intention) -> None:
+        """An intention can go on, unless it has been suspended meanwhile."""
+        if intention in self.suspending:
+            self.suspending.remove(intention)
+            self.suspended.append(intention)
+        else:
+            self.intentions.append(intention)
+
+    def note_end(self, intention: Intention) -> None:
+        """An intention has ended, by success or failure."""
+        if self._atomic is intention:
+            self._atomic = None
