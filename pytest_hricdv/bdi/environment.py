@@ -10,8 +10,8 @@ from .errors import BdiError
 from .parser import parse_literal
 from .terms import SOURCE_PERCEPT, Structure
 
-Perceived = tuple[tuple[str, tuple[Structure, ...]], ...]
-"""Agents, and what they perceive, in the order added, with ``source(percept)``."""
+Perceived = tuple[str | int | Structure, ...]
+"""Agents, each followed by how much it perceives, and by that, as it was given."""
 
 
 class Environment:
@@ -27,6 +27,7 @@ class Environment:
                 return False
     """
 
+    _shown: dict[str, tuple[str | Structure, ...]]
     _percepts: dict[str, dict[Structure, None]]
     _versions: dict[str, int]
     _changes: int
@@ -34,6 +35,7 @@ class Environment:
     def __new__(cls, *args: object, **options: object) -> Self:
         # Not in __init__: a user's subclass with an __init__ of its own need not call this one.
         self = super().__new__(cls)
+        self._shown = {}
         self._percepts = {}
         self._versions = {}
         self._changes = 0
@@ -57,8 +59,8 @@ class Environment:
         Raises:
             BdiError: the text is not a literal without variables.
         """
-        percept = _percept(literal)
-        percepts = self._percepts.setdefault(agent, {})
+        percept = percept_of(literal)
+        percepts = self._percepts_of(agent)
         if percept not in percepts:
             percepts[percept] = None
             self._note_change(agent)
@@ -72,8 +74,8 @@ class Environment:
         Raises:
             BdiError: the text is not a literal without variables.
         """
-        percepts = self._percepts.get(agent, {})
-        percept = _percept(literal)
+        percepts = self._percepts_of(agent)
+        percept = percept_of(literal)
         if percept not in percepts:
             return False
         del percepts[percept]
@@ -86,25 +88,41 @@ class Environment:
         Raises:
             BdiError: a text is not a literal without variables.
         """
-        self._percepts[agent] = dict.fromkeys(
-            [_parsed_percept(literal) if type(literal) is str else _percept(literal) for literal in literals]
-        )
+        shown = tuple(literals)
+        for literal in shown:
+            if type(literal) is str:
+                _parsed_percept(literal)
+            else:
+                percept_of(literal)
+        self._shown[agent] = shown
         self._note_change(agent)
 
     def clear_percepts(self, agent: str) -> None:
         """Let an agent perceive nothing."""
-        if self._percepts.get(agent):
-            self._percepts[agent] = {}
-            self._note_change(agent)
+        if self._percepts_of(agent):
+            self.show(agent, ())
 
     def percepts(self, agent: str) -> tuple[Structure, ...]:
         """What an agent perceives now, in the order added, with ``source(percept)``."""
-        return tuple(self._percepts.get(agent, ()))
+        return tuple(self._percepts_of(agent))
 
     @property
     def perceived(self) -> Perceived:
         """What those agents perceive now that perceive anything."""
-        return tuple([(agent, tuple(percepts)) for agent, percepts in self._percepts.items() if percepts])
+        found: list[str | int | Structure] = []
+        for agent in self._versions:
+            shown = self._shown.get(agent)
+            percepts = self._percepts.get(agent) if shown is None else shown
+            if percepts:
+                found += (agent, len(percepts), *percepts)
+        return tuple(found)
+
+    def _percepts_of(self, agent: str) -> dict[Structure, None]:
+        # What is shown is only taken apart once that is asked for: the memo need not.
+        shown = self._shown.pop(agent, None)
+        if shown is not None:
+            self._percepts[agent] = dict.fromkeys(map(percept_of, shown))
+        return self._percepts.setdefault(agent, {})
 
     def _note_change(self, agent: str) -> None:
         self._versions[agent] = self._versions.get(agent, 0) + 1
@@ -125,7 +143,12 @@ class Environment:
         return self._versions
 
 
-def _percept(literal: str | Structure) -> Structure:
+def percept_of(literal: str | Structure) -> Structure:
+    """A literal as it is perceived, with ``source(percept)``.
+
+    Raises:
+        BdiError: it is not a literal without variables.
+    """
     if isinstance(literal, str):
         return _parsed_percept(literal)
     if not literal.ground:
@@ -135,4 +158,4 @@ def _percept(literal: str | Structure) -> Structure:
 
 @lru_cache(maxsize=4096)
 def _parsed_percept(text: str) -> Structure:
-    return _percept(parse_literal(text))
+    return percept_of(parse_literal(text))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ..compiled.layout import variables_in
 from ..library import PlanLibrary
+from ..prototype import Prototype
 from ..syntax import For, Internal, Plan, Statement, children
 from ..terms import Key, Structure, Term, Variable
 
@@ -18,7 +20,8 @@ class Forwarding:
         steering: the agent.
         key: of the percepts.
         receivers: whom it tells.
-        special: atoms that are not handled alike: those its own program mentions.
+        special: atoms that are not handled alike: its own program mentions them, or they mean something to a receiver
+            when they come.
     """
 
     steering: str
@@ -27,8 +30,31 @@ class Forwarding:
     special: frozenset[str]
 
 
-def forwarding_of(steering: str, library: PlanLibrary, key: Key) -> Forwarding | None:
-    """How an agent forwards the percepts of a key; None if it does anything else with them."""
+def forwarding_of(name: str, key: Key, prototypes: Mapping[str, Prototype]) -> Forwarding | None:
+    """How an agent forwards the percepts of a key; None if it does anything else with them.
+
+    Args:
+        name: of the agent.
+        key: of the percepts.
+        prototypes: all agents by their names.
+    """
+    code = prototypes[name].code
+    if code is None or key not in code.program.tables or key[2] != 1 or code.tables[code.program.tables[key]]:
+        return None
+    found = _forwarded(prototypes[name].library, key)
+    if found is None or name in found[0]:
+        return None
+    receivers, special = found
+    for receiver in receivers:
+        received = prototypes[receiver].code if receiver in prototypes else None
+        if received is None:
+            return None
+        special |= received.propositions.keys() | {functor for _, functor, _ in received.program.noticed}
+    return Forwarding(name, key, frozenset(receivers), frozenset(special))
+
+
+def _forwarded(library: PlanLibrary, key: Key) -> tuple[set[str], set[str]] | None:
+    """Who is told of percepts of a key, and the atoms that the program mentions; None if anything else is done."""
     plans = [plan for plan in library.plans if not plan.builtin]
     receivers: set[str] = set()
     loops = [loop for plan in plans for loop in _statements(plan.body) if isinstance(loop, For) and _asks(loop, key)]
@@ -44,7 +70,7 @@ def forwarding_of(steering: str, library: PlanLibrary, key: Key) -> Forwarding |
     if not loops or mentions != len(loops):
         return None
     atoms = {part.functor for plan in plans for part in _parts(plan) if isinstance(part, Structure) and not part.args}
-    return Forwarding(steering, key, frozenset(receivers), frozenset(atoms - receivers))
+    return receivers, atoms - receivers
 
 
 def _asks(loop: For, key: Key) -> bool:
