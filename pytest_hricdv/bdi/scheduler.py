@@ -38,7 +38,7 @@ class Run:
     """
 
     watched = False
-    """Whether somebody has to look at the agents whenever one that is alone begins to act and when it ends."""
+    """Whether :meth:`look` is asked after each round, when an agent that is alone begins to act and when it ends."""
 
     def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None) -> None:
         self.environment = environment
@@ -252,11 +252,15 @@ class Run:
                     else:
                         del ready[index]
                 self.rounds += 1
-                if not ready or self.rounds >= self._until or watched:
+                if (watched and self.look()) or not ready or self.rounds >= self._until:
                     return True
         except RecursionError:
             acting = order[place]
             raise BdiError(f"{acting.name}: terms nested too deeply, {acting.doing()}") from None
+
+    def look(self) -> bool:
+        """After a round of a watched run: whether to stop here, for the reason that is noted then."""
+        return False
 
     def replace(self, agent: Agent) -> None:
         """Let an agent take the place of the one of its name."""

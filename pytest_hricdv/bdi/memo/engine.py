@@ -22,8 +22,9 @@ class Fixed(NamedTuple):
     """A result as it is remembered: tuples of texts, which are no work for the garbage collector, however many.
 
     Args:
-        prints, actions, warnings, rounds, ended, time_ms: as in the result.
+        prints, actions, warnings, rounds, ended: as in the result.
         plans: the labels of the plans that each agent executed, in the order of the agents.
+        ticks: of the virtual clock.
     """
 
     prints: tuple[str, ...]
@@ -31,8 +32,8 @@ class Fixed(NamedTuple):
     warnings: tuple[str, ...]
     plans: tuple[tuple[str, ...], ...]
     rounds: int
+    ticks: int
     ended: str
-    time_ms: float
 
 
 Segments = list[Segment]
@@ -57,6 +58,8 @@ class Memo:
         """Runs by all that they are given."""
         self._results: dict[tuple[int, ...], Fixed] = {}
         """Runs by the numbers of their segments."""
+        self._spare: RecordingRun | None = None
+        """The run that was recorded last: going back with it takes less time than beginning another."""
 
     def run(self, environment: Environment, seed: int, max_rounds: int) -> Result:
         """The result of a run with what the environment lists now, which must be a plain one.
@@ -81,16 +84,19 @@ class Memo:
             numbers = tuple([segment.number for segment in segments])
             found = self._results.get(numbers)
             if found is None:
-                found = self._results[numbers] = self._joined(segments)
+                found = self._results[numbers] = _joined(segments)
             if found.rounds < max_rounds:
                 return found
-        return _fixed(self._run_as_a_whole(environment, seed, max_rounds))
+        return self._run_as_a_whole(environment, seed, max_rounds)
 
-    def _run_as_a_whole(self, environment: Environment, seed: int, max_rounds: int) -> Result:
+    def _run_as_a_whole(self, environment: Environment, seed: int, max_rounds: int) -> Fixed:
         run = Run(environment, seed, None)
         for prototype in self._prototypes:
             run.agents[prototype.name] = prototype.agent(run)
-        return Result.of(run, run.go(max_rounds))
+        ended = run.go(max_rounds)
+        plans = tuple([tuple(agent.executed) for agent in run.agents.values()])
+        lists = tuple(run.prints), tuple(run.actions), tuple(run.warnings), plans
+        return Fixed(*lists, run.rounds, run.ticks, ended)
 
     def _segments(
         self, steering: Steering, atoms: Set[str], environment: Environment, seed: int, max_rounds: int
@@ -115,8 +121,7 @@ class Memo:
                 return None
             node = following
             if node is not reached:
-                notes = Notes(steering.forwarding, frozenset(atoms))
-                run = RecordingRun(environment, seed, self._prototypes, notes, node.states)
+                run = self._at(node, Notes(steering.forwarding, frozenset(atoms)), environment, seed)
             segment = self._add(node, run, seed, max_rounds - rounds)
             if segment is None:
                 return None
@@ -164,8 +169,7 @@ class Memo:
             starts[way.then, content(way)] = None
 
         def complete(node: Node, chosen: frozenset[str]) -> bool:
-            notes = Notes(steering.forwarding, chosen)
-            run = RecordingRun(environment, seed, self._prototypes, notes, node.states)
+            run = self._at(node, Notes(steering.forwarding, chosen), environment, seed)
             return self._add(node, run, seed, max_rounds) is not None
 
         found: Runs = {}
@@ -177,10 +181,20 @@ class Memo:
                 found.setdefault((lines + after, bits | more), chosen)
         return found
 
+    def _at(self, node: Node, notes: Notes, environment: Environment, seed: int) -> RecordingRun:
+        """A run that is at a node."""
+        run = self._spare
+        if run is None or node.states is None or not run.fits(notes, environment, seed):
+            run = self._spare = RecordingRun(environment, seed, self._prototypes, notes, node.states)
+        else:
+            run.go_back(notes, node.states)
+        return run
+
     def _add(self, node: Node, run: RecordingRun, seed: int, max_rounds: int) -> Segment | None:
         """Do the next segment of a run that is at a node; None if that does not work out."""
         recorded = run.record(max_rounds)
         if recorded is None:
+            self._spare = None
             return None
         segment, states = recorded
         if states is not None:
@@ -213,20 +227,16 @@ class Memo:
         found = forwarding_of(agent, key, {prototype.name: prototype for prototype in self._prototypes})
         return None if found is None else Steering(found)
 
-    def _joined(self, segments: Segments) -> Fixed:
-        prints, actions, warnings, *plans = [
-            tuple(chain.from_iterable(parts)) for parts in zip(*[segment.done for segment in segments], strict=True)
-        ]
-        rounds, ticks = sum([segment.rounds for segment in segments]), sum([segment.ticks for segment in segments])
-        return Fixed(prints, actions, warnings, tuple(plans), rounds, segments[-1].ended, Run.ms(ticks))
-
     def _result(self, fixed: Fixed) -> Result:
-        prints, actions, warnings, plans, rounds, ended, time_ms = fixed
-        executed = {name: [*labels] for name, labels in zip(self._names, plans, strict=True)}
-        return Result([*prints], executed, [*actions], rounds, ended, [*warnings], time_ms)
+        prints, actions, warnings, plans, rounds, ticks, ended = fixed
+        executed = dict(zip(self._names, map(list, plans), strict=True))
+        return Result([*prints], executed, [*actions], rounds, ended, [*warnings], Run.ms(ticks))
 
 
-def _fixed(result: Result) -> Fixed:
-    plans = tuple([tuple(labels) for labels in result.plans.values()])
-    lists = tuple(result.prints), tuple(result.actions), tuple(result.warnings), plans
-    return Fixed(*lists, result.rounds, result.ended, result.time_ms)
+def _joined(segments: Segments) -> Fixed:
+    """What segments amount to."""
+    prints, actions, warnings, *plans = [
+        tuple(chain.from_iterable(parts)) for parts in zip(*[segment.done for segment in segments], strict=True)
+    ]
+    rounds, ticks = sum([segment.rounds for segment in segments]), sum([segment.ticks for segment in segments])
+    return Fixed(prints, actions, warnings, tuple(plans), rounds, ticks, segments[-1].ended)

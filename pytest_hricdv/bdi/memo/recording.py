@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import count
 from typing import Any
@@ -52,6 +53,10 @@ class RecordingRun(Run):
         self.notes = notes
         self._quiet = 0
         """At most so many rounds ago has anything changed."""
+        self._looked = 0
+        """The round of the last look."""
+        self._progress = 0
+        """The progress made until then."""
         self._left_out: int | None = None
         """The place of the steering agent's table of what it forwards."""
         for prototype in prototypes:
@@ -66,18 +71,28 @@ class RecordingRun(Run):
             self._left_out = steering.code.program.tables[notes.forwarding.key]
             steering.tables[self._left_out] = WatchedTable(steering.tables[self._left_out], notes)
         if states is not None:
-            self._restore(states)
+            self.go_back(notes, states)
 
-    def _restore(self, states: tuple[MentalState, ...]) -> None:
-        notes = self.notes
+    def fits(self, notes: Notes, environment: Environment, seed: int) -> bool:
+        """Whether it can go back to a node of a run with this environment and seed, and these notes."""
+        same = self.environment is environment and self._seed == seed and self.notes.forwarding is notes.forwarding
+        return same and all(isinstance(agent, CompiledAgent) for agent in self.agents.values())
+
+    def go_back(self, notes: Notes, states: tuple[MentalState, ...]) -> None:
+        """Go on from other states instead, and with other atoms."""
+        self.notes = notes
+        self.earliest_deadline = math.inf
         for agent, state in zip(self.agents.values(), states, strict=True):
             assert isinstance(agent, CompiledAgent)
             if isinstance(agent, Receiver):
-                agent.receive_all()
-                agent.watched.settle(state.propositions)
+                agent.go_back(notes, state.propositions)
             else:
                 agent.p = dict(state.propositions)
-            restore(agent, state, self._left_out if agent.name == notes.forwarding.steering else None)
+            if agent.name != notes.forwarding.steering:
+                restore(agent, state)
+            elif self._left_out is not None:
+                restore(agent, state, self._left_out)
+                agent.tables[self._left_out] = WatchedTable({}, notes)
         notes.missing, notes.looks = 0, 1
         self._quiet = _QUIET_BEFORE
 
@@ -106,7 +121,8 @@ class RecordingRun(Run):
             BdiError: an agent cannot go on.
         """
         ticks = self.ticks
-        self._skipped, self.rounds = ticks, 0
+        self._skipped, self.rounds, self._looked = ticks, 0, 0
+        self._progress = self.progress
         self.notes.questions = {}
         self._ended = ""
         ended = self.go(max_rounds)
@@ -117,19 +133,21 @@ class RecordingRun(Run):
             return self._segment(ticks, ended), None
         return None
 
-    def _rounds(self, until: int) -> bool:
-        before, first = self.progress, self.rounds
-        if not super()._rounds(until):
-            return False
-        done = self.rounds - first
+    def look(self) -> bool:
+        """After a round: whether the segment ends here, or the run must not go on."""
+        done, self._looked = self.rounds - self._looked, self.rounds
         if self._quiet + done >= QUIET_ROUNDS:
             self.notes.certain = False
-        self._quiet = done if self.progress != before else self._quiet + done
+        if self.progress != self._progress:
+            self._progress = self.progress
+            self._quiet = done
+        else:
+            self._quiet += done
         if not self.notes.certain:
             self._ended = _UNCERTAIN
         elif self._may_cut():
             self._ended = _CUT
-        return True
+        return bool(self._ended)
 
     def _may_cut(self) -> bool:
         """Whether in the next round only a receiver has anything to do: most often it has been told something."""

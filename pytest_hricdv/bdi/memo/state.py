@@ -61,7 +61,7 @@ def mental_state(
 
 
 def restore(agent: CompiledAgent, state: MentalState, without: int | None = None) -> None:
-    """Put a new agent into a state, its propositions aside; ``without`` is as in :func:`mental_state`."""
+    """Put an agent into a state, its propositions aside; ``without`` is as in :func:`mental_state`."""
     places = [place for place in range(len(agent.tables)) if place != without]
     for place, content in zip(places, state.tables, strict=True):
         agent.tables[place] = dict(content)
@@ -70,6 +70,7 @@ def restore(agent: CompiledAgent, state: MentalState, without: int | None = None
     agent.events = deque((goal, None if activity is None else _begun(activity)) for goal, activity in state.events)
     agent.feedback = deque((_begun(activity), success) for activity, success in state.feedback)
     agent.intentions = deque(map(_begun, state.intentions))
+    agent.waits = []
     for left, activity in state.waits:
         deadline = None if left is None else agent.run.ticks + left
         agent.waits.append(Wait(_begun(activity), agent.run.ticks, deadline))  # type: ignore[arg-type]

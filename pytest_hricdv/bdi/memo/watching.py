@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from ..compiled import CompiledAgent
@@ -11,6 +12,8 @@ from ..compiled.program import Annots
 from ..scheduler import Run
 from ..terms import Structure, source
 from .forwarding import Forwarding
+
+Settled = Iterable[tuple[str, Annots | None]]
 
 
 class Notes:
@@ -46,13 +49,25 @@ class Notes:
 
 
 class WatchedBeliefs(dict[str, Annots]):
-    """A receiver's beliefs without arguments: looking at one that could be forwarded is noted."""
+    """A receiver's beliefs without arguments: looking at one that could be forwarded is noted.
 
-    def __init__(self, beliefs: dict[str, Annots], notes: Notes) -> None:
+    Args:
+        beliefs: what it holds.
+        notes: where to note it.
+        settled: what it holds, or holds not (None), whatever has been forwarded.
+    """
+
+    def __init__(self, beliefs: dict[str, Annots], notes: Notes, settled: Settled) -> None:
         super().__init__(beliefs)
         self._notes = notes
-        self.settled = set(beliefs)
+        self.settled: set[str] = set()
         """The beliefs that no longer depend on the atoms forwarded."""
+        for slot, annots in settled:
+            self.settled.add(slot)
+            if annots is not None:
+                super().__setitem__(slot, annots)
+            else:
+                super().pop(slot, None)
 
     def _look(self, slot: str) -> None:
         if slot not in self.settled:
@@ -102,15 +117,6 @@ class WatchedBeliefs(dict[str, Annots]):
         held = super().get
         return [(slot, held(slot)) for slot in self.settled]
 
-    def settle(self, content: frozenset[tuple[str, Annots | None]]) -> None:
-        """Hold this, whatever has been forwarded."""
-        for slot, annots in content:
-            self.settled.add(slot)
-            if annots is not None:
-                super().__setitem__(slot, annots)
-            else:
-                super().pop(slot, None)
-
 
 class WatchedTable(dict[Slot, Annots]):
     """The steering agent's percepts to be forwarded."""
@@ -143,7 +149,7 @@ class Receiver(CompiledAgent):
         self._notes = notes
         self._annots: Annots = (source(notes.forwarding.steering),)
         self._awaited = set(notes.atoms)
-        self.watched = WatchedBeliefs(self.p, notes)
+        self.watched = WatchedBeliefs({}, notes, self.p.items())
         self.p = self.watched
 
     def _believe(self, literal: Structure, annots: Annots) -> None:
@@ -160,8 +166,8 @@ class Receiver(CompiledAgent):
             self._notes.certain = False
             super()._believe(literal, annots)
 
-    def receive_all(self) -> None:
-        """All atoms have been forwarded."""
-        for atom in self._awaited:
-            self.watched.arrive(atom, self._annots)
-        self._awaited.clear()
+    def go_back(self, notes: Notes, settled: Settled) -> None:
+        """Hold other atoms, all of which have been forwarded, and of other beliefs without arguments these."""
+        self._notes = notes
+        self._awaited = set()
+        self.p = self.watched = WatchedBeliefs(dict.fromkeys(notes.atoms, self._annots), notes, settled)
