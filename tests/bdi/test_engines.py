@@ -90,6 +90,12 @@ BRIEF = settings(deadline=None, max_examples=40, suppress_health_check=list(Heal
 LONG = settings(deadline=None, max_examples=1000, suppress_health_check=list(HealthCheck))
 
 
+def test_engines_agree_where_the_last_statement_replaces_a_belief_by_one_that_is_held() -> None:
+    """No event then, so that the plan ends a cycle earlier than after a change."""
+    body = "if (not q(2)) { .print(y) }; -+q(2)"
+    assert_engines_agree({"a": f"q(1). q(2). !g0. +!g0 <- {body}."}, Environment)
+
+
 @BRIEF
 @given(systems(), st.sampled_from([Environment, World]))
 def test_engines_agree_on_made_up_programs(sources: dict[str, str], environment: type[Environment]) -> None:
