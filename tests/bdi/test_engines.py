@@ -153,6 +153,50 @@ def test_all_agents_of_the_table_model_have_a_compiled_form() -> None:
     assert MultiAgentSystem.load(TABLE, engine="interpreter").compiled == ()
 
 
+NO_NUMBER = {
+    "in the middle of a run of statements": "q(z). !g. +!g : q(X) <- +p; do(1); -+r(2); -+q(X + 1); -p; do(2). "
+    "-!g : p & r(N) <- .print(failed, N).",
+    "in a context": "q(z). !g. +!g : q(X) & X + 1 > 2 <- .print(one). +!g : p | q(z) <- .print(two).",
+    "in the context for a belief": "q(z). !g. +!g <- +p; .print(on). +p : q(X) & X * 2 > 1 <- .print(one). +p.",
+    "in a comparison": "q(z). !g. +!g <- !h. +!h : q(X) & (X < 1 | X >= 1) <- .print(one). -!g <- .print(no).",
+    "in an action": "q(z). !g. +!g : q(X) <- do(0); do(X + 1); do(2). -!g <- .print(no).",
+}
+
+
+@pytest.mark.parametrize("source", NO_NUMBER.values(), ids=NO_NUMBER.keys())
+@pytest.mark.parametrize("environment", [Environment, World])
+def test_all_engines_stop_where_a_number_is_expected(source: str, environment: type[Environment]) -> None:
+    assert_engines_agree({"a": source, "b": "+p. !w. +!w <- .wait(1); do(9)."}, environment)
+
+
+def results_of(folder: Path, **sources: str) -> list[Result]:
+    """What comes of a system on each engine."""
+    system_of(folder, **sources)
+    return [MultiAgentSystem.load(folder / "mas.mas2j", engine=engine).run(max_rounds=20_000) for engine in ENGINES]
+
+
+def test_all_engines_replace_the_same_one_of_several_beliefs(tmp_path: Path) -> None:
+    held = "n(1). n(2)[source(b)]. n(3)[source(self), source(b)]. !g. "
+    source = held + "+!g <- -+n(4); -+n(4); -+n(5); for (n(X)[source(S)]) { .print(X, S) }."
+    results = results_of(tmp_path, a=source)
+    assert results[1] == results[2] == results[0]
+    assert len(results[0].prints) > 1
+
+
+def test_all_engines_send_more_messages_than_are_kept(tmp_path: Path) -> None:
+    sender = "n(0). !g. +!g : n(N) & N < 2500 <- .send(b, tell, m(N)); -+n(N + 1); !g. +!g."
+    results = results_of(tmp_path, a=sender, b="s(0). +m(N) : s(S) <- -+s(S + N).")
+    assert results[1] == results[2] == results[0]
+
+
+@pytest.mark.parametrize("what", ["deep(T)", "T"])
+def test_all_engines_send_what_is_nested_deeply(tmp_path: Path, what: str) -> None:
+    sender = f"!g(0, z). +!g(N, T) : N < 3000 <- !g(N + 1, s(T)). +!g(_, T) <- .send(b, tell, {what}); do(sent)."
+    results = results_of(tmp_path, a=sender, b="+deep(_) <- do(received).")
+    assert ("a", "do(sent)") in results[0].actions
+    assert results[1] == results[2] == results[0]
+
+
 def test_agent_with_rules_is_interpreted_next_to_a_compiled_one(tmp_path: Path) -> None:
     sources = {
         "a": "ready :- p0. !go. +!go : not ready <- !go. +!go <- .print(ready); .send(b, achieve, g).",
