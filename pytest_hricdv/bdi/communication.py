@@ -37,9 +37,16 @@ def add_source(content: Term, sender: str) -> Term:
     return content
 
 
-# What is said is mostly said again and again.
-@lru_cache(maxsize=1024)
 def _with_source(literal: Structure, sender: str) -> Structure:
+    # What is nested too deeply cannot be looked up.
+    if literal.args or literal.annots:
+        return literal.annotated((*literal.annots, source(sender)))
+    return _proposition(literal, sender)
+
+
+# Propositions are mostly said again and again.
+@lru_cache(maxsize=1024)
+def _proposition(literal: Structure, sender: str) -> Structure:
     return literal.annotated((*literal.annots, source(sender)))
 
 
