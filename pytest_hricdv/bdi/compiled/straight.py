@@ -78,7 +78,7 @@ class StraightWriter:
 
     def _go_on(self, pc: int, statement: Statement) -> None:
         after = self._body.layout.after[pc]
-        if after != self._body.layout.end or isinstance(statement, Believe):
+        if after != self._body.layout.end:
             self._writer.line(f"pc = {after}")
         elif isinstance(statement, Act):
             self._writer.line(f"return {FINISH_ACTED}")
@@ -202,9 +202,9 @@ def _is_straight(body: BodyWriter, pc: int, statement: Statement) -> bool:
         literal, signs = statement.literal, statement.sign
         if not isinstance(literal, Structure) or signs == "++" or SOURCE_PERCEPT in literal.annots:
             return False
-        # At the end of a plan it makes a difference whether anything has changed; a replacement always does.
-        is_sure = body.layout.after[pc] != body.layout.end or (signs == "-+" and bool(literal.args))
-        return is_sure and not any(body.has_plans(sign, literal) for sign in signs)
+        # At the end of a plan it makes a difference whether there is an event, as it does where plans are for it.
+        is_last = body.layout.after[pc] == body.layout.end
+        return not is_last and not any(body.has_plans(sign, literal) for sign in signs)
     if not isinstance(statement, Internal):
         return False
     call = statement.call
