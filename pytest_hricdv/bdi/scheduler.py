@@ -288,7 +288,7 @@ class Run:
         """Go to the next moment at which a wait is over; False if there is none."""
         if not self._compiled:
             # What an interpreted agent waits for may have come before its time.
-            self.earliest_deadline = min([math.inf, *map(_earliest_deadline, self._order)])
+            self.earliest_deadline = min(map(_earliest_deadline, self._order))
         if self.earliest_deadline == math.inf:
             return False
         self._skipped = max(self._skipped, int(self.earliest_deadline) - self.rounds)
@@ -308,6 +308,11 @@ class Run:
 
 
 def _earliest_deadline(agent: Participant) -> float:
-    deadlines = [wait.deadline for wait in agent.waits]
-    deadlines += [question.deadline for question in agent.questions.values()]
-    return min([math.inf, *(deadline for deadline in deadlines if deadline is not None)])
+    earliest = math.inf
+    for wait in agent.waits:
+        if wait.deadline is not None and wait.deadline < earliest:
+            earliest = wait.deadline
+    if agent.questions:
+        deadlines = [question.deadline for question in agent.questions.values()]
+        earliest = min([earliest, *(deadline for deadline in deadlines if deadline is not None)])
+    return earliest

@@ -46,8 +46,13 @@ def arguments_of(literal: Structure) -> Arguments | None:
         values.append(value)
 
     def arguments(bindings: Bindings) -> tuple[Term, ...] | None:
-        args = tuple([value(bindings) for value in values])
-        return None if None in args else args  # type: ignore[return-value]
+        args = []
+        for value in values:
+            arg = value(bindings)
+            if arg is None:
+                return None
+            args.append(arg)
+        return tuple(args)
 
     return arguments
 

@@ -56,7 +56,9 @@ def _end(agent: Agent, wait: Wait) -> None:
 def end_waits(agent: Agent, now: int) -> None:
     """Let the intentions go on, or fail, whose wait is over, the earliest first."""
     over = [wait for wait in agent.waits if wait.deadline is not None and wait.deadline <= now]
-    for wait in sorted(over, key=lambda wait: wait.deadline or 0):
+    if len(over) > 1:
+        over.sort(key=lambda wait: wait.deadline or 0)
+    for wait in over:
         waits_for_something = wait.trigger is not None or wait.condition is not None
         if waits_for_something and wait.elapsed is None:
             agent.waits.remove(wait)
@@ -64,6 +66,12 @@ def end_waits(agent: Agent, now: int) -> None:
         else:
             _end(agent, wait)
             agent.resume(wait.intention)
+    if agent.questions:
+        _end_questions(agent, now)
+
+
+def _end_questions(agent: Agent, now: int) -> None:
+    """Let the intentions go on whose questions have not been answered in time."""
     for number, question in list(agent.questions.items()):
         if number in agent.questions and question.deadline is not None and question.deadline <= now:
             agent.questions = {each: other for each, other in agent.questions.items() if other is not question}
