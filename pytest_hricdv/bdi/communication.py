@@ -6,14 +6,13 @@ Number)`` for which every agent has the plans of ``kqml.asl``, after its own.
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from . import failure
 from .errors import EvaluationError
 from .intentions import Message, Question
 from .substitution import Bindings, free_variables, substitute_only
-from .terms import ListTerm, Number, String, Structure, Term, is_ground, source
+from .terms import ListTerm, Number, String, Structure, Term, ground_structure, is_ground, source
 from .unify import undo, unify
 
 if TYPE_CHECKING:
@@ -38,15 +37,8 @@ def add_source(content: Term, sender: str) -> Term:
 
 
 def _with_source(literal: Structure, sender: str) -> Structure:
-    # What is nested too deeply cannot be looked up.
-    if literal.args or literal.annots:
-        return literal.annotated((*literal.annots, source(sender)))
-    return _proposition(literal, sender)
-
-
-# Propositions are mostly said again and again.
-@lru_cache(maxsize=1024)
-def _proposition(literal: Structure, sender: str) -> Structure:
+    if literal.ground and not literal.annots:
+        return ground_structure(literal.key, literal.args, (source(sender),))
     return literal.annotated((*literal.annots, source(sender)))
 
 
