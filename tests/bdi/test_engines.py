@@ -175,6 +175,12 @@ def results_of(folder: Path, **sources: str) -> list[Result]:
     return [MultiAgentSystem.load(folder / "mas.mas2j", engine=engine).run(max_rounds=20_000) for engine in ENGINES]
 
 
+def test_all_engines_remember_what_a_loop_is_about_while_they_act() -> None:
+    source = "q(1). q(2). !g. +!g <- for (q(X)) { do(1); do(2); .print(X) }; ?q(Y); do(3); .print(Y)."
+    for environment in (Environment, World):
+        assert_engines_agree({"a": source, "b": "!w. +!w <- .wait(1); do(9); !w."}, environment)
+
+
 def test_all_engines_replace_the_same_one_of_several_beliefs(tmp_path: Path) -> None:
     held = "n(1). n(2)[source(b)]. n(3)[source(self), source(b)]. !g. "
     source = held + "+!g <- -+n(4); -+n(4); -+n(5); for (n(X)[source(S)]) { .print(X, S) }."

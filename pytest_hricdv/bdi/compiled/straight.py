@@ -68,6 +68,7 @@ class StraightWriter:
         first, last = self._numbered[0][0], self._numbered[-1][0]
         actions = [(each.action, plan, each) for _, each in self._numbered if isinstance(each, Act)]
         where = "pc" if first == 0 else f"pc - {first}"
+        self._body.save_values()
         with writer.block(f"while pc <= {last}:"):
             writer.line(f"n = act(a, i, pc, *{writer.names.constant(tuple(actions))}[{where}], n)")
             writer.line("if n <= 0: return n")
