@@ -190,7 +190,7 @@ def _known(literal: Structure) -> Condition:
         if not bucket:
             return False
         held = bucket.get(args)
-        if isinstance(held, Structure) and (not annots or has_annotations(held, annots)):
+        if isinstance(held, Structure) and (not annots or _has_annotations(held, annots)):
             return True
         return None if key in agent.beliefs.open else False
 
@@ -213,9 +213,9 @@ def _only_belief(literal: Structure) -> Condition:
             return None
         if only_names and belief.ground and bindings.keys().isdisjoint(args):
             bindings.update(zip(args, belief.args, strict=True))  # type: ignore[arg-type]
-        elif not unify_all(args, belief.args, bindings):
+        elif not _unify_all(args, belief.args, bindings):
             return False
-        return not annots or has_annotations(belief, annots)
+        return not annots or _has_annotations(belief, annots)
 
     return condition
 
@@ -238,17 +238,17 @@ def _only_belief_named(literal: Structure, name: Variable) -> Condition:
             bindings[name] = value
         elif not unify(name, value, bindings, []):
             return False
-        return not annots or has_annotations(belief, annots)
+        return not annots or _has_annotations(belief, annots)
 
     return condition
 
 
-def has_annotations(belief: Structure, annots: tuple[Term, ...]) -> bool:
+def _has_annotations(belief: Structure, annots: tuple[Term, ...]) -> bool:
     """Whether a belief has all of these ground annotations."""
     return belief.annots == annots or all(annot in belief.annots for annot in annots)
 
 
-def unify_all(args: tuple[Term, ...], others: tuple[Term, ...], bindings: Bindings) -> bool:
+def _unify_all(args: tuple[Term, ...], others: tuple[Term, ...], bindings: Bindings) -> bool:
     """Whether each argument unifies with the other in its place."""
     trail: Trail = []
     return all(unify(left, right, bindings, trail) for left, right in zip(args, others, strict=True))

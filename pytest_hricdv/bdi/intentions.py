@@ -14,7 +14,6 @@ from .terms import Structure, Term
 TICKS_PER_MS = 10
 """Ticks of the virtual clock: one a round, which is what Jason itself takes for one, within a factor of two."""
 ROOT_OF_ADDED_GOALS = frozenset({"+!", "+?"})
-ROOT_OF_FAILED_GOALS = frozenset({"-!", "-?"})
 
 
 def duration(wait_ms: float) -> float:
@@ -77,12 +76,6 @@ class Frame:
     def statement(self) -> Statement:
         """The statement to be executed, or the one waited for."""
         return self.body[self.pc]
-
-    def advance(self) -> None:
-        """Go on to the next statement, out of the blocks that end here."""
-        self.pc += 1
-        if self.blocks and self.pc >= len(self.body):
-            self.leave_blocks()
 
     def enter(self, body: Body, loop: Loop | None) -> None:
         """Execute a block next; afterwards the loop's statement again, or else the statement after this one."""
