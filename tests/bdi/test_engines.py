@@ -175,10 +175,12 @@ def results_of(folder: Path, **sources: str) -> list[Result]:
     return [MultiAgentSystem.load(folder / "mas.mas2j", engine=engine).run(max_rounds=20_000) for engine in ENGINES]
 
 
-def test_all_engines_remember_what_a_loop_is_about_while_they_act() -> None:
-    source = "q(1). q(2). !g. +!g <- for (q(X)) { do(1); do(2); .print(X) }; ?q(Y); do(3); .print(Y)."
-    for environment in (Environment, World):
-        assert_engines_agree({"a": source, "b": "!w. +!w <- .wait(1); do(9); !w."}, environment)
+@pytest.mark.parametrize("step", ["!h", "do(1); do(2)", "!h; do(1); -+p(X)", "+q(X + 5); !h", ".print(on); !k(X)"])
+@pytest.mark.parametrize("environment", [Environment, World])
+def test_all_engines_remember_what_a_loop_is_about(step: str, environment: type[Environment]) -> None:
+    loops = f"for (q(X)) {{ {step}; .print(X) }}; +p; ?q(Y); {step.replace('X', 'Y')}; .print(Y)"
+    source = f"q(1). q(2). q(3). !g. +!g <- {loops}. +!h <- do(9). +!h. +!k(_) <- +r; -r."
+    assert_engines_agree({"a": source}, environment)
 
 
 def test_all_engines_replace_the_same_one_of_several_beliefs(tmp_path: Path) -> None:

@@ -209,6 +209,7 @@ class BodyWriter:
         """Post a goal that the activity waits for; with a cycle left, select a plan and begin it."""
         writer, layout = self.writer, self.layout
         event: EventKey = ("+!", literal.key)
+        self.save_values()
         if literal.args:
             writer.line(f"args = {args}")
             args = "args"
