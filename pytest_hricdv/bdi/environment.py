@@ -89,11 +89,8 @@ class Environment:
             BdiError: a text is not a literal without variables.
         """
         shown = tuple(literals)
-        for literal in shown:
-            if type(literal) is str:
-                _parsed_percept(literal)
-            else:
-                percept_of(literal)
+        # For the errors: the result is remembered, and most often it is not needed before the next ones are shown.
+        all(map(percept_of, shown))
         self._shown[agent] = shown
         self._note_change(agent)
 
@@ -143,6 +140,7 @@ class Environment:
         return self._versions
 
 
+@lru_cache(maxsize=4096)
 def percept_of(literal: str | Structure) -> Structure:
     """A literal as it is perceived, with ``source(percept)``.
 
@@ -150,12 +148,7 @@ def percept_of(literal: str | Structure) -> Structure:
         BdiError: it is not a literal without variables.
     """
     if isinstance(literal, str):
-        return _parsed_percept(literal)
+        literal = parse_literal(literal)
     if not literal.ground:
         raise BdiError(f"a percept has no variables: {literal}")
     return literal.annotated((*literal.annots, SOURCE_PERCEPT))
-
-
-@lru_cache(maxsize=4096)
-def _parsed_percept(text: str) -> Structure:
-    return percept_of(parse_literal(text))

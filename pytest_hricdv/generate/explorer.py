@@ -112,7 +112,7 @@ class Explorer:
         """
         bits = {plan: 1 << place for place, plan in enumerate(plans)}
 
-        def fold(actions: Sequence[tuple[str, str]], executed: Sequence[tuple[str, Sequence[str]]]) -> Content:
+        def fold(actions: Sequence[tuple[str, str]], executed: Sequence[tuple[str, list[str]]]) -> Content:
             labels = {(agent, label) for agent, done in executed for label in done}
             lines = tuple(_command(action) for agent, action in actions if agent == self.model.actor)
             return lines, sum(bits.get(plan, 0) for plan in labels)

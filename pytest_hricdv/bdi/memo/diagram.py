@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Container
 from dataclasses import dataclass, field
-from typing import Any
 
 from .state import MentalState
 
@@ -35,30 +34,24 @@ class Segment:
     """What happens from one node to the next.
 
     Args:
-        number: the number of the segment; no other has it.
         rounds: the rounds it takes.
         ticks: the ticks of the virtual clock.
-        done: what is printed, the external actions, the warnings, and for each agent the labels of the plans executed.
+        prints: what is printed.
+        actions: the external actions.
+        warnings: the warnings.
+        plans: the agents that execute plans, and the labels of those.
         ended: how the run ends with it, or empty.
         then: the node it leads to; None if the run ends.
     """
 
-    number: int
     rounds: int
     ticks: int
-    done: tuple[Sequence[Any], ...]
+    prints: list[str]
+    actions: list[tuple[str, str]]
+    warnings: list[str]
+    plans: list[tuple[str, list[str]]]
     ended: str = ""
     then: Node | None = field(default=None, repr=False)
-
-    @property
-    def actions(self) -> Sequence[tuple[str, str]]:
-        """The external actions, and who does them."""
-        return self.done[1]
-
-    @property
-    def plans(self) -> Sequence[Sequence[str]]:
-        """The labels of the plans executed, agent by agent."""
-        return self.done[3:]
 
 
 Way = Question | Segment | None

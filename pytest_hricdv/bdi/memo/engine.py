@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence, Set
-from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..environment import Environment, Perceived, percept_of
 from ..prototype import Prototype
@@ -16,25 +15,6 @@ from .recording import RecordingRun
 from .steering import Steering
 from .survey import Content, Fold, Runs, Survey
 from .watching import Notes
-
-
-class Fixed(NamedTuple):
-    """A result as it is remembered: tuples of texts, which are no work for the garbage collector, however many.
-
-    Args:
-        prints, actions, warnings, rounds, ended: as in the result.
-        plans: the labels of the plans that each agent executed, in the order of the agents.
-        ticks: of the virtual clock.
-    """
-
-    prints: tuple[str, ...]
-    actions: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
-    plans: tuple[tuple[str, ...], ...]
-    rounds: int
-    ticks: int
-    ended: str
-
 
 Segments = list[Segment]
 MAX_REMEMBERED = 50_000
@@ -54,10 +34,8 @@ class Memo:
         self._steering: dict[Hashable, Steering | None] = {}
         """The agents that forward atoms, by their name and the first of their percepts."""
         self._nodes: dict[Hashable, Node] = {}
-        self._known: dict[Hashable, Fixed] = {}
-        """Runs by all that they are given."""
-        self._results: dict[tuple[int, ...], Fixed] = {}
-        """Runs by the numbers of their segments."""
+        self._known: dict[Hashable, Segments | Result] = {}
+        """Runs by all that they are given: their segments, or what has been found by running them as a whole."""
         self._spare: RecordingRun | None = None
         """The run that was recorded last: going back with it takes less time than beginning another."""
 
@@ -73,30 +51,22 @@ class Memo:
         if known is None:
             if len(self._known) >= MAX_REMEMBERED:
                 self._known.clear()
-                self._results.clear()
             known = self._known[key] = self._find(perceived, environment, seed, max_rounds)
-        return self._result(known)
+        return _copy(known) if isinstance(known, Result) else self._joined(known)
 
-    def _find(self, perceived: Perceived, environment: Environment, seed: int, max_rounds: int) -> Fixed:
+    def _find(self, perceived: Perceived, environment: Environment, seed: int, max_rounds: int) -> Segments | Result:
         case = self._case(perceived)
-        segments = None if case is None else self._segments(*case, environment, seed, max_rounds)
-        if segments is not None:
-            numbers = tuple([segment.number for segment in segments])
-            found = self._results.get(numbers)
-            if found is None:
-                found = self._results[numbers] = _joined(segments)
-            if found.rounds < max_rounds:
-                return found
+        if case is not None:
+            segments = self._segments(*case, environment, seed, max_rounds)
+            if segments is not None and _rounds(segments) < max_rounds:
+                return segments
         return self._run_as_a_whole(environment, seed, max_rounds)
 
-    def _run_as_a_whole(self, environment: Environment, seed: int, max_rounds: int) -> Fixed:
+    def _run_as_a_whole(self, environment: Environment, seed: int, max_rounds: int) -> Result:
         run = Run(environment, seed, None)
         for prototype in self._prototypes:
             run.agents[prototype.name] = prototype.agent(run)
-        ended = run.go(max_rounds)
-        plans = tuple([tuple(agent.executed) for agent in run.agents.values()])
-        lists = tuple(run.prints), tuple(run.actions), tuple(run.warnings), plans
-        return Fixed(*lists, run.rounds, run.ticks, ended)
+        return Result.of(run, run.go(max_rounds))
 
     def _segments(
         self, steering: Steering, atoms: Set[str], environment: Environment, seed: int, max_rounds: int
@@ -116,7 +86,7 @@ class Memo:
                 return None
             if following is None:
                 return segments
-            rounds = sum(segment.rounds for segment in segments)
+            rounds = _rounds(segments)
             if rounds >= max_rounds:
                 return None
             node = following
@@ -152,21 +122,17 @@ class Memo:
             TooLargeError: there are too many runs.
             BdiError: an agent cannot go on.
         """
-
-        def content(segment: Segment) -> Content:
-            return fold(segment.actions, list(zip(self._names, segment.plans, strict=True)))
-
         starts: dict[tuple[Node, Content], None] = {}
         for environment in environments:
             case = self._case(environment.perceived)
             segments = None if case is None else self._segments(*case, environment, seed, max_rounds)
-            if case is None or segments is None or sum(segment.rounds for segment in segments) >= max_rounds:
+            if case is None or segments is None or _rounds(segments) >= max_rounds:
                 return None
             steering, listed = case
             way = steering.start(len(listed), seed).way
             if not isinstance(way, Segment) or way.then is None:
                 return None
-            starts[way.then, content(way)] = None
+            starts[way.then, fold(way.actions, way.plans)] = None
 
         def complete(node: Node, chosen: frozenset[str]) -> bool:
             run = self._at(node, Notes(steering.forwarding, chosen), environment, seed)
@@ -174,7 +140,7 @@ class Memo:
 
         found: Runs = {}
         for start, (lines, bits) in starts:
-            runs = Survey(complete, content, atoms, given).runs(start)
+            runs = Survey(complete, fold, atoms, given).runs(start)
             if runs is None:
                 return None
             for (after, more), chosen in runs.items():
@@ -227,16 +193,33 @@ class Memo:
         found = forwarding_of(agent, key, {prototype.name: prototype for prototype in self._prototypes})
         return None if found is None else Steering(found)
 
-    def _result(self, fixed: Fixed) -> Result:
-        prints, actions, warnings, plans, rounds, ticks, ended = fixed
-        executed = dict(zip(self._names, map(list, plans), strict=True))
-        return Result([*prints], executed, [*actions], rounds, ended, [*warnings], Run.ms(ticks))
+    def _joined(self, segments: Segments) -> Result:
+        prints: list[str] = []
+        actions: list[tuple[str, str]] = []
+        warnings: list[str] = []
+        plans: dict[str, list[str]] = {name: [] for name in self._names}
+        rounds = ticks = 0
+        for segment in segments:
+            rounds += segment.rounds
+            ticks += segment.ticks
+            actions += segment.actions
+            for name, labels in segment.plans:
+                plans[name] += labels
+            if segment.prints or segment.warnings:
+                prints += segment.prints
+                warnings += segment.warnings
+        return Result(prints, plans, actions, rounds, segments[-1].ended, warnings, Run.ms(ticks))
 
 
-def _joined(segments: Segments) -> Fixed:
-    """What segments amount to."""
-    prints, actions, warnings, *plans = [
-        tuple(chain.from_iterable(parts)) for parts in zip(*[segment.done for segment in segments], strict=True)
-    ]
-    rounds, ticks = sum([segment.rounds for segment in segments]), sum([segment.ticks for segment in segments])
-    return Fixed(prints, actions, warnings, tuple(plans), rounds, ticks, segments[-1].ended)
+def _rounds(segments: Segments) -> int:
+    rounds = 0
+    for segment in segments:
+        rounds += segment.rounds
+    return rounds
+
+
+def _copy(result: Result) -> Result:
+    """A result whose lists are the caller's own."""
+    plans = {name: labels.copy() for name, labels in result.plans.items()}
+    lists = result.prints.copy(), result.actions.copy(), result.warnings.copy()
+    return result._replace(plans=plans, prints=lists[0], actions=lists[1], warnings=lists[2])

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from itertools import count
 from typing import Any
 
 from ..compiled import CompiledAgent
@@ -16,12 +14,12 @@ from .diagram import Segment
 from .state import MentalState, mental_state, restore
 from .watching import Notes, Receiver, WatchedTable
 
-_NUMBERS = count()
-"""For segments."""
 _CUT = "cut"
 """How a run has ended that is at the end of a segment, to go on from there."""
 _UNCERTAIN = "uncertain"
 """How a run has ended of which nothing can be said for others."""
+_SHORTEST = 3
+"""Rounds that a segment takes at least."""
 _PATIENCE = 100
 """Rounds after which a segment may end in the middle of what the receiver does."""
 _QUIET_BEFORE = 10
@@ -150,14 +148,13 @@ class RecordingRun(Run):
         return bool(self._ended)
 
     def _may_cut(self) -> bool:
-        """Whether in the next round only a receiver has anything to do: most often it has been told something."""
-        if len(self._ready) != 1 or self._quiet > _QUIET_BEFORE or not self.notes.forwarded:
+        """Whether a receiver has just begun with something, or is about to: then it is most often in a known state."""
+        if self._quiet > _QUIET_BEFORE or self.rounds < _SHORTEST or not self.notes.forwarded:
             return False
-        ready = self._order[self._ready[0]]
+        ready = self._order[self._ready[-1]] if self._ready else None
         if not isinstance(ready, Receiver) or self.ticks >= self.earliest_deadline:
             return False
-        # In the middle of something agents are rarely in a state in which they have been before.
-        return (self.rounds >= _PATIENCE or not (ready.intentions or ready.feedback)) and self._find_states()
+        return (self.rounds >= _PATIENCE or ready.begins()) and self._find_states()
 
     def _find_states(self) -> bool:
         """Note the states of all agents before the next round; False if they cannot be compared."""
@@ -184,10 +181,11 @@ class RecordingRun(Run):
 
     def _segment(self, since: int, ended: str) -> Segment:
         """The segment that ends here; ``since`` is the tick of its beginning."""
-        plans: list[list[str]] = []
-        for agent in self.agents.values():
-            plans.append(agent.executed)
-            agent.executed = []
-        done: tuple[Sequence[Any], ...] = (self.prints, self.actions, self.warnings, *plans)
+        plans = []
+        for name, agent in self.agents.items():
+            if agent.executed:
+                plans.append((name, agent.executed))
+                agent.executed = []
+        segment = Segment(self.rounds, self.ticks - since, self.prints, self.actions, self.warnings, plans, ended)
         self.prints, self.actions, self.warnings = [], [], []
-        return Segment(next(_NUMBERS), self.rounds, self.ticks - since, done, ended)
+        return segment

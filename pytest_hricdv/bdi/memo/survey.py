@@ -18,7 +18,7 @@ from .diagram import Node, Question, Segment, Way
 Lines = tuple[str, ...]
 Content = tuple[Lines, int]
 """What is of interest of a run: texts in order, and a bit set."""
-Fold = Callable[[Sequence[tuple[str, str]], Sequence[tuple[str, Sequence[str]]]], Content]
+Fold = Callable[[Sequence[tuple[str, str]], Sequence[tuple[str, list[str]]]], Content]
 Answers = frozenset[tuple[str, bool]]
 Runs = dict[Content, frozenset[str]]
 """Each run with a set of atoms that leads to it."""
@@ -41,13 +41,13 @@ class Survey:
     Args:
         complete: does the next segment from a node with these atoms, and adds it to the diagram; False if that does not
             work out.
-        content: what is of interest of a segment.
+        fold: what is of interest of the actions and plans of a segment.
         atoms: what sets are made of; nothing else is forwarded.
         given: atoms that are in every set that counts, or in none.
     """
 
     complete: Callable[[Node, frozenset[str]], bool]
-    content: Callable[[Segment], Content]
+    fold: Fold
     atoms: frozenset[str]
     given: Mapping[str, bool]
     _later: dict[Node, frozenset[str]] = field(default_factory=dict)
@@ -134,7 +134,7 @@ class Survey:
 
     def _content(self, segment: Segment) -> Content:
         if segment not in self._contents:
-            self._contents[segment] = self.content(segment)
+            self._contents[segment] = self.fold(segment.actions, segment.plans)
         return self._contents[segment]
 
     def _ways(self, node: Node, known: Mapping[str, bool]) -> Iterator[tuple[dict[str, bool], Way]]:

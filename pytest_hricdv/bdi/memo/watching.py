@@ -171,3 +171,10 @@ class Receiver(CompiledAgent):
         self._notes = notes
         self._awaited = set()
         self.p = self.watched = WatchedBeliefs(dict.fromkeys(notes.atoms, self._annots), notes, settled)
+
+    def begins(self) -> bool:
+        """Whether it is in the middle of nothing: no plan of it waits for another."""
+        if self.feedback:
+            return False
+        waiting = [activity for _, activity in self.events if activity is not None]
+        return not any(activity.below for activity in (*waiting, *self.intentions))
