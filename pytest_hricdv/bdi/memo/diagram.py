@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container
 from dataclasses import dataclass, field
+from typing import final
 
 from .state import MentalState
 
@@ -20,6 +21,7 @@ class Node:
     way: Way = None
 
 
+@final
 @dataclass(slots=True, eq=False)
 class Question:
     """Whether an atom is among those forwarded."""
@@ -70,13 +72,12 @@ def follow(node: Node, atoms: Container[str], segments: list[Segment], most: int
     Returns:
         The node reached; None if the run ends.
     """
-    while len(segments) < most:
+    for _ in range(most - len(segments)):
         way = node.way
         while type(way) is Question:
             way = way.yes if way.atom in atoms else way.no
         if way is None:
             break
-        assert type(way) is Segment
         segments.append(way)
         if way.then is None:
             return None

@@ -52,15 +52,17 @@ class Memo:
             if len(self._known) >= MAX_REMEMBERED:
                 self._known.clear()
             known = self._known[key] = self._find(perceived, environment, seed, max_rounds)
-        return _copy(known) if isinstance(known, Result) else self._joined(known)
+        if not isinstance(known, Result):
+            result = self._joined(known)
+            if result.rounds < max_rounds:
+                return result
+            known = self._known[key] = self._run_as_a_whole(environment, seed, max_rounds)
+        return _copy(known)
 
     def _find(self, perceived: Perceived, environment: Environment, seed: int, max_rounds: int) -> Segments | Result:
         case = self._case(perceived)
-        if case is not None:
-            segments = self._segments(*case, environment, seed, max_rounds)
-            if segments is not None and _rounds(segments) < max_rounds:
-                return segments
-        return self._run_as_a_whole(environment, seed, max_rounds)
+        segments = None if case is None else self._segments(*case, environment, seed, max_rounds)
+        return segments or self._run_as_a_whole(environment, seed, max_rounds)
 
     def _run_as_a_whole(self, environment: Environment, seed: int, max_rounds: int) -> Result:
         run = Run(environment, seed, None)
