@@ -2,8 +2,8 @@
 
     python -m benchmarks.memory [--tests N]
 
-Every process runs N learned tests (default 1000: some ten minutes each for the one and for the two) through the whole
-plugin. This module is also the pytest plugin that watches there.
+Every process runs N learned tests (default 1000: some ten minutes each for the one and for the two), or nearly so many,
+through the whole plugin. This module is also the pytest plugin that watches there.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ FIGURES = "HRICDV_MEMORY_FIGURES"
 """Environment variable: the folder that watched processes write their figures to, a file each."""
 
 TESTS = "HRICDV_MEMORY_TESTS"
-"""Environment variable: how many tests are watched in each process."""
+"""Environment variable: how many tests each process runs, and how many processes there are."""
 
 
 def main() -> None:
@@ -52,7 +52,7 @@ def watched(count: int, workers: int) -> dict[str, str]:
         command = [sys.executable, "-m", "pytest", "-q", "-p", "benchmarks.memory", "-o", f"cache_dir={folder}/cache"]
         command += ["--hri-suite=rl", f"--hri-concretizations={-(-count * processes // SUITE)}"]
         command += [f"--hri-report={folder}/report", *(["-n", str(workers)] if workers else [])]
-        environment = {**os.environ, FIGURES: folder, TESTS: str(count)}
+        environment = {**os.environ, FIGURES: folder, TESTS: f"{count} {processes}"}
         process = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
         files = sorted(Path(folder).glob("*.figures"))
         if len(files) < processes:
@@ -68,12 +68,16 @@ class Watch:
         self._count = count
         self._done = 0
 
-    @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_logfinish(self) -> None:
         """Called once a test."""
         self._done += 1
-        if self._done in (FIRST, self._count // 2, self._count):
+        if self._done in (FIRST, self._count // 2):
             self._note(f"{self._done}: {memory_mb('VmRSS'):.0f} MB  ")
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_sessionfinish(self) -> None:
+        """Called after the last test; workers do not run quite the same number."""
+        self._note(f"{self._done}: {memory_mb('VmRSS'):.0f} MB  ")
 
     def pytest_unconfigure(self) -> None:
         """Called when all is over."""
@@ -84,43 +88,35 @@ class Watch:
             file.write(text)
 
 
-class Stop:
-    """Ends the session when each process has run its tests; for the controlling process, or the only one."""
-
-    def __init__(self, count: int, folder: Path, processes: int) -> None:
-        self._done = f"{count}: "
-        self._folder = folder
-        self._processes = processes
-        self._session: Any = None
-
-    def pytest_sessionstart(self, session: Any) -> None:
-        """The session that is to be ended."""
-        self._session = session
-
-    def pytest_runtest_logfinish(self) -> None:
-        """Called once a test."""
-        done = [file for file in self._folder.glob("*.figures") if self._done in file.read_text(encoding="utf-8")]
-        if len(done) == self._processes:
-            self._session.shouldstop = "measured"
-
-
 def memory_mb(kind: str) -> float:
     """Memory of this process (MB; Linux): `VmRSS`, what it occupies now, or `VmHWM`, the most that it did so far."""
     status = Path("/proc/self/status").read_text(encoding="ascii")
     return next(int(line.split()[1]) for line in status.splitlines() if line.startswith(f"{kind}:")) * 1024 / 1e6
 
 
+class Selection:
+    """Leaves as many tests as there are to be run, the first ones: every process has to select the same."""
+
+    def __init__(self, count: int) -> None:
+        self._count = count
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Called when all are collected."""
+        del items[self._count :]
+
+
 def pytest_configure(config: Any) -> None:
     """Watch, in the processes that the command started."""
     if FIGURES not in os.environ:
         return
-    count, folder, workers = int(os.environ[TESTS]), Path(os.environ[FIGURES]), config.getoption("numprocesses", None)
-    if hasattr(config, "workerinput"):
-        config.pluginmanager.register(Watch(f"worker {config.workerinput['workerid']}", count, folder))
-        return
-    if not workers:
-        config.pluginmanager.register(Watch("one process", count, folder))
-    config.pluginmanager.register(Stop(count, folder, workers or 1))
+    tests, processes = map(int, os.environ[TESTS].split())
+    folder, worker = Path(os.environ[FIGURES]), getattr(config, "workerinput", None)
+    config.pluginmanager.register(Selection(tests * processes))
+    if worker is not None:
+        config.pluginmanager.register(Watch(f"worker {worker['workerid']}", tests, folder))
+    elif processes == 1:
+        config.pluginmanager.register(Watch("one process", tests, folder))
 
 
 if __name__ == "__main__":
