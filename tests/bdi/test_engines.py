@@ -96,6 +96,17 @@ def test_engines_agree_where_the_last_statement_replaces_a_belief_by_one_that_is
     assert_engines_agree({"a": f"q(1). q(2). !g0. +!g0 <- {body}."}, Environment)
 
 
+def test_engines_agree_where_nobody_there_perceives_anything(tmp_path: Path) -> None:
+    system_of(tmp_path, a="!g. +!g <- .print(x).")
+    results = []
+    for engine in ENGINES:
+        environment = Environment()
+        environment.show("nobody", ["p(x)"])
+        results.append(MultiAgentSystem.load(tmp_path / "mas.mas2j", environment, engine).run())
+    assert results[0].prints == ["[a] x"]
+    assert results[1:] == results[:1] * 2
+
+
 @BRIEF
 @given(systems(), st.sampled_from([Environment, World]))
 def test_engines_agree_on_made_up_programs(sources: dict[str, str], environment: type[Environment]) -> None:

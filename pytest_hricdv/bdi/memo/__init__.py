@@ -6,9 +6,10 @@ What it is for
     sets of beliefs: learning runs it thousands of times, and most sets make no difference to most of a run.
 
 How it works
-    A run is cut into segments at moments when only a receiver of forwarded atoms has anything to do, and none of its
-    plans is ready to go on. A node stands for the mental state of all agents at such a moment, an edge for a segment:
-    what was printed, done and executed, and how many rounds it took. Within a segment, the questions that a receiver
+    A run is cut into segments between rounds, where a receiver of forwarded atoms has just begun with something or is
+    about to: there it is most often in a state in which it has been before, and its questions are yet to come. A node
+    stands for the mental state of all agents at such a moment, an edge for a segment: what was printed, done and
+    executed, and how many rounds it took. Within a segment, the questions that a receiver
     asks of its beliefs, whether it holds an atom that might be one of those forwarded, are noted with their answers.
     They decide by which edge a run leaves a node. So the nodes are a decision diagram over the set of atoms.
     A run follows it from the root for its number of atoms. Where it has no edge yet, the agents are put into the

@@ -51,6 +51,7 @@ class Memo:
         if known is None:
             if len(self._known) >= MAX_REMEMBERED:
                 self._known.clear()
+                self._steering.clear()
             known = self._known[key] = self._find(perceived, environment, seed, max_rounds)
         if not isinstance(known, Result):
             result = self._joined(known)
@@ -153,17 +154,18 @@ class Memo:
         """A run that is at a node."""
         run = self._spare
         if run is None or node.states is None or not run.fits(notes, environment, seed):
-            run = self._spare = RecordingRun(environment, seed, self._prototypes, notes, node.states)
-        else:
-            run.go_back(notes, node.states)
+            return RecordingRun(environment, seed, self._prototypes, notes, node.states)
+        run.go_back(notes, node.states)
         return run
 
     def _add(self, node: Node, run: RecordingRun, seed: int, max_rounds: int) -> Segment | None:
         """Do the next segment of a run that is at a node; None if that does not work out."""
+        # What ends with an error, or is not certain, leaves a run that cannot be used again.
+        self._spare = None
         recorded = run.record(max_rounds)
         if recorded is None:
-            self._spare = None
             return None
+        self._spare = run
         segment, states = recorded
         if states is not None:
             segment.then = self._nodes.get((seed, states))

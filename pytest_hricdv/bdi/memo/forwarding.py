@@ -38,10 +38,13 @@ def forwarding_of(name: str, key: Key, prototypes: Mapping[str, Prototype]) -> F
         key: of the percepts.
         prototypes: all agents by their names.
     """
-    code = prototypes[name].code
-    if code is None or key not in code.program.tables or key[2] != 1 or code.tables[code.program.tables[key]]:
+    agent = prototypes.get(name)
+    if agent is None or agent.code is None or key[2] != 1:
         return None
-    found = _forwarded(prototypes[name].library, key)
+    place = agent.code.program.tables.get(key)
+    if place is None or agent.code.tables[place]:
+        return None
+    found = _forwarded(agent.library, key)
     if found is None or name in found[0]:
         return None
     receivers, special = found

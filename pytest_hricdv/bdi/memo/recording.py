@@ -19,7 +19,7 @@ _CUT = "cut"
 _UNCERTAIN = "uncertain"
 """How a run has ended of which nothing can be said for others."""
 _SHORTEST = 3
-"""Rounds that a segment takes at least."""
+"""Rounds that a segment takes at least: what begins is often seen beginning in the round after, too."""
 _PATIENCE = 100
 """Rounds after which a segment may end in the middle of what the receiver does."""
 _QUIET_BEFORE = 10
