@@ -175,9 +175,6 @@ def _literal(literal: Structure) -> Condition:
         return _known(literal)
     if not all(map(is_ground, literal.annots)):
         return _undecided
-    (argument, *others) = literal.args
-    if isinstance(argument, Variable) and not others:
-        return _only_belief_named(literal, argument)
     return _only_belief(literal)
 
 
@@ -214,29 +211,6 @@ def _only_belief(literal: Structure) -> Condition:
         if only_names and belief.ground and bindings.keys().isdisjoint(args):
             bindings.update(zip(args, belief.args, strict=True))  # type: ignore[arg-type]
         elif not _unify_all(args, belief.args, bindings):
-            return False
-        return not annots or _has_annotations(belief, annots)
-
-    return condition
-
-
-def _only_belief_named(literal: Structure, name: Variable) -> Condition:
-    """The commonest such literal: its only argument is a variable."""
-    key, annots = literal.key, literal.annots
-
-    def condition(agent: Agent, bindings: Bindings) -> bool | None:
-        bucket = agent.beliefs.buckets.get(key)
-        if not bucket:
-            return False
-        if len(bucket) != 1:
-            return None
-        (belief,) = bucket.values()
-        if not isinstance(belief, Structure):
-            return None
-        (value,) = belief.args
-        if belief.ground and name not in bindings:
-            bindings[name] = value
-        elif not unify(name, value, bindings, []):
             return False
         return not annots or _has_annotations(belief, annots)
 
