@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from .abstract import AbstractTest, command_of
 from .error import GenerateError, nearest
-from .sampler import SAMPLINGS, Sampler
+from .sampler import SAMPLINGS, Constant, Sampler
 from .stream import canonical, derive_seed, stream
 
 Parameters = Mapping[str, float]
@@ -19,7 +19,8 @@ UNIFORM = "uniform"
 """The sampling that is the default."""
 
 
-_UNKNOWN = Sampler()
+_UNITLESS = Constant(0.0)
+"""Shows the values of parameters that no range is declared for."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class Concretization:
 
 
 def _shown(what: str, parameters: Parameters, samplers: Mapping[str, Sampler]) -> str:
-    told = [f"{name} {samplers.get(name, _UNKNOWN).shown(value)}" for name, value in parameters.items()]
+    told = [f"{name} {samplers.get(name, _UNITLESS).shown(value)}" for name, value in parameters.items()]
     return f"{what}: {', '.join(told)}" if told else what
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from random import Random
@@ -11,14 +12,14 @@ from .error import GenerateError
 from .stream import pick
 
 
-class Sampler:
+class Sampler(ABC):
     """Draws one parameter's value from a private stream."""
 
     unit: str = ""
 
+    @abstractmethod
     def sample(self, random: Random) -> float:
         """A value. The stream is this parameter's own and used for nothing else."""
-        raise NotImplementedError
 
     def corners(self) -> tuple[float, ...]:
         """The extreme values; none for a sampler that knows none."""

@@ -102,11 +102,19 @@ def test_the_simplest_of_a_chance_is_that_it_does_not_happen() -> None:
         find(values(Chance(0.0, Range(4.0, 14.0))), bool, settings=settings(max_examples=50, database=None))
 
 
+class Own(Sampler):
+    """A sampler of one's own."""
+
+    def sample(self, random: Random) -> float:
+        """Always the same."""
+        return 1.0
+
+
 def test_strategies_say_what_they_cannot_draw() -> None:
     with pytest.raises(GenerateError, match="no ranges are declared for command 'tell legs'; nearest: tell leg"):
         concrete_tests(CONCRETIZATION, ["tell legs"])
     with pytest.raises(GenerateError, match="no strategy for"):
-        values(Sampler())
+        values(Own())
 
 
 def test_the_plugin_loads_without_hypothesis() -> None:

@@ -19,10 +19,8 @@ Values = tuple[object, ...]
 and then for each of its loops under way the solutions that are left."""
 Select = Callable[["CompiledAgent", tuple[Term, ...], Annots], "tuple[PlanCode, Values] | None"]
 Run = Callable[["CompiledAgent", "Activity", int], int]
-
-
-def _not_yet(agent: CompiledAgent, activity: Activity, cycles: int) -> int:
-    raise NotImplementedError  # Replaced as soon as the program's source has been compiled.
+"""Executes statements from ``activity.pc`` on, at most so many cycles. Returns those left if the activity can use them
+now; else those not needed, as a negative number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +46,6 @@ class PlanCode:
         loops: its loops by the number of their statement; each has a place among the values, after the variables.
         after: for each statement, in the order of the text, the number of the one to go on with.
         last: the number of the last statement, if no block is around it; else -1.
-        run: executes statements from ``activity.pc`` on, at most so many cycles. Returns those left if the activity
-            can use them now; else those not needed, as a negative number.
     """
 
     plan: Plan
@@ -59,7 +55,8 @@ class PlanCode:
     last: int
     end: int = field(init=False)
     """The number after the last statement: where the plan is finished."""
-    run: Run = field(default=_not_yet)
+    run: Run = field(init=False, repr=False)
+    """Set when the source of the whole program is compiled: its functions name each other's plans."""
 
     def __post_init__(self) -> None:
         self.end = len(self.after)
