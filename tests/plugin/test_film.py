@@ -119,6 +119,7 @@ def test_without_an_encoder_the_film_is_a_gif(filmed: pytest.Pytester, monkeypat
 
 
 def test_the_time_of_the_test_is_without_its_film(filmed: pytest.Pytester) -> None:
+    # Each frame is made slow, so that a time with the film in it could not be as short.
     change(
         filmed.path,
         "conftest.py",

@@ -83,7 +83,7 @@ def test_lamps(hri_case):
     before = len(list(Path().glob("done-*")))
     began_s = time.monotonic()
     while time.monotonic() - began_s < 0.3 if before < 3 else not Path("seen").exists():
-        time.sleep(0.01)
+        time.sleep(0.01)  # it only asks again: what it waits for is time itself, then the file
         assert time.monotonic() - began_s < 30
     Path(f"done-{before}").touch()
     hri_case.check(hri_case.run())

@@ -13,5 +13,5 @@ def resident_kb() -> float:
     try:
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     except OSError:
-        pytest.skip("only Linux tells")
+        pytest.skip("only Linux tells a process its memory in /proc")
     return pages * os.sysconf("SC_PAGE_SIZE") / 1000

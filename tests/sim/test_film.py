@@ -80,7 +80,7 @@ def test_the_run_that_is_filmed_violates_r3_and_filming_changes_nothing_in_it(fi
 
 def test_the_film_can_be_read_and_is_as_long_as_said(filmed: Filmed) -> None:
     if not has_encoder():
-        pytest.skip("no encoder here")
+        pytest.skip("imageio-ffmpeg has no encoder for this machine")
     frames = decoded(filmed.folder / filmed.film["video"], (SCENE_PX + GAP_PX + HAND_PX, 512))
     assert len(frames) == filmed.film["frames"] > 50
     assert len(frames) / FRAMES_PER_S == pytest.approx(filmed.film["seconds"], abs=0.01)
