@@ -198,6 +198,8 @@ def _only_belief(literal: Structure) -> Condition:
     """For a literal with variables: decided if there is no belief or one, which is no rule."""
     key, args, annots = literal.key, literal.args, literal.annots
     only_names = _are_names(args)
+    # The commonest such literal: its only argument is a variable.
+    only_name = args[0] if len(args) == 1 and isinstance(args[0], Variable) else None
 
     def condition(agent: Agent, bindings: Bindings) -> bool | None:
         bucket = agent.beliefs.buckets.get(key)
@@ -208,7 +210,9 @@ def _only_belief(literal: Structure) -> Condition:
         (belief,) = bucket.values()
         if not isinstance(belief, Structure):
             return None
-        if only_names and belief.ground and bindings.keys().isdisjoint(args):
+        if only_name is not None and belief.ground and only_name not in bindings:
+            (bindings[only_name],) = belief.args
+        elif only_names and belief.ground and bindings.keys().isdisjoint(args):
             bindings.update(zip(args, belief.args, strict=True))  # type: ignore[arg-type]
         elif not _unify_all(args, belief.args, bindings):
             return False
