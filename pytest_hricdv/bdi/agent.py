@@ -14,6 +14,7 @@ from .formulas import Formula
 from .inference import MAX_NESTED_QUERIES
 from .intentions import Event, Frame, Intention, Message
 from .mind import Mind
+from .spinning import take_up
 from .substitution import Bindings, substitute
 from .syntax import Plan
 from .terms import Call, Structure, Term, Variable
@@ -50,6 +51,8 @@ class Agent(Mind):
         run = self.run
         while True:
             if not begun:
+                if self.spin is not None:
+                    take_up(self)
                 if self._percept_versions.get(self.name, 0) != self._seen_percepts or self.woken:
                     self._look_around()
                 if self.mailbox:
@@ -98,7 +101,7 @@ class Agent(Mind):
                 else:
                     self.current = intention
                     try:
-                        (body[pc].step or step_of(body[pc]))(self, intention, frame)
+                        (body[pc].step or step_of(body[pc], frame.plan))(self, intention, frame)
                     except (EvaluationError, ArithmeticError, ValueError) as error:
                         failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
                     finally:
@@ -186,6 +189,12 @@ class Agent(Mind):
             return None
         self.intentions.remove(atomic)
         return atomic
+
+    def only_spins(self, goal: Structure) -> bool:
+        """Whether the event of a goal is all that it has, and nothing but what comes from outside changes that."""
+        if len(self.events) > 1 or self.intentions or self.mailbox or self.feedback or self.woken or self.suspending:
+            return False
+        return self.run.plain and not self.beliefs.open and self.library.is_steady(goal.key)
 
     # --- intentions
 

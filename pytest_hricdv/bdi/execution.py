@@ -16,7 +16,8 @@ from .conditions import comparison_of, question_of
 from .formulas import Comparison
 from .instances import instantiate, literal_of, maker_of
 from .intentions import Frame, Intention
-from .syntax import Achieve, Act, Believe, Check, For, If, Internal, Statement, Test, While
+from .spinning import leave_alone, pursues_itself
+from .syntax import Achieve, Act, Believe, Check, For, If, Internal, Plan, Statement, Test, While
 from .terms import Annotated, Structure, Variable
 from .updates import believe
 
@@ -29,10 +30,11 @@ failed or ended. Raises an EvaluationError if the statement fails because someth
 if the run cannot go on."""
 
 
-def step_of(statement: Statement) -> Step:
-    """How a statement is executed."""
+def step_of(statement: Statement, plan: Plan) -> Step:
+    """How a statement of a plan is executed."""
     if statement.step is None:
-        object.__setattr__(statement, "step", _MAKERS[type(statement)](statement))
+        step = _again(plan) if pursues_itself(plan) else _MAKERS[type(statement)](statement)
+        object.__setattr__(statement, "step", step)
     return statement.step  # type: ignore[return-value]
 
 
@@ -44,6 +46,21 @@ def _achieve(statement: Achieve) -> Step:
         return lambda agent, intention, frame: agent.post("+!", ready, intention)
     make = maker_of(statement.literal)
     return lambda agent, intention, frame: agent.post("+!", make(agent, frame), intention)
+
+
+def _again(plan: Plan) -> Step:
+    """The step of a plan that does nothing but pursue its own goal again."""
+    (statement,) = plan.body
+    assert isinstance(statement, Achieve)
+    goal = statement.ready
+    assert goal is not None
+
+    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+        agent.post("+!", goal, intention)
+        if agent.only_spins(goal):
+            leave_alone(agent, plan.label, agent.run.rounds + 1)
+
+    return step
 
 
 def _achieve_apart(statement: Achieve) -> Step:

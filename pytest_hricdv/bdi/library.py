@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .selection import Option, option_of
+from .spinning import is_steady
 from .syntax import SIGNS, EventKey, Plan
 from .terms import Key
 
@@ -32,7 +33,7 @@ class PlanLibrary:
         plans: the plans, in the order in which they are tried.
     """
 
-    __slots__ = ("_by_event", "_by_sign", "has_own_message_plans", "options", "plans")
+    __slots__ = ("_by_event", "_by_sign", "_steady", "has_own_message_plans", "options", "plans")
 
     def __init__(self, plans: tuple[Plan, ...]) -> None:
         self.plans = plans
@@ -41,6 +42,7 @@ class PlanLibrary:
         """Plans for any event of a sign: their trigger is a variable."""
         self.options = {sign: Options(self, sign) for sign in SIGNS}
         """:meth:`relevant` plans, ready to be selected, by sign and key."""
+        self._steady: dict[Key, bool] = {}
         for plan in plans:
             if plan.trigger.key is None:
                 self._by_sign[plan.trigger.sign] = (*self._by_sign.get(plan.trigger.sign, ()), plan)
@@ -59,6 +61,12 @@ class PlanLibrary:
         """The plans that may be for an event, in the order in which they are tried."""
         plans = self._by_event.get((sign, key))
         return plans if plans is not None else self._by_sign.get(sign, ())
+
+    def is_steady(self, goal: Key) -> bool:
+        """Whether it depends on beliefs alone which plan is selected for a goal, and to select one does nothing."""
+        if goal not in self._steady:
+            self._steady[goal] = is_steady(self.relevant("+!", goal))
+        return self._steady[goal]
 
     def with_plan(self, plan: Plan, at_the_beginning: bool = False) -> PlanLibrary:
         """A library with one plan more, tried last unless asked otherwise."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from .beliefs import BeliefBase
 from .intentions import Event, Intention, Message, Question, Wait
 from .library import PlanLibrary
+from .spinning import Spin
 from .syntax import Plan
 from .terms import Structure
 
@@ -40,6 +41,8 @@ class Mind:
         self.library = library
         self.awake = True
         """Whether it may have something to do; an agent that has not is left alone by the scheduler."""
+        self.spin: Spin | None = None
+        """What it does all the time, if it is left alone with that."""
         self.place = 0
         """Its place in the order in which agents act."""
         self.mailbox: deque[Message] = deque()

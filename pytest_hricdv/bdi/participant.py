@@ -6,19 +6,24 @@ from collections import deque
 from typing import TYPE_CHECKING, Protocol
 
 from .intentions import Message, Question, Wait
+from .spinning import Spin
 
 if TYPE_CHECKING:
     from .agent import Agent
+    from .scheduler import Run
 
 
 class Participant(Protocol):
     """An agent in a run."""
 
     name: str
+    run: Run
     takes_letters: bool
     """Whether messages to it may be letters."""
     awake: bool
     """Whether it may have something to do; an agent that has not is left alone by the scheduler."""
+    spin: Spin | None
+    """What it does all the time, if it is left alone with that."""
     place: int
     """Its place in the order in which agents act."""
     mailbox: deque[Message]

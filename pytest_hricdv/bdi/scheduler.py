@@ -20,6 +20,7 @@ from .errors import BdiError
 from .intentions import TICKS_PER_MS, Message, duration
 from .participant import Participant
 from .quiet import Quiet
+from .spinning import make_up
 from .syntax import Act, Plan
 from .terms import Structure, Variable
 from .unify import unify
@@ -69,6 +70,8 @@ class Run:
         """The places in that order of the agents that are awake, ascending."""
         self._compiled = False
         """Whether all agents are compiled."""
+        self.spinning: dict[str, Participant] = {}
+        """The agents that are left alone because they only look again and again."""
 
     @property
     def plain(self) -> bool:
@@ -191,6 +194,12 @@ class Run:
         Raises:
             BdiError: an agent cannot go on.
         """
+        ended = self._go(max_rounds)
+        for agent in self.spinning.values():
+            make_up(agent)
+        return ended
+
+    def _go(self, max_rounds: int) -> str:
         quiet = Quiet(self)
         self._order = list(self.agents.values())
         self._ready = []
@@ -225,10 +234,16 @@ class Run:
             Whether any was done.
         """
         ready, order, watched = self._ready, self._order, self.watched
-        if not ready:
+        if not ready and not self.spinning:
             return False
         self._until = until
         self.note_deadline(self.earliest_deadline)
+        if not ready:
+            # Those that only look again and again need nobody to look at them.
+            self.rounds = self._until
+            if watched:
+                self.look()
+            return True
         place = 0
         try:
             while True:

@@ -125,13 +125,21 @@ def _plan(bound: bool) -> Text:
     return _texts("{}{}{}.", label, head, body)
 
 
+@cache
+def _spin() -> Text:
+    """A plan that does nothing but look again."""
+    look = _texts("+!{0} : {1} <- !{0}.", st.sampled_from(GOALS), _tests(False))
+    look_with_x = _texts("+!{0} : q(X) & {1} <- !{0}.", st.sampled_from(GOALS), _tests(True))
+    return st.one_of(look, look, look_with_x, st.just("+!g1[source(S)] : p3[source(S)] <- !g1."))
+
+
 def programs() -> Text:
     """The source of one agent; a last plan for each goal, so that few goals fail."""
     beliefs = st.lists(st.sampled_from(("p0.", "p1.", "q(1).", "q(2).", "r(1, 2).", "p2[source(b)].")), max_size=4)
     goals = st.lists(st.sampled_from(("!g0.", "!g1.", "!h(2).")), min_size=1, max_size=2)
     failure = st.sampled_from(("-!g0 <- .print(failed).", "-!h(X) <- +q(X).", "+p0[source(S)] <- .print(S).", "q(a)."))
     odd = _often(st.just(""), failure)
-    plans = st.lists(st.one_of(_plan(False), _plan(True)), min_size=4, max_size=9)
+    plans = st.lists(st.one_of(_plan(False), _plan(True), _plan(False), _plan(True), _spin()), min_size=4, max_size=9)
     last = _often(st.just("\n".join(f"+!{goal}." for goal in GOALS) + "\n+!h(_)."), st.just(""))
     return st.tuples(beliefs, odd, goals, plans, last).map(
         lambda parts: "\n".join((*dict.fromkeys(parts[0]), parts[1], *parts[2], *parts[3], parts[4]))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..environment import Environment
 from ..intentions import Letter, Message, Question, Wait
+from ..spinning import Spin, take_up
 from ..terms import Structure, in_order, source
 from .activity import Activity, Pending, Slot, Store, begin, resumed
 from .changes import add
@@ -40,6 +41,8 @@ class CompiledAgent:
         self.takes_letters = True
         self.is_watched = False
         """Whether what it is told has to go through :meth:`_believe`."""
+        self.spin: Spin | None = None
+        """What it does all the time, if it is left alone with that."""
         self.place = 0
         """Its place in the order in which agents act."""
         self.code = code
@@ -196,6 +199,9 @@ class CompiledAgent:
 
     def _perceive(self) -> bool:
         """Believe what is perceived at first; False if percepts change later, which is left to the interpreter."""
+        if self.spin is not None:
+            take_up(self)
+            self._listens = not self.acts_alone
         version = self._versions.get(self.name, 0)
         if version == self.seen_percepts:
             return True
@@ -209,11 +215,16 @@ class CompiledAgent:
             self._believe(percept, percept.annots)
         return True
 
+    def look_up(self) -> None:
+        """Look at more than the mailbox when it is next to do something."""
+        self._listens = True
+
     def note_seen(self) -> None:
         """It has been put into this state, after perceiving what its environment lists."""
         self._queues = self.mailbox, self.events, self.feedback, self.intentions
         self.seen_percepts = self._versions.get(self.name, 0)
         self._listens = not self.acts_alone
+        self.spin = None
         self.awake = self.has_work()
 
     def _receive(self, message: Message) -> bool:
@@ -286,8 +297,12 @@ class CompiledAgent:
 
     def interpreted(self) -> Agent:
         """The agent in the form that the interpreter runs; it takes this one's place."""
+        spins = self.spin is not None
+        take_up(self)
         agent = to_interpreter(self)
         self.run.replace(agent)
+        if spins:
+            self.run.wake(agent)
         return agent
 
     def doing(self) -> str:

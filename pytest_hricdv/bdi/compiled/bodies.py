@@ -9,6 +9,7 @@ where the interpreter would have its intention.
 from __future__ import annotations
 
 from ..formulas import Formula
+from ..spinning import pursues_itself
 from ..syntax import Body, Check, EventKey, For, If, Plan, Test, While, posted
 from ..terms import Key, Structure, Variable, is_name, source
 from .conditions import Conditions, binds
@@ -32,10 +33,14 @@ class BodyWriter:
         program: the program it is part of.
         plan: the plan.
         receivers: the agents that messages can be sent to.
+        steady: whether it depends on beliefs alone which plan is selected for such an event.
     """
 
-    def __init__(self, writer: Writer, program: ProgramCode, plan: Plan, receivers: frozenset[str]) -> None:
+    def __init__(
+        self, writer: Writer, program: ProgramCode, plan: Plan, receivers: frozenset[str], steady: bool
+    ) -> None:
         self.writer = writer
+        self._spins = steady and pursues_itself(plan)
         self.program = program
         self.plan = plan
         self.receivers = receivers
@@ -209,6 +214,9 @@ class BodyWriter:
         """Post a goal that the activity waits for; with a cycle left, select a plan and begin it."""
         writer, layout = self.writer, self.layout
         event: EventKey = ("+!", literal.key)
+        if self._spins:
+            writer.line(f"return spin(a, i, {self.goal(self.trigger('+!', literal), args, annots)}, n)")
+            return
         self.save_values()
         if literal.args:
             writer.line(f"args = {args}")

@@ -30,6 +30,7 @@ _CHANGES: dict[str, object] = {
     "refuse": effects.refuse,
     "remove": changes.remove,
     "replace": changes.replace,
+    "spin": effects.spin,
     "wait": effects.wait,
 }
 """What generated code does to its agent."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NoReturn
 
 from ..intentions import Letter, Message, Wait
+from ..spinning import leave_alone
 from ..syntax import Act, Plan
 from ..terms import Structure, Term
 from .activity import Activity, Args, Goal, begin, returned
@@ -40,6 +41,20 @@ def refuse(agent: CompiledAgent, activity: Activity, pc: int, goal: Goal, left: 
     activity.left = left
     agent.events.appendleft((goal, activity))
     raise BailError
+
+
+def spin(agent: CompiledAgent, activity: Activity, goal: Goal, left: int) -> int:
+    """Pursue a goal for which the plan does nothing but that.
+
+    Returns:
+        The cycles not needed, as a negative number: if there is nothing else to do, the agent is left alone.
+    """
+    activity.pc = 0
+    agent.events.append((goal, activity))
+    if len(agent.events) == 1 and not (agent.intentions or agent.mailbox or agent.feedback):
+        agent.look_up()
+        leave_alone(agent, activity.plan.plan.label, agent.run.rounds + agent.granted - left + 1)
+    return 1 - left
 
 
 def pause(agent: CompiledAgent, activity: Activity, pc: int) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 
 from ..formulas import And, Formula
+from ..spinning import is_steady
 from ..syntax import EventKey, Plan
 from ..terms import Structure, Variable
 from .bodies import BodyWriter
@@ -35,6 +36,7 @@ class SelectionWriter:
         """Write the function that selects among plans for one event, in their order."""
         sign, (_, _, arity) = event
         writer = Writer(self._names, self.functions)
+        self._steady = is_steady(plans)
         self._plans(writer, plans)
         writer.line("return None")
         lines = writer.take()
@@ -128,7 +130,7 @@ class SelectionWriter:
         writer = Writer(self._names, [])
         name = f"plan{len(self.plans)}"
         try:
-            code = BodyWriter(writer, self._program, plan, self._receivers).write(name, bound)
+            code = BodyWriter(writer, self._program, plan, self._receivers, self._steady).write(name, bound)
         except UnsupportedError:
             return None
         self.functions += writer.functions + writer.lines

@@ -10,6 +10,7 @@ from ..environment import Environment
 from ..prototype import Prototype
 from ..quiet import QUIET_ROUNDS
 from ..scheduler import Run
+from ..spinning import make_up
 from .diagram import Segment
 from .state import MentalState, mental_state, restore
 from .watching import Notes, Receiver, WatchedTable
@@ -80,6 +81,7 @@ class RecordingRun(Run):
         """Go on from other states instead, and with other atoms."""
         self.notes = notes
         self.earliest_deadline = math.inf
+        self.spinning.clear()
         for agent, state in zip(self.agents.values(), states, strict=True):
             assert isinstance(agent, CompiledAgent)
             if isinstance(agent, Receiver):
@@ -183,6 +185,7 @@ class RecordingRun(Run):
         """The segment that ends here; ``since`` is the tick of its beginning."""
         plans = []
         for name, agent in self.agents.items():
+            make_up(agent)
             if agent.executed:
                 plans.append((name, agent.executed))
                 agent.executed = []

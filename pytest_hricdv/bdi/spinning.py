@@ -1,0 +1,94 @@
+"""Agents that only look again and again: ``+!w : not x <- !w``.
+
+As long as nothing comes to such an agent from outside, it selects the same plan in every cycle. It is left alone until
+then; the cycles that it would have done meanwhile are made up for when somebody wants to know.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from .formulas import And, Comparison, Formula, Not, Or
+from .syntax import Achieve, Plan
+from .terms import Structure, is_evaluable
+
+if TYPE_CHECKING:
+    from .participant import Participant
+    from .scheduler import Run
+
+
+class Spin(NamedTuple):
+    """What an agent does all the time.
+
+    Args:
+        label: of the plan that it selects in every cycle.
+        since: the first round whose cycle is still to be made up for.
+    """
+
+    label: str
+    since: int
+
+
+def pursues_itself(plan: Plan) -> bool:
+    """Whether a plan does nothing but pursue its own goal again."""
+    goal = plan.trigger.literal
+    if plan.trigger.sign != "+!" or plan.atomic or len(plan.body) != 1 or not isinstance(goal, Structure):
+        return False
+    (again,) = plan.body
+    if not isinstance(again, Achieve) or again.apart or again.literal != goal:
+        return False
+    return goal.ground and not goal.annots
+
+
+def is_steady(relevant: tuple[Plan, ...]) -> bool:
+    """Whether it depends on beliefs alone which of the plans for an event is selected, and to select one does nothing.
+
+    It could depend on the source of the event, too, and looking at a context could draw a random number or warn.
+    """
+    for plan in relevant:
+        goal = plan.trigger.literal
+        if not isinstance(goal, Structure) or goal.annots or goal.annots_tail is not None:
+            return False
+        if plan.context is not None and not _only_looks(plan.context):
+            return False
+    return True
+
+
+def _only_looks(formula: Formula) -> bool:
+    if isinstance(formula, (And, Or)):
+        return all(map(_only_looks, formula.parts))
+    if isinstance(formula, Not):
+        return _only_looks(formula.part)
+    if isinstance(formula, Comparison):
+        return not is_evaluable(formula.left) and not is_evaluable(formula.right)
+    return isinstance(formula, Structure) and not formula.evaluable
+
+
+def leave_alone(agent: Participant, label: str, since: int) -> None:
+    """An agent will do nothing from a round on but select a plan that pursues itself."""
+    agent.spin = Spin(label, since)
+    agent.awake = False
+    agent.run.spinning[agent.name] = agent
+
+
+def make_up(agent: Participant) -> None:
+    """Make up for the cycles that an agent would have done before this round."""
+    if agent.spin is not None:
+        label, since = agent.spin
+        now = agent.run.rounds
+        agent.executed += [label] * (now - since)
+        agent.spin = Spin(label, now)
+
+
+def take_up(agent: Participant) -> None:
+    """Let an agent that was left alone do its cycles by itself again, from this round on."""
+    make_up(agent)
+    agent.spin = None
+    agent.run.spinning.pop(agent.name, None)
+
+
+def stands_still(run: Run) -> bool:
+    """Whether no agent will ever do anything but spin."""
+    return bool(run.spinning) and not any(
+        agent.awake or agent.waits or agent.questions for agent in run.agents.values()
+    )
