@@ -65,7 +65,7 @@ class Agent(Mind):
                 self._take_outcome()
             self.act()
             # Another agent has something to do, a wait is over, or the run ends.
-            if rounds == 1 or not self.awake or run.something_else_can_happen():
+            if rounds == 1 or not self.awake or self.spin is not None or run.something_else_can_happen():
                 return 1
             begun = False
             rounds -= 1
@@ -192,9 +192,9 @@ class Agent(Mind):
 
     def only_spins(self, goal: Structure) -> bool:
         """Whether the event of a goal is all that it has, and nothing but what comes from outside changes that."""
-        if len(self.events) > 1 or self.intentions or self.mailbox or self.feedback or self.woken or self.suspending:
+        if len(self.events) > 1 or self.suspending or self.has_news():
             return False
-        return self.run.plain and not self.beliefs.open and self.library.is_steady(goal.key)
+        return not self.beliefs.open and self.library.is_steady(goal.key)
 
     # --- intentions
 

@@ -41,6 +41,8 @@ class JitteredRun(Run):
         self._last_arrivals: dict[tuple[str, str], int] = {}
         self._late: dict[str, _LateVersions] = {}
 
+    leaves_alone = False
+
     @property
     def plain(self) -> bool:
         """Delays are for interpreted agents."""
@@ -65,6 +67,14 @@ class JitteredRun(Run):
             self.progress += 1
             self._under_way.append((arrival, to, message))
 
+    def stands_still(self) -> bool:
+        """As in any run; what is under way may still change everything."""
+        return not self._expecting() and super().stands_still()
+
+    def _expecting(self) -> bool:
+        """Whether anything is under way."""
+        return bool(self._under_way) or any(late.pending for late in self._late.values())
+
     def _rounds(self, until: int) -> bool:
         """Do one round, unless no agent has anything to do, now or once what is under way has arrived."""
         self._arrive()
@@ -73,7 +83,7 @@ class JitteredRun(Run):
         self._ready.clear()
         for agent in agents:
             agent.awake = agent.has_work()
-        expecting = bool(self._under_way) or any(late.pending for late in self._late.values())
+        expecting = self._expecting()
         if not expecting and not any(agent.awake for agent in agents):
             return False
         for agent in agents:

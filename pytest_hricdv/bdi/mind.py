@@ -74,9 +74,12 @@ class Mind:
 
     def has_work(self) -> bool:
         """Whether a reasoning cycle would do anything."""
+        return bool(self.events) or self.has_news()
+
+    def has_news(self) -> bool:
+        """Whether a cycle would do anything besides reacting to an event."""
         return bool(
             self.intentions
-            or self.events
             or self.mailbox
             or self.feedback
             or self.woken

@@ -35,6 +35,9 @@ class Participant(Protocol):
     def has_work(self) -> bool:
         """Whether a reasoning cycle would do anything."""
 
+    def has_news(self) -> bool:
+        """Whether a cycle would do anything besides reacting to an event."""
+
     def cycle(self) -> None:
         """Do one reasoning cycle."""
 

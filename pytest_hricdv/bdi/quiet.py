@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from .spinning import stands_still
 from .syntax import variables_of
 from .terms import Variable
 
@@ -32,8 +31,6 @@ class Quiet:
         self._progress = 0
         self._outlines: set[int] = set()
         self._states: set[str] = set()
-        self._still = False
-        """Whether all agents have been seen to stand still."""
         self._progress_at_jump = -1
         self._states_at_jumps: set[str] = set()
 
@@ -45,11 +42,6 @@ class Quiet:
             self.due = run.rounds + QUIET_ROUNDS
             self._forget()
             return False
-        if not self._outlines and stands_still(run):
-            # All states will be the same: written out, they would show it after two rounds.
-            self.due = run.rounds + 2
-            self._still = not self._still
-            return not self._still
         self.due = run.rounds + 1
         # States are long for deep intentions: they are written out only when their outline has come before.
         outline = mental_outline(run)

@@ -20,7 +20,7 @@ from .errors import BdiError
 from .intentions import TICKS_PER_MS, Message, duration
 from .participant import Participant
 from .quiet import Quiet
-from .spinning import make_up
+from .spinning import is_busy, make_up
 from .syntax import Act, Plan
 from .terms import Structure, Variable
 from .unify import unify
@@ -40,6 +40,8 @@ class Run:
 
     watched = False
     """Whether :meth:`look` is asked after each round, when an agent that is alone begins to act and when it ends."""
+    leaves_alone = True
+    """Whether agents that only look again and again are left alone until something comes to them."""
 
     def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None) -> None:
         self.environment = environment
@@ -218,6 +220,8 @@ class Run:
                 continue
             if self._ended:
                 return self._ended
+            if self.spinning and self.stands_still():
+                return "spin"
             if self.rounds + self._skipped >= self.earliest_deadline:
                 self._end_waits()
             if self.rounds >= quiet.due and quiet.spinning() and (not self._jump() or quiet.polling()):
@@ -239,7 +243,7 @@ class Run:
         self._until = until
         self.note_deadline(self.earliest_deadline)
         if not ready:
-            # Those that only look again and again need nobody to look at them.
+            # They only look again and again, until some wait is over.
             self.rounds = self._until
             if watched:
                 self.look()
@@ -276,6 +280,10 @@ class Run:
     def look(self) -> bool:
         """After a round of a watched run: whether to stop here, for the reason that is noted then."""
         return False
+
+    def stands_still(self) -> bool:
+        """After a round: whether all agents that have anything to do only look again and again."""
+        return not any(map(is_busy, self.agents.values()))
 
     def replace(self, agent: Agent) -> None:
         """Let an agent take the place of the one of its name."""

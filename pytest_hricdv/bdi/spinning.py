@@ -14,7 +14,6 @@ from .terms import Structure, is_evaluable
 
 if TYPE_CHECKING:
     from .participant import Participant
-    from .scheduler import Run
 
 
 class Spin(NamedTuple):
@@ -67,8 +66,9 @@ def _only_looks(formula: Formula) -> bool:
 def leave_alone(agent: Participant, label: str, since: int) -> None:
     """An agent will do nothing from a round on but select a plan that pursues itself."""
     agent.spin = Spin(label, since)
-    agent.awake = False
     agent.run.spinning[agent.name] = agent
+    if agent.run.leaves_alone:
+        agent.awake = False
 
 
 def make_up(agent: Participant) -> None:
@@ -87,8 +87,8 @@ def take_up(agent: Participant) -> None:
     agent.run.spinning.pop(agent.name, None)
 
 
-def stands_still(run: Run) -> bool:
-    """Whether no agent will ever do anything but spin."""
-    return bool(run.spinning) and not any(
-        agent.awake or agent.waits or agent.questions for agent in run.agents.values()
-    )
+def is_busy(agent: Participant) -> bool:
+    """Whether an agent will ever do anything but look again and again, even if nothing more comes to it."""
+    if agent.waits or agent.questions:
+        return True
+    return agent.awake if agent.spin is None else agent.has_news()

@@ -109,6 +109,9 @@ def _line(step: Step, width: int) -> str:
 class TracedRun(Run):
     """A run whose steps are noted."""
 
+    watched = True
+    leaves_alone = False
+
     @property
     def plain(self) -> bool:
         """Only interpreted agents say what they do."""
@@ -120,6 +123,10 @@ class TracedRun(Run):
         """The steps that messages were sent by, by the messages' numbers."""
         self.acting: TracedAgent | None = None
         super().__init__(environment, seed, goal, *others)  # type: ignore[arg-type]
+
+    def look(self) -> bool:
+        """After a round: whether the agents only look again and again."""
+        return bool(self.spinning) and self.stands_still()
 
     def note(self, agent: str, kind: str, text: str, cause: Step | None = None, **details: object) -> Step:
         """Add a step; what it came from says which plan did it, unless the details do."""

@@ -129,7 +129,7 @@ class RecordingRun(Run):
         if ended == _CUT:
             self._quiet = _QUIET_BEFORE
             return self._segment(ticks, ""), self._states
-        if ended == "idle" and self.notes.certain and self.rounds < max_rounds:
+        if ended in ("idle", "spin") and self.notes.certain and self.rounds < max_rounds:
             return self._segment(ticks, ended), None
         return None
 
