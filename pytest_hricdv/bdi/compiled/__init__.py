@@ -29,5 +29,6 @@ from .agent import CompiledAgent
 from .code import AgentCode
 from .compiler import compile_agent, compile_program
 from .program import ProgramCode
+from .tails import are_intentions_private
 
-__all__ = ["AgentCode", "CompiledAgent", "ProgramCode", "compile_agent", "compile_program"]
+__all__ = ["AgentCode", "CompiledAgent", "ProgramCode", "are_intentions_private", "compile_agent", "compile_program"]

@@ -51,10 +51,11 @@ Pending = tuple[Goal, Activity | None]
 def begin(activity: Activity, goal: Goal, plan: PlanCode, values: Values) -> None:
     """Execute a plan next; the one being executed waits for it, unless it ends by pursuing its own goal again."""
     caller, pc = activity.plan, activity.pc
-    if pc != caller.last or goal[0] is not activity.goal[0] or not goal[0].is_goal:
+    if caller.after[pc] != caller.end:
         activity.below.append((caller, pc, activity.values, activity.goal))
-        if caller.after[pc] != caller.end:
-            activity.open += 1
+        activity.open += 1
+    elif not caller.forgotten and (pc != caller.last or goal[0] is not activity.goal[0] or not goal[0].is_goal):
+        activity.below.append((caller, pc, activity.values, activity.goal))
     activity.plan, activity.values, activity.goal, activity.pc = plan, values, goal, 0
 
 

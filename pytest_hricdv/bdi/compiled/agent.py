@@ -89,10 +89,7 @@ class CompiledAgent:
     def has_news(self) -> bool:
         """Whether a cycle would do anything besides reacting to an event."""
         return bool(
-            self.intentions
-            or self.mailbox
-            or self.feedback
-            or self.seen_percepts != self._versions.get(self.name, 0)
+            self.intentions or self.mailbox or self.feedback or self.seen_percepts != self._versions.get(self.name, 0)
         )
 
     def cycle(self) -> None:

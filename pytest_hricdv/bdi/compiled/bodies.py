@@ -34,11 +34,19 @@ class BodyWriter:
         plan: the plan.
         receivers: the agents that messages can be sent to.
         steady: whether it depends on beliefs alone which plan is selected for such an event.
+        forgotten: whether the plan need not be remembered once it has nothing left to do.
     """
 
     def __init__(
-        self, writer: Writer, program: ProgramCode, plan: Plan, receivers: frozenset[str], steady: bool
+        self,
+        writer: Writer,
+        program: ProgramCode,
+        plan: Plan,
+        receivers: frozenset[str],
+        steady: bool,
+        forgotten: bool,
     ) -> None:
+        self._forgotten = forgotten
         self.writer = writer
         self._spins = steady and pursues_itself(plan)
         self.program = program
@@ -81,7 +89,7 @@ class BodyWriter:
             if self._values:
                 writer.line(f"({', '.join(self._values)},) = i.values")
             writer.include(lines)
-        return PlanCode(self.plan, layout.variables, self._loops, tuple(layout.after), self._last)
+        return PlanCode(self.plan, layout.variables, self._loops, tuple(layout.after), self._last, self._forgotten)
 
     def _whole(self, scope: Scope) -> None:
         self._block(self.layout.body, 0, scope)
@@ -227,10 +235,12 @@ class BodyWriter:
         select = self.program.selects.get(event)
         writer.line(f"found = {None if select is None else f'{select}(a, {args}, {annots})'}")
         writer.line(f"if found is None: refuse(a, i, {pc}, {goal}, n)")
-        if pc != self._last or event != self.plan.trigger.key:
-            # A plan that ends by pursuing its own goal again does not wait for that.
+        is_open = layout.after[pc] != layout.end
+        again = pc == self._last and event == self.plan.trigger.key
+        # A plan that ends by pursuing its own goal again does not wait for that.
+        if is_open or not (again or self._forgotten):
             writer.line(f"i.below.append((i.plan, {pc}, i.values, i.goal))")
-            if layout.after[pc] != layout.end:
+            if is_open:
                 writer.line("i.open += 1")
         writer.line("i.plan, i.values = found")
         writer.line(f"i.goal, i.pc = {goal}, 0")

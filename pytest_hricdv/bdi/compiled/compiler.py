@@ -11,6 +11,7 @@ from .code import AgentCode
 from .program import PlanCode, ProgramCode
 from .runtime import NAMES
 from .selection import SelectionWriter
+from .tails import is_forgotten
 from .writer import Names
 
 _CHANGES: dict[str, object] = {
@@ -59,15 +60,22 @@ def compile_agent(
     return AgentCode(name, program, beliefs, library, events)
 
 
-def compile_program(library: PlanLibrary, receivers: frozenset[str]) -> ProgramCode | None:
-    """The compiled form of an agent's plans; None if none has any."""
+def compile_program(library: PlanLibrary, receivers: frozenset[str], private: bool) -> ProgramCode | None:
+    """The compiled form of an agent's plans; None if none has any.
+
+    Args:
+        library: the plans.
+        receivers: the agents that messages can be sent to.
+        private: whether nothing in the system looks at what intentions consist of.
+    """
     plans = [plan for plan in library.plans if not plan.builtin]
     keys = list(dict.fromkeys(plan.trigger.key for plan in plans))
     if None in keys or any(key is not None and key[1] == KQML_RECEIVED for key in keys):
         return None
     program = ProgramCode(frozenset(key for key in keys if key is not None))
     names = Names()
-    selection = SelectionWriter(program, names, receivers)
+    forgotten = frozenset(plan.label for plan in plans if private and is_forgotten(plan, library))
+    selection = SelectionWriter(program, names, receivers, forgotten)
     program.selects.update((key, f"select{place}") for place, key in enumerate(keys) if key is not None)
     for key, name in program.selects.items():
         selection.write(name, key, library.relevant(*key))

@@ -46,6 +46,7 @@ class PlanCode:
         loops: its loops by the number of their statement; each has a place among the values, after the variables.
         after: for each statement, in the order of the text, the number of the one to go on with.
         last: the number of the last statement, if no block is around it; else -1.
+        forgotten: whether it need not be remembered once it has nothing left to do.
     """
 
     plan: Plan
@@ -53,6 +54,7 @@ class PlanCode:
     loops: dict[int, LoopCode]
     after: tuple[int, ...]
     last: int
+    forgotten: bool
     end: int = field(init=False)
     """The number after the last statement: where the plan is finished."""
     run: Run = field(init=False, repr=False)

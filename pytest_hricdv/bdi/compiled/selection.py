@@ -22,9 +22,13 @@ class SelectionWriter:
         program: the program; its triggers are added to.
         names: the objects named by its code.
         receivers: the agents that messages can be sent to.
+        forgotten: the labels of the plans that need not be remembered once they have nothing left to do.
     """
 
-    def __init__(self, program: ProgramCode, names: Names, receivers: frozenset[str]) -> None:
+    def __init__(
+        self, program: ProgramCode, names: Names, receivers: frozenset[str], forgotten: frozenset[str]
+    ) -> None:
+        self._forgotten = forgotten
         self._program = program
         self._names = names
         self._receivers = receivers
@@ -123,6 +127,10 @@ class SelectionWriter:
 
         Conditions(writer, self._program.table).require(context, scope, select, every=False)
 
+    def _body(self, writer: Writer, plan: Plan) -> BodyWriter:
+        forgotten = plan.label in self._forgotten
+        return BodyWriter(writer, self._program, plan, self._receivers, self._steady, forgotten)
+
     def _code(self, plan: Plan, bound: frozenset[Variable]) -> tuple[str, tuple[Variable, ...], int] | None:
         """The name of a plan's code, its variables and the number of its loops; None if it has no compiled form."""
         if plan.atomic:
@@ -130,7 +138,7 @@ class SelectionWriter:
         writer = Writer(self._names, [])
         name = f"plan{len(self.plans)}"
         try:
-            code = BodyWriter(writer, self._program, plan, self._receivers, self._steady).write(name, bound)
+            code = self._body(writer, plan).write(name, bound)
         except UnsupportedError:
             return None
         self.functions += writer.functions + writer.lines

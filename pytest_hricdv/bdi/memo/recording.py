@@ -23,6 +23,8 @@ _SHORTEST = 3
 """Rounds that a segment takes at least: what begins is often seen beginning in the round after, too."""
 _PATIENCE = 100
 """Rounds after which a segment may end in the middle of what the receiver does."""
+_MOST_UNSEEN = 20
+"""Rounds that an agent that is alone may do before the run is looked at."""
 _QUIET_BEFORE = 10
 """Rounds without a change that a segment may begin after."""
 
@@ -132,6 +134,10 @@ class RecordingRun(Run):
         if ended in ("idle", "spin") and self.notes.certain and self.rounds < max_rounds:
             return self._segment(ticks, ended), None
         return None
+
+    def _rounds(self, until: int) -> bool:
+        """As in any run, but not so many that it would be unknown when something has changed."""
+        return super()._rounds(min(until, self.rounds + _MOST_UNSEEN))
 
     def look(self) -> bool:
         """After a round: whether the segment ends here, or the run must not go on."""

@@ -173,8 +173,12 @@ class Receiver(CompiledAgent):
         self.p = self.watched = WatchedBeliefs(dict.fromkeys(notes.atoms, self._annots), notes, settled)
 
     def begins(self) -> bool:
-        """Whether it is in the middle of nothing: no plan of it waits for another."""
+        """Whether it is in the middle of nothing: it only looked again and again, or no plan of it pursues a goal."""
         if self.feedback:
             return False
+        if self.spin is not None:
+            return True
         waiting = [activity for _, activity in self.events if activity is not None]
-        return not any(activity.below for activity in (*waiting, *self.intentions))
+        return not any(activity.below for activity in waiting) and not any(
+            activity.below or activity.goal[0].is_goal for activity in self.intentions
+        )
