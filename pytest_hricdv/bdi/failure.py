@@ -35,19 +35,28 @@ def fail(agent: Agent, intention: Intention, error: str, message: str, extra: tu
     frame = intention.frames[-1]
     statement = None if frame.finished else frame.statement
     place = frame.plan.location if statement is None else statement.location
-    annots: tuple[Term, ...] = (
+    annots: tuple[Structure, ...] = (
         Structure("error", (Structure(error),)),
-        Structure("error_msg", (String(message),)),
+        Structure("error_msg", (String(_told(error, message, frame)),)),
         Structure("code", (_code(agent, frame),)),
         *_place(place),
     )
-    if any(isinstance(annot, Structure) and annot.functor == "error" for annot in extra):
-        annots = annots[1:]
+    given = {annot.functor for annot in extra if isinstance(annot, Structure)}
+    annots = tuple(annot for annot in annots if annot.functor not in given)
     if frame.sign in ROOT_OF_ADDED_GOALS and _handle(agent, intention, len(intention.frames) - 1, annots + extra):
         return
     goal = f"{frame.sign}{frame.literal.plain()}"
     agent.run.warn(f"{agent.name}: {place}: {message}: no failure plan, the intention of {goal} is dropped")
     agent.note_end(intention)
+
+
+def _told(error: str, message: str, frame: Frame) -> str:
+    """The text that a plan for the failure gets, which is Jason's where that is known."""
+    if error in ("ia_failed", "action_failed"):
+        return ""
+    if error == "test_goal_failed":
+        return f"Failed to test '{'; '.join(map(str, frame.body[frame.pc :]))}'"
+    return message
 
 
 def _code(agent: Agent, frame: Frame) -> Term:
@@ -72,7 +81,7 @@ def _code(agent: Agent, frame: Frame) -> Term:
     return String(str(statement))
 
 
-def _place(place: Location | None) -> tuple[Term, ...]:
+def _place(place: Location | None) -> tuple[Structure, ...]:
     """Where that is written; ``no_code`` for what no plan's body asked for."""
     if place is None:
         return (Structure("code_src", (NO_CODE,)), Structure("code_line", (NO_CODE,)))
@@ -91,8 +100,10 @@ def no_applicable_plan(agent: Agent, event: Event) -> bool:
     if event.sign in ROOT_OF_ADDED_GOALS:
         known = bool(agent.library.relevant(event.sign, event.literal.key))
         error = "no_applicable" if known else "no_relevant"
-        message = f"no {'applicable' if known else 'relevant'} plan for {event.sign}{event.literal.plain()}"
-        fail_goal(agent, intention or agent.new_intention(), event.sign, event.literal, error, message)
+        kind = "applicable" if known else "relevant"
+        message = f"no {kind} plan for {event.sign}{event.literal.plain()}"
+        told = f"Found a goal for which there is no {kind} plan:{event}"
+        fail_goal(agent, intention or agent.new_intention(), event.sign, event.literal, error, message, told)
     else:
         agent.run.warn(f"{agent.name}: no applicable plan for {event}: the intention is dropped")
         if intention is not None:
@@ -100,11 +111,23 @@ def no_applicable_plan(agent: Agent, event: Event) -> bool:
     return True
 
 
-def fail_goal(agent: Agent, intention: Intention, sign: str, literal: Structure, error: str, message: str) -> None:
-    """A goal that has no plan on the intention, or none any more, has failed."""
+def fail_goal(
+    agent: Agent, intention: Intention, sign: str, literal: Structure, error: str, message: str, told: str = ""
+) -> None:
+    """A goal that has no plan on the intention, or none any more, has failed.
+
+    Args:
+        agent: whose goal it is.
+        intention: the intention, taken out of whatever it was in.
+        sign: the sign of the goal's event.
+        literal: the goal.
+        error: Jason's name for the kind of failure.
+        message: what happened, in words.
+        told: the text that a plan for the failure gets, if it is another.
+    """
     annots: tuple[Term, ...] = (
         Structure("error", (Structure(error),)),
-        Structure("error_msg", (String(message),)),
+        Structure("error_msg", (String(told or message),)),
         Structure("code", (literal,)),
         *_place(intention.frames[-1].statement.location if intention.frames else None),
     )

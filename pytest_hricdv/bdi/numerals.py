@@ -11,8 +11,9 @@ def number_text(value: float) -> str:
         return "Infinity" if value > 0 else "-Infinity"
     if math.isnan(value):
         return "NaN"
-    if value == math.floor(value) and abs(value) < 2.0**63:
-        return str(int(value))
+    if value == math.floor(value) and abs(value) <= 2.0**63:
+        # As the long integers of Java, the greatest of which is one less than that.
+        return str(min(int(value), 2**63 - 1))
     if 1e-3 <= abs(value) < 1e7:
         return repr(value)
     mantissa, exponent = _scientific(value)

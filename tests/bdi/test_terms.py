@@ -81,12 +81,14 @@ def test_term_order_is_numbers_strings_lists_literals_negated_literals_variables
 
 
 def test_number_is_printed_without_fraction_when_it_has_none() -> None:
-    assert [str(Number(value)) for value in (3.0, -0.5, 1e10, 1e-5, 12345678.25)] == [
+    assert [str(Number(value)) for value in (3.0, -0.5, 1e10, 1e-5, 12345678.25, 2.0**63, 2.0**64)] == [
         "3",
         "-0.5",
         "10000000000",
         "1.0E-5",
         "1.234567825E7",
+        "9223372036854775807",
+        "1.8446744073709552E19",
     ]
 
 

@@ -4,14 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ..errors import EvaluationError
 from ..parser import parse_term
 from ..terms import Number, String
 from ..unify import undo
-from .registry import Invocation, Outcome, internal_action
+from .registry import WRONG, Invocation, Outcome, internal_action
 
 
 @internal_action("substring", 2, 4)
 def _substring(invocation: Invocation) -> Iterator[object]:
+    """Where the first argument is in the second; if that is free, what is between two places of the first."""
+    if invocation.is_free(1) and len(invocation) > 2:
+        whole = invocation.text(0)
+        start = int(invocation.number(2))
+        end = int(invocation.number(3)) if len(invocation) == 4 else len(whole)
+        if not 0 <= start <= end <= len(whole):
+            raise EvaluationError(f"{invocation.call}: no places {start} to {end} in {len(whole)} characters", WRONG)
+        if invocation.unify(1, String(whole[start:end])):
+            yield start
+        return
     part, text = invocation.text(0), invocation.text(1)
     start = text.find(part)
     while start >= 0:
