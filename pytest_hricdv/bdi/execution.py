@@ -18,7 +18,7 @@ from .instances import instantiate, literal_of, maker_of
 from .intentions import Frame, Intention
 from .spinning import leave_alone, pursues_itself
 from .syntax import Achieve, Act, Believe, Check, For, If, Internal, Plan, Statement, Test, While
-from .terms import Annotated, Structure, Variable
+from .terms import Annotated, Quoted, Structure, Variable
 from .updates import believe
 
 if TYPE_CHECKING:
@@ -91,10 +91,28 @@ def _test(statement: Test) -> Step:
 
 def _act(statement: Act) -> Step:
     written = statement.action
+    if isinstance(written, Variable):
+        return _perform(statement, written)
     ready = written if isinstance(written, Structure) and written.ground else None
 
     def step(agent: Agent, intention: Intention, frame: Frame) -> None:
         action = ready or literal_of(agent, written, frame.unifier)
+        success = agent.run.act(agent.name, action, frame.plan, statement)
+        agent.feedback.append((intention, success))
+
+    return step
+
+
+def _perform(statement: Act, variable: Variable) -> Step:
+    """For a variable: the action, or the body, that it stands for."""
+
+    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+        value = agent.value(variable, frame.unifier)
+        if isinstance(value, Quoted) and isinstance(value.plan, tuple):
+            frame.enter(value.plan, None)
+            step_of(frame.statement, frame.plan)(agent, intention, frame)
+            return
+        action = literal_of(agent, variable, frame.unifier)
         success = agent.run.act(agent.name, action, frame.plan, statement)
         agent.feedback.append((intention, success))
 

@@ -12,6 +12,7 @@ from .terms import (
     Call,
     ListTerm,
     Number,
+    Quoted,
     String,
     Structure,
     Term,
@@ -65,6 +66,8 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
         return functions(term, bindings)
     if isinstance(term, Annotated):
         return _substitute_annotated(term, bindings, functions)
+    if isinstance(term, Quoted):
+        return _substitute_quoted(term, bindings, functions)
     return term
 
 
@@ -98,6 +101,12 @@ def _substitute_annotated(term: Annotated, bindings: Bindings, functions: Functi
     if isinstance(value, Variable):
         return Annotated(value, annots, tail, term.negated)
     return value
+
+
+def _substitute_quoted(term: Quoted, bindings: Bindings, functions: Functions) -> Term:
+    from .quoting import with_values  # Its statements are made of terms: they are not known here.
+
+    return with_values(term, lambda part: substitute(part, bindings, functions))
 
 
 def _evaluate(expression: Arithmetic, operands: list[Term]) -> Term:
@@ -175,7 +184,15 @@ def _free_variables(term: Term) -> list[Variable]:
             pending.extend(reversed(part.operands))
         elif isinstance(part, Annotated):
             pending.extend((part.annots_tail, *reversed(part.annots), part.variable))
+        elif isinstance(part, Quoted):
+            found.update(_variables_in(part))
     return list(found)
+
+
+def _variables_in(term: Quoted) -> dict[Variable, None]:
+    from .syntax import variables_of
+
+    return dict.fromkeys(sorted(variables_of(term)))
 
 
 def free_variables(term: Term) -> list[Variable]:

@@ -209,7 +209,7 @@ class Plan:
     def __str__(self) -> str:
         annots = f"[{','.join(map(str, self.annots))}]" if self.annots else ""
         label = f"@{self.label}{annots} " if self.labelled else ""
-        context = f" : {self.context}" if self.context is not None else ""
+        context = f" : {self.context}" if self.context not in (None, TRUE) else ""
         body = f" <- {'; '.join(map(str, self.body))}" if self.body else ""
         return f"{label}{self.trigger}{context}{body}"
 
@@ -257,8 +257,12 @@ def children(node: object) -> tuple[object, ...]:
     """The parts of a term, formula or statement, one level down."""
     if isinstance(node, tuple):
         return node
-    names = _CHILDREN.get(type(node), ())
-    return tuple(value for name in names if (value := getattr(node, name)) is not None)
+    return tuple(value for name in children_names(node) if (value := getattr(node, name)) is not None)
+
+
+def children_names(node: object) -> tuple[str, ...]:
+    """The attributes that hold the parts of a term, formula or statement."""
+    return _CHILDREN.get(type(node), ())
 
 
 _CHILDREN: dict[type, tuple[str, ...]] = {

@@ -272,7 +272,7 @@ class Annotated:
 
 
 class Quoted:
-    """A plan or trigger as a term, ``{ +!g : c <- b }``; ``plan`` is its syntax tree."""
+    """A plan or event as a term, ``{ +!g : c <- b }``, or a body, ``{ a; b }``; ``plan`` is its syntax tree."""
 
     __slots__ = ("plan",)
 
@@ -286,7 +286,8 @@ class Quoted:
         return hash(("quoted", self.plan))
 
     def __str__(self) -> str:
-        return f"{{ {self.plan} }}"
+        text = "; ".join(map(str, self.plan)) if isinstance(self.plan, tuple) else str(self.plan)
+        return f"{{ {text} }}"
 
     def __repr__(self) -> str:
         return f"Quoted({self})"

@@ -149,6 +149,7 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
         return tuple(item for item in items if item is not None and item != self._NOTHING)
 
     block_body = body
+    body_text = body
 
     def achieve(self, meta: Meta, items: Children) -> Statement:
         return Achieve(items[0], False, self._at(meta))

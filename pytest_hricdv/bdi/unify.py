@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from .substitution import Bindings, no_functions, substitute, walk
+from .substitution import Bindings, free_variables, no_functions, substitute, walk
 from .terms import Annotated, ListTerm, Structure, Term, Variable, is_ground
 
 Trail = list[Variable]
@@ -52,20 +52,13 @@ def _bind(variable: Variable, value: Term, bindings: Bindings, trail: Trail) -> 
 
 def occurs(variable: Variable, term: Term, bindings: Bindings) -> bool:
     """Whether the variable is part of the term: binding it to that would make an endless term."""
-    pending: list[object] = [term]
+    pending = free_variables(term)
     while pending:
-        part = pending.pop()
-        if isinstance(part, Variable):
-            value = walk(part, bindings)
-            if value == variable and type(value) is Variable:
-                return True
-            if type(value) is not Variable:
-                pending.append(value)
-        elif isinstance(part, Structure) and not part.ground:
-            pending.extend(part.args)
-        elif isinstance(part, ListTerm) and not part.ground:
-            pending.extend(part.items)
-            pending.append(part.tail)
+        value = walk(pending.pop(), bindings)
+        if type(value) is not Variable:
+            pending.extend(free_variables(value))
+        elif value == variable:
+            return True
     return False
 
 

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from .. import failure
 from ..errors import EvaluationError
-from ..intentions import Event, Intention
-from ..terms import Structure, Term
+from ..intentions import Event, Frame, Intention
+from ..substitution import Bindings
+from ..syntax import variables_of
+from ..terms import ListTerm, Number, Quoted, Structure, Term
 from ..unify import unify
 from ..whereabouts import everywhere, take_out
 from .registry import MANY, Invocation, Outcome, internal_action
+
+if TYPE_CHECKING:
+    from ..agent import Agent
 
 
 def _pursues(intention: Intention, goal: Term) -> bool:
@@ -184,7 +190,18 @@ def _suspended(invocation: Invocation) -> Outcome:
 
 @internal_action("current_intention", 1)
 def _current_intention(invocation: Invocation) -> Outcome:
-    return invocation.unify(0, Structure("intention", (Structure(f"i{invocation.own_intention().number}"),)))
+    """``intention(Number, [im(Label, {what is left of the plan}), ...])``, the plan being executed first."""
+    intention = invocation.own_intention()
+    frames = reversed(intention.frames)
+    means = [Structure("im", (Structure(frame.plan.label), _rest(invocation.agent, frame))) for frame in frames]
+    return invocation.unify(0, Structure("intention", (Number(intention.number), ListTerm(tuple(means)))))
+
+
+def _rest(agent: Agent, frame: Frame) -> Term:
+    """What is left of a plan, as a term of its own: with other variables."""
+    rest = Quoted(frame.body[frame.pc :])
+    own: Bindings = {name: agent.fresh() for name in variables_of(rest) if name not in frame.unifier}
+    return agent.value(rest, frame.unifier | own)
 
 
 @internal_action("stopMAS", 0, 1)

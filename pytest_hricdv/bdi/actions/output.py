@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
+from ..parser import parse_term
 from ..terms import String, Term, Variable
 from .registry import MANY, Invocation, Outcome, internal_action
+
+_EXPRESSION = re.compile(r"#\{([^}]*)\}")
 
 
 def _text(invocation: Invocation, start: int = 0) -> str:
@@ -29,6 +34,22 @@ def _print(invocation: Invocation) -> Outcome:
 @internal_action("println", 0, MANY)
 def _println(invocation: Invocation) -> Outcome:
     return _print(invocation)
+
+
+@internal_action("puts", 1, MANY)
+def _puts(invocation: Invocation) -> Outcome:
+    """As ``.print``, with the values of the expressions in the texts, as in ``"#{X+1} left"``."""
+    agent, bindings = invocation.agent, invocation.bindings
+
+    def filled(index: int) -> str:
+        value = invocation.value(index)
+        text = _shown(value)
+        if not isinstance(value, String):
+            return text
+        return _EXPRESSION.sub(lambda match: _shown(agent.value(parse_term(match[1]), bindings)), text)
+
+    agent.run.print(agent.name, "".join(map(filled, range(len(invocation)))))
+    return True
 
 
 @internal_action("log", 2, MANY)

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import re
+from datetime import date, timedelta
 from typing import TYPE_CHECKING
 
 from ..errors import EvaluationError
 from ..inference import first
 from ..intentions import Frame, Intention, Wait
 from ..parser import parse_trigger
-from ..syntax import Plan, Trigger
-from ..terms import Arithmetic, Call, Number, Quoted, String, Variable
-from .registry import Invocation, Outcome, internal_action, prepared
+from ..syntax import Internal, Plan, Trigger
+from ..terms import SOURCE_SELF, Arithmetic, Call, Number, Quoted, String, Structure, Variable
+from .registry import WRONG, Invocation, Outcome, internal_action, prepared
 
 if TYPE_CHECKING:
     from ..agent import Agent
     from ..execution import Step
+
+
+_DELAY = re.compile(r"\s*now(?:\s*\+\s*(\d+)\s*([a-z]*))?\s*")
+_UNITS_MS = {"": 1, "s": 1_000, "m": 60_000, "h": 3_600_000, "d": 86_400_000}
+_UNITS = {"second": "s", "minute": "m", "hour": "h", "day": "d"}
+_AT = Structure("at")
 
 
 @internal_action("wait", 1, 3)
@@ -62,6 +70,46 @@ def _prepared_wait(call: Call, otherwise: Step) -> Step:
     return step
 
 
+@internal_action("at", 2)
+def _at(invocation: Invocation) -> Outcome:
+    """``.at("now +3 seconds", {+!g})``: an event in some time; the units are ``s``, ``m``, ``h`` and ``d``, else ms.
+
+    It is only the event that comes: none of a belief changes what the agent believes.
+    """
+    agent, run, place = invocation.agent, invocation.agent.run, invocation.call.location
+    when = _DELAY.fullmatch(invocation.text(0))
+    unit = None if when is None else _UNITS.get((when[2] or "").removesuffix("s"), when[2] or "")
+    if when is None or unit not in _UNITS_MS:
+        raise EvaluationError(f'{invocation.call}: the time is not of the form "now +3 s"', WRONG)
+    event = invocation.value(1)
+    if not isinstance(event, (String, Quoted)):
+        raise EvaluationError(f"{invocation.call}: argument 2 is not an event but {event}", WRONG)
+    delay_ms = float(when[1] or 0) * _UNITS_MS[unit]
+    if not delay_ms:
+        return _cause(agent, _trigger(event))
+    # An intention of its own, whose first statement it waits at.
+    later = Internal(Call(".at", (String("now"), event), place), place)
+    plan = Plan("_at", Trigger("+", _AT), None, (later, later), place, builtin=True)
+    intention = agent.new_intention()
+    intention.frames.append(Frame(plan, "+", _AT, {}))
+    deadline = run.after(delay_ms)
+    run.note_deadline(deadline)
+    agent.waits.append(Wait(intention, run.ticks, deadline))
+    return True
+
+
+def _cause(agent: Agent, trigger: Trigger) -> bool:
+    literal = trigger.literal
+    if not isinstance(literal, Structure):
+        raise EvaluationError(f"{trigger} is not an event", WRONG)
+    own = literal if literal.has_source() else literal.annotated((*literal.annots, SOURCE_SELF))
+    if trigger.sign == "+!":
+        agent.post_goal(own)
+    else:
+        agent.post(trigger.sign, own, None)
+    return True
+
+
 def _is_value(what: object) -> bool:
     return isinstance(what, (Number, String, Quoted, Variable, Arithmetic))
 
@@ -72,6 +120,14 @@ def _trigger(value: String | Quoted) -> Trigger:
     if not isinstance(value.plan, Plan):
         raise EvaluationError(f"{value} is not an event")
     return value.plan.trigger
+
+
+@internal_action("date", 3)
+def _date(invocation: Invocation) -> Outcome:
+    """The virtual date of the run as year, month and day; every run begins on the first of January 1970."""
+    invocation.agent.run.progress += 1
+    today = date(1970, 1, 1) + timedelta(milliseconds=invocation.agent.run.time_ms)
+    return all(invocation.unify(index, Number(part)) for index, part in enumerate((today.year, today.month, today.day)))
 
 
 @internal_action("time", 3)
