@@ -8,7 +8,7 @@ from pathlib import Path
 
 from .agent import Agent
 from .beliefs import BeliefBase
-from .compiled import AgentCode, CompiledAgent, ProgramCode, are_intentions_private, compile_agent, compile_program
+from .compiled import AgentCode, Company, CompiledAgent, ProgramCode, compile_agent, compile_program
 from .library import PlanLibrary
 from .options import given_beliefs, given_goals
 from .parser import read_program
@@ -95,14 +95,13 @@ def _own(literal: Structure) -> Structure:
 
 def compiled_prototypes(prototypes: list[Prototype]) -> list[Prototype]:
     """The agents, with their compiled form if they have one; those with the same plans share it."""
-    names = frozenset(prototype.name for prototype in prototypes)
-    private = are_intentions_private(prototype.program for prototype in prototypes)
+    company = Company.of({prototype.name: prototype.program for prototype in prototypes})
     programs: dict[int, ProgramCode | None] = {}
     compiled = []
     for prototype in prototypes:
         plans = prototype.library
         if id(plans) not in programs:
-            programs[id(plans)] = compile_program(plans, names, private)
+            programs[id(plans)] = compile_program(plans, company)
         code = compile_agent(prototype.name, programs[id(plans)], prototype.beliefs, plans, prototype.events)
         compiled.append(replace(prototype, code=code))
     codes = {prototype.name: prototype.code for prototype in compiled if prototype.code is not None}

@@ -72,6 +72,11 @@ class Run:
         """The places in that order of the agents that are awake, ascending."""
         self._compiled = False
         """Whether all agents are compiled."""
+        self.held: Participant | None = None
+        """The agent that has gone ahead of others and waits for them to catch up, if there is one."""
+        self._furthest = 0
+        """The rounds that any agent has done."""
+        self._held_until = 0
         self.spinning: dict[str, Participant] = {}
         """The agents that are left alone because they only look again and again."""
 
@@ -238,16 +243,14 @@ class Run:
             Whether any was done.
         """
         ready, order, watched = self._ready, self._order, self.watched
-        if not ready and not self.spinning:
-            return False
-        self._until = until
-        self.note_deadline(self.earliest_deadline)
+        self._set_until(until)
         if not ready:
-            # They only look again and again, until some wait is over.
+            if not self.spinning and self.held is None:
+                return False
+            # Nobody acts until some wait is over, or until the one is caught up with that has gone ahead.
             self.rounds = self._until
-            if watched:
-                self.look()
-            return True
+            if (watched and self.look()) or not self._release(until):
+                return True
         place = 0
         try:
             while True:
@@ -271,11 +274,39 @@ class Run:
                     else:
                         del ready[index]
                 self.rounds += 1
-                if (watched and self.look()) or not ready or self.rounds >= self._until:
+                if not ready:
+                    self.rounds = max(self.rounds, min(self._furthest, self._until))
+                if watched and self.look():
+                    return True
+                if (not ready or self.rounds >= self._until) and not self._release(until):
                     return True
         except RecursionError:
             acting = order[place]
             raise BdiError(f"{acting.name}: terms nested too deeply, {acting.doing()}") from None
+
+    def _set_until(self, until: int) -> None:
+        """The agents may go on by themselves until that round, if no wait is over before and nobody is held."""
+        self._until = until if self.held is None else min(until, self._held_until)
+        self.note_deadline(self.earliest_deadline)
+
+    def hold(self, agent: Participant, done: int) -> None:
+        """An agent has gone ahead of others, and has done all cycles until that round: they have to catch up."""
+        if done > self._furthest:
+            self._furthest = done
+        if agent.awake:
+            agent.awake = False
+            self.held = agent
+            self._until = self._held_until = done
+
+    def _release(self, until: int) -> bool:
+        """Let the agent act that is held, if it has been caught up with; whether agents go on before ``until``."""
+        held = self.held
+        if held is None or self.rounds < self._held_until:
+            return False
+        self.held = None
+        self.wake(held)
+        self._set_until(until)
+        return self.rounds < self._until
 
     def look(self) -> bool:
         """After a round of a watched run: whether to stop here, for the reason that is noted then."""
@@ -283,7 +314,7 @@ class Run:
 
     def stands_still(self) -> bool:
         """After a round: whether all agents that have anything to do only look again and again."""
-        return not any(map(is_busy, self.agents.values()))
+        return self.held is None and not any(map(is_busy, self.agents.values()))
 
     def replace(self, agent: Agent) -> None:
         """Let an agent take the place of the one of its name."""

@@ -80,6 +80,12 @@ def make_up(agent: Participant) -> None:
         agent.spin = Spin(label, now)
 
 
+def count_from(agent: Participant, now: int) -> None:
+    """Another count of rounds begins, after an agent's cycles have been made up for."""
+    if agent.spin is not None:
+        agent.spin = Spin(agent.spin.label, now)
+
+
 def take_up(agent: Participant) -> None:
     """Let an agent that was left alone do its cycles by itself again, from this round on."""
     make_up(agent)

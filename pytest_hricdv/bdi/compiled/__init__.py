@@ -27,8 +27,8 @@ What makes it fast
 
 from .agent import CompiledAgent
 from .code import AgentCode
+from .company import Company
 from .compiler import compile_agent, compile_program
 from .program import ProgramCode
-from .tails import are_intentions_private
 
-__all__ = ["AgentCode", "CompiledAgent", "ProgramCode", "are_intentions_private", "compile_agent", "compile_program"]
+__all__ = ["AgentCode", "Company", "CompiledAgent", "ProgramCode", "compile_agent", "compile_program"]

@@ -35,6 +35,39 @@ class CompiledAgent:
         code: its program and how it begins.
     """
 
+    __slots__ = (
+        "_listens",
+        "_queues",
+        "_versions",
+        "activities",
+        "acts_alone",
+        "ahead",
+        "awake",
+        "code",
+        "events",
+        "executed",
+        "feedback",
+        "granted",
+        "intentions",
+        "is_watched",
+        "known",
+        "letters",
+        "lines",
+        "listed",
+        "mailbox",
+        "name",
+        "others",
+        "p",
+        "place",
+        "questions",
+        "run",
+        "seen_percepts",
+        "spin",
+        "tables",
+        "takes_letters",
+        "waits",
+    )
+
     def __init__(self, name: str, run: Run, code: AgentCode) -> None:
         self.name = name
         self.run = run
@@ -70,6 +103,8 @@ class CompiledAgent:
         """Activities so far."""
         self.granted = 0
         """The cycles that may be done at once."""
+        self.ahead = 0
+        """If it goes on while another one has something to do, the cycles that it did before that."""
         self.acts_alone = type(run.environment) is Environment
         """Whether actions do nothing but succeed, so that they need not be executed."""
         self.seen_percepts = 0
@@ -119,12 +154,18 @@ class CompiledAgent:
                     left = activity.plan.run(self, activity, left)
             except BailError:
                 return self._leave(activity)
-            rounds += left
+            rounds = self.granted + left
         else:
             rounds = 1
         if not (intentions or events or feedback or mailbox):
             self.awake = False
-        return rounds
+        return self._fall_in(rounds) if self.ahead else rounds
+
+    def _fall_in(self, done: int) -> int:
+        """Let the others catch up; the cycles done when the first of them had something to do."""
+        before, self.ahead = self.ahead, 0
+        self.run.hold(self, self.run.rounds + done)
+        return before
 
     def _take_in(self) -> bool:
         """Perceive, and act on one message; False if that is left to the interpreter."""
@@ -271,12 +312,15 @@ class CompiledAgent:
     def _leave(self, activity: Activity) -> int:
         """The statement an activity is at, or the selection of a plan for its goal, is left to the interpreter."""
         done = self.granted - activity.left
+        ahead, self.ahead = self.ahead, 0
         if not (self.events and self.events[0][1] is activity):
             self.intentions.appendleft(activity)
         agent = self.interpreted()
         if done:
             # In the next round: cycles have been done already, and the virtual clock does not know of them yet.
-            return done
+            if ahead:
+                self.run.hold(agent, self.run.rounds + done)
+            return ahead or done
         agent.act()
         return 1
 

@@ -173,6 +173,19 @@ class BodyWriter:
             self.writer.line("a.intentions.append(i)")
             self.writer.line("return 1 - n")
 
+    def post(self, pc: int, to: str, message: str) -> None:
+        """Send a message; go on if nothing can come between."""
+        after, line = self.layout.after[pc], self.writer.line
+        self.save_values()
+        line(f"if a.ahead: return hold(a, i, {pc}, n)")
+        if after == self.layout.end:
+            line(f"post(a, {to}, {message})")
+            self.stop(pc)
+        else:
+            line(f"n = post_on(a, i, {after}, {to}, {message}, n)")
+            line("if n <= 0: return n")
+            line(f"pc = {after}")
+
     def go_on(self, pc: int) -> None:
         """The statement is done and its cycle over: suspend, finish, or go on with the next one."""
         after = self.layout.after[pc]

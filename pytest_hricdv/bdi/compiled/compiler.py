@@ -6,8 +6,10 @@ from ..beliefs import BeliefBase
 from ..library import KQML_RECEIVED, PlanLibrary
 from ..syntax import Rule
 from ..terms import SOURCE_PERCEPT, Structure
-from . import changes, effects
+from . import changes, effects, posting
+from .calm import CalmAnalysis
 from .code import AgentCode
+from .company import Company
 from .program import PlanCode, ProgramCode
 from .runtime import NAMES
 from .selection import SelectionWriter
@@ -20,14 +22,16 @@ _CHANGES: dict[str, object] = {
     "add": changes.add,
     "displace": changes.displace,
     "enter": effects.enter,
-    "filled": effects.filled,
+    "filled": posting.filled,
     "finish": effects.finish,
     "finish_acted": effects.finish_acted,
-    "forward": effects.forward,
+    "lettered": posting.lettered,
     "pause": effects.pause,
     "pause_at": effects.pause_at,
     "pause_for": effects.pause_for,
-    "post": effects.post,
+    "hold": posting.hold,
+    "post": posting.post,
+    "post_on": posting.post_on,
     "refuse": effects.refuse,
     "remove": changes.remove,
     "replace": changes.replace,
@@ -60,13 +64,12 @@ def compile_agent(
     return AgentCode(name, program, beliefs, library, events)
 
 
-def compile_program(library: PlanLibrary, receivers: frozenset[str], private: bool) -> ProgramCode | None:
+def compile_program(library: PlanLibrary, company: Company) -> ProgramCode | None:
     """The compiled form of an agent's plans; None if none has any.
 
     Args:
         library: the plans.
-        receivers: the agents that messages can be sent to.
-        private: whether nothing in the system looks at what intentions consist of.
+        company: the agents of its system.
     """
     plans = [plan for plan in library.plans if not plan.builtin]
     keys = list(dict.fromkeys(plan.trigger.key for plan in plans))
@@ -74,8 +77,8 @@ def compile_program(library: PlanLibrary, receivers: frozenset[str], private: bo
         return None
     program = ProgramCode(frozenset(key for key in keys if key is not None))
     names = Names()
-    forgotten = frozenset(plan.label for plan in plans if private and is_forgotten(plan, library))
-    selection = SelectionWriter(program, names, receivers, forgotten)
+    forgotten = frozenset(plan.label for plan in plans if company.private and is_forgotten(plan, library))
+    selection = SelectionWriter(program, names, company.names, forgotten)
     program.selects.update((key, f"select{place}") for place, key in enumerate(keys) if key is not None)
     for key, name in program.selects.items():
         selection.write(name, key, library.relevant(*key))
@@ -87,6 +90,8 @@ def compile_program(library: PlanLibrary, receivers: frozenset[str], private: bo
         trigger.select = namespace[name]  # type: ignore[assignment]
         if trigger.sign == "+":
             program.noticed[trigger.key] = trigger
+    for key, calm in CalmAnalysis(library, company).calm().items():
+        program.trigger(*key).calm = calm
     for name, code in selection.plans.items():
         assert isinstance(code, PlanCode)
         code.run = namespace[name]  # type: ignore[assignment]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NoReturn
 
-from ..intentions import Letter, Message, Wait
+from ..intentions import Wait
 from ..spinning import leave_alone
 from ..syntax import Act, Plan
-from ..terms import Structure, Term
+from ..terms import Structure
 from .activity import Activity, Args, Goal, begin, returned
 from .program import Annots, TriggerCode
 from .runtime import BailError
@@ -124,44 +124,6 @@ def finish(agent: CompiledAgent, activity: Activity, left: int) -> int:
 def finish_acted(agent: CompiledAgent, activity: Activity, left: int) -> int:
     """As :func:`finish` where the last statement is an action, whose outcome comes in the next cycle."""
     return left if returned(activity) else 1 - left
-
-
-def send(agent: CompiledAgent, receiver: str, force: str, content: Term) -> None:
-    """Send a message."""
-    run = agent.run
-    to = run.agents[receiver]
-    run.deliver(to, Message("self" if to is agent else agent.name, force, content, run.next_message_number()))
-
-
-def forward(agent: CompiledAgent, receiver: str, force: str, form: int, content: Term) -> None:
-    """Send a message of which nothing is known beforehand."""
-    if type(content) is Structure and content.ground:
-        post(agent, receiver, filled(agent, form, content))
-    else:
-        send(agent, receiver, force, content)
-
-
-def filled(agent: CompiledAgent, form: int, content: Args | Structure) -> Letter:
-    """The letter of a form with these arguments, or with this content."""
-    try:
-        return agent.known[form, content]
-    except (KeyError, RecursionError):
-        # Terms nested too deeply to be looked up are for the receiver to complain about.
-        return agent.code.letter(form, content)
-
-
-def post(agent: CompiledAgent, receiver: str, letter: Letter) -> None:
-    """Send a letter."""
-    run = agent.run
-    to = run.agents[receiver]
-    if to.takes_letters:
-        run.sent += 1
-        run.progress += 1
-        to.mailbox.append(letter)
-        if not to.awake:
-            run.wake(to)
-    else:
-        send(agent, receiver, letter.force, letter.content)
 
 
 def wait(agent: CompiledAgent, activity: Activity, ticks: float, left: int) -> int:

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from .agent import CompiledAgent
 
 Annots = tuple[Term, ...]
+Calm = tuple[int, int]
+"""Cycles: with nothing that waits for what is being done, and with a plan that goes on afterwards."""
 Values = tuple[object, ...]
 """What the variables of a plan's body stand for, in the order of :attr:`PlanCode.variables`, None where nothing,
 and then for each of its loops under way the solutions that are left."""
@@ -78,6 +80,8 @@ class TriggerCode:
     sign: str
     key: Key
     select: Select | None = None
+    calm: Calm = (0, 0)
+    """For how many cycles the agent keeps to itself from the one on in which it selects a plan."""
     is_goal: bool = field(init=False)
 
     def __post_init__(self) -> None:

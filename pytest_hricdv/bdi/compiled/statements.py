@@ -225,17 +225,16 @@ def _send(body: BodyWriter, pc: int, call: Call, scope: Scope) -> None:
     told, to = force.functor == "tell", repr(receiver.functor)
     if isinstance(content, Structure) and content.ground:
         body.program.letters.append((receiver.functor, told, content))
-        body.writer.line(f"post(a, {to}, a.letters[{len(body.program.letters) - 1}])")
+        message = f"a.letters[{len(body.program.letters) - 1}]"
     else:
         sent = value(body.writer, content, scope)  # type: ignore[arg-type]
         body.program.forms.append((receiver.functor, told, content if isinstance(content, Structure) else None))
         form = len(body.program.forms) - 1
         if isinstance(content, Structure):
-            args = values(body.writer, content.args, scope)
-            body.writer.line(f"post(a, {to}, filled(a, {form}, {args}))")
+            message = f"filled(a, {form}, {values(body.writer, content.args, scope)})"
         else:
-            body.writer.line(f"forward(a, {to}, {force.functor!r}, {form}, {sent})")
-    body.stop(pc)
+            message = f"lettered(a, {force.functor!r}, {form}, {sent})"
+    body.post(pc, to, message)
 
 
 def _abolish(body: BodyWriter, pc: int, call: Call, scope: Scope) -> None:

@@ -10,7 +10,7 @@ from ..environment import Environment
 from ..prototype import Prototype
 from ..quiet import QUIET_ROUNDS
 from ..scheduler import Run
-from ..spinning import make_up
+from ..spinning import count_from, make_up
 from .diagram import Segment
 from .state import MentalState, mental_state, restore
 from .watching import Notes, Receiver, WatchedTable
@@ -84,6 +84,7 @@ class RecordingRun(Run):
         self.notes = notes
         self.earliest_deadline = math.inf
         self.spinning.clear()
+        self.held = None
         for agent, state in zip(self.agents.values(), states, strict=True):
             assert isinstance(agent, CompiledAgent)
             if isinstance(agent, Receiver):
@@ -127,6 +128,9 @@ class RecordingRun(Run):
         self._progress = self.progress
         self.notes.questions = {}
         self._ended = ""
+        self._furthest = 0
+        for agent in self.spinning.values():
+            count_from(agent, 0)
         ended = self.go(max_rounds)
         if ended == _CUT:
             self._quiet = _QUIET_BEFORE
@@ -157,7 +161,7 @@ class RecordingRun(Run):
 
     def _may_cut(self) -> bool:
         """Whether a receiver has just begun with something, or is about to: then it is most often in a known state."""
-        if self._quiet > _QUIET_BEFORE or self.rounds < _SHORTEST or not self.notes.forwarded:
+        if self._quiet > _QUIET_BEFORE or self.rounds < max(_SHORTEST, self._furthest) or not self.notes.forwarded:
             return False
         ready = self._order[self._ready[-1]] if self._ready else None
         if not isinstance(ready, Receiver) or self.ticks >= self.earliest_deadline:

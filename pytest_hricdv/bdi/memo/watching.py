@@ -143,6 +143,8 @@ class Receiver(CompiledAgent):
         notes: where to note at what it looks.
     """
 
+    __slots__ = ("_annots", "_awaited", "_notes", "watched")
+
     def __init__(self, name: str, run: Run, code: AgentCode, notes: Notes) -> None:
         super().__init__(name, run, code)
         self.is_watched = True
