@@ -19,10 +19,6 @@ if TYPE_CHECKING:
     from .agent import Agent
     from .participant import Participant
 
-FORCES = frozenset(
-    {"tell", "untell", "achieve", "unachieve", "askOne", "askAll", "askHow", "tellHow", "untellHow", "signal"}
-)
-
 _DIRECT = frozenset({"tell", "achieve", "signal"})
 """The forces of messages about a literal that are acted on at once."""
 
@@ -49,12 +45,8 @@ def send(agent: Agent, receiver: str, force: str, content: Term, reply_to: str =
         The number of the message, which an answer refers to.
 
     Raises:
-        EvaluationError: there is no such agent or no such force.
+        EvaluationError: there is no such agent.
     """
-    if force not in FORCES:
-        raise EvaluationError(
-            f"unknown illocutionary force {force}; known are {', '.join(sorted(FORCES))}", "internal_action"
-        )
     to = agent if receiver == "self" else agent.run.agents.get(receiver)
     if to is None:
         raise EvaluationError(f"there is no agent {receiver} to send to", "internal_action")

@@ -14,7 +14,7 @@ MAX_NESTING = 120
 _OPENING = frozenset({"LPAR", "LSQB", "LBRACE"})
 _CLOSING = frozenset({"RPAR", "RSQB", "RBRACE"})
 _NESTING_OPERATORS = frozenset({"MINUS", "PLUS", "STAR", "SLASH", "DIV", "MOD", "POWER", "NOT", "ELIF", "ELSE"})
-_CHAIN_ENDS = frozenset({"DOT", "SEMICOLON", "COMMA"})
+_CHAIN_ENDS = frozenset({"_DOT", "SEMICOLON", "COMMA"})
 
 
 class NestingLimit:

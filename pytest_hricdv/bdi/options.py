@@ -27,7 +27,7 @@ def given_goals(entry: AgentEntry) -> tuple[Structure, ...]:
 
 
 def _read(entry: AgentEntry, text: str, what: str, sign: str) -> Program:
-    source = "".join(f"{sign}{part}." for part in _parts(text.strip().removesuffix(".")))
+    source = " ".join(f"{sign}{part}." for part in _parts(text.strip().removesuffix(".")))
     return parse_program(source, f"{entry.location}: option {what} of agent {entry.name}")
 
 

@@ -23,8 +23,16 @@ MAX_SOURCE = 1_000_000
 """Bytes of a file, a hundred times what any model has; more would take minutes to read, and is no model."""
 
 _BRACKETS = {"LPAR": "(", "LSQB": "[", "LBRACE": "{", "BANG": "!", "QMARK": "?"}
-_HINTS = {"^": "; meta-events such as ^!g are not supported", "'": "; strings are in double quotes"}
-_PUNCTUATION = {"DOT": ".", "SEMICOLON": ";", "COMMA": ",", "RPAR": ")", "RSQB": "]", "RBRACE": "}"}
+_HINTS = {
+    "^": "; meta-events such as ^!g are not supported",
+    "'": "; strings are in double quotes",
+    "%": "; the remainder is 'mod', comments begin with '//'",
+    "#": "; comments begin with '//'",
+    "is": "; values are given with '='",
+    "and": "; conditions are joined by '&'",
+    "or": "; one of several conditions is written with '|'",
+}
+_PUNCTUATION = {"_DOT": ".", "SEMICOLON": ";", "COMMA": ",", "RPAR": ")", "RSQB": "]", "RBRACE": "}"}
 
 
 def parse_program(text: str, file: str = "<text>") -> Program:
@@ -211,7 +219,19 @@ def _unexpected(error: UnexpectedToken, text: str) -> str:
         return "a comment that is not closed"
     if _starts_plan(token, text):
         return f"expected '.' before the next plan, found '{text[(token.start_pos or 1) - 1]}{token}'"
-    return f"expected {_expectation(error.accepts)}, found '{token}'"
+    return f"expected {_expectation(error.accepts)}, found '{token}'{_hint(token, error.accepts, text)}"
+
+
+def _hint(token: Token, accepted: set[str], text: str) -> str:
+    """What to write instead of what other languages have."""
+    in_body = "SEMICOLON" in accepted
+    if token.type == "COMMA" and not accepted & {"RPAR", "RSQB"}:
+        return "; statements are separated by ';'" if in_body else "; conditions are joined by '&'"
+    if token.type == "INTERNAL" and "_DOT" in accepted and not in_body:
+        return "; a full stop needs a space after it"
+    if token.type == "BANG" and text.startswith("!=", token.start_pos):
+        return "; unequal is '\\=='"
+    return _HINTS.get(str(token), "")
 
 
 def _starts_plan(token: Token, text: str) -> bool:

@@ -45,6 +45,13 @@ def test_caret_stays_under_its_column_behind_tabs() -> None:
         ("^!a <- b.", "human.asl:1:1: unexpected character '^'; meta-events such as ^!g are not supported"),
         ("p('x').", 'human.asl:1:3: unexpected character "\'"; strings are in double quotes'),
         ("p(é).", "human.asl:1:3: unexpected character 'é'"),
+        ("+!a <- .b\n  .c.", "human.asl:2:3: expected '.' or ';', found '.c'"),
+        ("p(1).q(2).", "human.asl:1:5: expected '.', found '.q'; a full stop needs a space after it"),
+        ("+!a <- b, c.", "human.asl:1:9: expected '.' or ';', found ','; statements are separated by ';'"),
+        ("p(X) :- q(X), r(X).", "human.asl:1:13: expected '.', found ','; conditions are joined by '&'"),
+        ("+!a : b != c.", "human.asl:1:9: expected '.', found '!'; unequal is '\\=='"),
+        ("+!a <- X is 3.", "human.asl:1:10: expected '.' or ';', found 'is'; values are given with '='"),
+        ("# a", "human.asl:1:1: unexpected character '#'; comments begin with '//'"),
     ],
 )
 def test_message_says_what_was_expected_and_what_came(text: str, message: str) -> None:

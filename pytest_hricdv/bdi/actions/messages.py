@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..communication import FORCES, dispatch, send, text_of
+from ..communication import dispatch, send, text_of
 from ..intentions import Frame, Intention, Question
 from ..terms import Call, ListTerm, is_name
 from ..values import value_of
@@ -19,7 +19,7 @@ _QUESTIONS = frozenset({"askOne", "askAll", "askHow"})
 
 @internal_action("send", 3, 5)
 def _send(invocation: Invocation) -> Outcome:
-    """``.send(Receiver, Force, Content)``; a question with a fourth argument waits there for its answer.
+    """``.send(Receiver, Force, Content)``, where the receiver has plans for a force of one's own; a question with a fourth argument waits there for its answer.
 
     The receiver may be a list of agents, whose answers are then a list in the order in which they came.
     """
@@ -41,7 +41,7 @@ def _prepared_send(call: Call, otherwise: Step) -> Step:
         return otherwise
     receiver, force = (arg.functor for arg in call.args[:2])  # type: ignore[attr-defined]
     content = value_of(call.args[2])  # type: ignore[arg-type]
-    if force not in FORCES or content is None:
+    if content is None:
         return otherwise
 
     def step(agent: Agent, intention: Intention, frame: Frame) -> None:

@@ -172,6 +172,9 @@ def call_action(invocation: Invocation) -> Outcome:
     if action is None:
         check_call(invocation.call)
         raise BdiError(f"{invocation.call.location}: {invocation.call.name} is a function, not an action")
+    if len(invocation.args) < action.least:
+        # As a function it may have fewer arguments.
+        raise _wrong_number(invocation.call, action.least, action.most)
     return action.body(invocation)
 
 
@@ -214,6 +217,10 @@ def check_call(call: Call) -> None:
         raise BdiError(f"{call.location}: unknown internal action {call.name}; {hint}")
     least, most = limits
     if not least <= len(call.args) <= most:
-        takes = str(least) if least == most else f"at least {least}" if most == MANY else f"{least} to {most}"
-        plural = "" if takes == "1" else "s"
-        raise BdiError(f"{call.location}: {call.name} takes {takes} argument{plural}, found {len(call.args)}: {call}")
+        raise _wrong_number(call, least, most)
+
+
+def _wrong_number(call: Call, least: int, most: int) -> BdiError:
+    takes = str(least) if least == most else f"at least {least}" if most == MANY else f"{least} to {most}"
+    plural = "" if takes == "1" else "s"
+    return BdiError(f"{call.location}: {call.name} takes {takes} argument{plural}, found {len(call.args)}: {call}")
