@@ -105,9 +105,8 @@ def no_applicable_plan(agent: Agent, event: Event) -> bool:
         told = f"Found a goal for which there is no {kind} plan:{event}"
         fail_goal(agent, intention or agent.new_intention(), event.sign, event.literal, error, message, told)
     else:
-        agent.run.warn(
-            f"{agent.name}: no applicable plan for {event.sign}{event.literal.plain()}: the intention is dropped"
-        )
+        what = f"{event.sign}{event.literal.plain()}"
+        agent.run.warn(f"{agent.name}: no applicable plan for {what}: the intention is dropped")
         if intention is not None:
             agent.note_end(intention)
     return True

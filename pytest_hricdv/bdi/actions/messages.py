@@ -19,9 +19,10 @@ _QUESTIONS = frozenset({"askOne", "askAll", "askHow"})
 
 @internal_action("send", 3, 5)
 def _send(invocation: Invocation) -> Outcome:
-    """``.send(Receiver, Force, Content)``, where the receiver has plans for a force of one's own; a question with a fourth argument waits there for its answer.
+    """``.send(Receiver, Force, Content)``; a question with a fourth argument waits there for its answer.
 
-    The receiver may be a list of agents, whose answers are then a list in the order in which they came.
+    For a force of one's own, the receiver needs plans. The receiver may be a list of agents, whose answers are then
+    a list in the order in which they came.
     """
     to, force = invocation.value(0), text_of(invocation.value(1))
     receivers = [text_of(item) for item in to.items] if isinstance(to, ListTerm) else [text_of(to)]
