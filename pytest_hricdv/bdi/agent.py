@@ -247,6 +247,8 @@ class Agent(Mind):
 
     def post_goal(self, goal: Structure) -> None:
         """Add a goal to be pursued as an intention of its own."""
+        if self.waits:
+            waiting.wake_by_event(self, "+!", goal)
         self.events.append(Event("+!", goal, None))
 
     def believe(self, belief: Structure, intention: Intention | None = None) -> bool:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import count
+
 from ..communication import add_source, text_of
 from ..terms import ListTerm, Number, String, Structure, Variable, is_ground
 from .registry import Invocation, Outcome, internal_action
@@ -61,8 +64,17 @@ def _my_name(invocation: Invocation) -> Outcome:
 
 @internal_action("random", 1, 2)
 def _random(invocation: Invocation) -> Outcome:
-    drawn = invocation.agent.run.draw()
+    """``.random(X)``, a number; ``.random(X, 5)``, up to five, one a solution; ``.random(Items, X)``, one of a list."""
     if len(invocation) == 1:
-        return invocation.unify(0, Number(drawn))
-    items = invocation.items(0)
+        return invocation.unify(0, Number(invocation.agent.run.draw()))
+    if not isinstance(invocation.value(0), ListTerm):
+        return _several_random(invocation, int(invocation.number(1)))
+    drawn, items = invocation.agent.run.draw(), invocation.items(0)
     return bool(items) and invocation.unify(1, items[int(drawn * len(items))])
+
+
+def _several_random(invocation: Invocation, most: int) -> Iterator[object]:
+    """Numbers without end if asked for none."""
+    for number in count() if most == 0 else range(most):
+        if invocation.unify(0, Number(invocation.agent.run.draw())):
+            yield number
