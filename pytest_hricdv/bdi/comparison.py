@@ -51,10 +51,11 @@ def _valued(term: Term) -> Term:
 def _univ(left: Term, right: Term, env: Bindings, trail: Trail) -> bool:
     """``p(a)[b] =.. [p,[a],[b]]``, to take a literal apart or to build one."""
     if isinstance(left, Structure):
-        parts = ListTerm((Structure(left.functor), ListTerm(left.args), ListTerm(left.annots)))
+        parts = ListTerm((Structure(left.functor, negated=left.negated), ListTerm(left.args), ListTerm(left.annots)))
         return unify(parts, right, env, trail)
     if isinstance(right, ListTerm) and len(right.items) == 3:
         functor, args, annots = (walk(item, env) for item in right.items)
         if isinstance(functor, Structure) and isinstance(args, ListTerm) and isinstance(annots, ListTerm):
-            return unify(left, Structure(functor.functor, args.items).annotated(annots.items), env, trail)
+            built = Structure(functor.functor, args.items, (), functor.negated).annotated(annots.items)
+            return unify(left, built, env, trail)
     raise EvaluationError(f"neither side of {left} =.. {right} is known")

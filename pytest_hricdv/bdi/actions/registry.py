@@ -178,6 +178,12 @@ def call_action(invocation: Invocation) -> Outcome:
     return action.body(invocation)
 
 
+def is_function(call: Call) -> bool:
+    """Whether a call stands for a value, not for something to do or to ask."""
+    action = ACTIONS.get(call.name)
+    return call.name in FUNCTIONS and (action is None or len(call.args) < action.least)
+
+
 def check_calls(program: Program) -> None:
     """See that all internal actions and functions of a program exist and get as many arguments as they take.
 

@@ -12,7 +12,7 @@ from ..intentions import Frame, Intention, Wait
 from ..parser import parse_trigger
 from ..syntax import Internal, Plan, Trigger
 from ..terms import SOURCE_SELF, Arithmetic, Call, Number, Quoted, String, Structure, Variable
-from .registry import WRONG, Invocation, Outcome, internal_action, prepared
+from .registry import WRONG, Invocation, Outcome, internal_action, is_function, prepared
 
 if TYPE_CHECKING:
     from ..agent import Agent
@@ -111,7 +111,9 @@ def _cause(agent: Agent, trigger: Trigger) -> bool:
 
 
 def _is_value(what: object) -> bool:
-    return isinstance(what, (Number, String, Quoted, Variable, Arithmetic))
+    return isinstance(what, (Number, String, Quoted, Variable, Arithmetic)) or (
+        isinstance(what, Call) and is_function(what)
+    )
 
 
 def _trigger(value: String | Quoted) -> Trigger:
