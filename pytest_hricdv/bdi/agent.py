@@ -8,16 +8,13 @@ from . import communication, failure, perception, waiting
 from .actions import Invocation, call_action, function_value
 from .calling import hand_back, optimize_tail_recursion
 from .conditions import ask
-from .errors import BdiError, EvaluationError
+from .errors import EvaluationError
 from .execution import step_of
-from .formulas import Formula
-from .inference import MAX_NESTED_QUERIES
 from .intentions import Event, Frame, Intention, Message
 from .mind import Mind
 from .spinning import take_up
 from .substitution import Bindings, substitute
-from .syntax import Plan
-from .terms import Call, Structure, Term, Variable
+from .terms import Call, Structure, Term
 from .unify import Trail
 
 
@@ -49,14 +46,19 @@ class Agent(Mind):
             The number of cycles done that are not yet in the run's books.
         """
         run = self.run
+        self.left = rounds
+        self.disturbed = not begun
         while True:
-            if not begun:
+            if self.disturbed:
+                self.disturbed = False
                 if self.spin is not None:
                     take_up(self)
                 if self._percept_versions.get(self.name, 0) != self._seen_percepts or self.woken:
                     self._look_around()
                 if self.mailbox:
                     self.receive(self.mailbox.popleft())
+                    if self.mailbox:
+                        self.disturbed = True
             while self.events:
                 event = self.events.popleft() if self._atomic is None else self._atomic_event()
                 if event is None or self._react(event):
@@ -64,11 +66,14 @@ class Agent(Mind):
             if self.feedback:
                 self._take_outcome()
             self.act()
-            # Another agent has something to do, a wait is over, or the run ends.
-            if rounds == 1 or not self.awake or self.spin is not None or run.something_else_can_happen():
+            if self.left == 1 or not self.awake:
                 return 1
-            begun = False
-            rounds -= 1
+            # Another agent has something to do, a wait is over, or the run ends.
+            if (self.disturbed or self.waits or self.questions) and (
+                self.spin is not None or run.something_else_can_happen()
+            ):
+                return 1
+            self.left -= 1
             run.rounds += 1
 
     def _look_around(self) -> None:
@@ -76,6 +81,8 @@ class Agent(Mind):
         woken, self.woken = self.woken, []
         for intention in woken:
             self.resume(intention)
+        # Looking may be what makes the world change.
+        self.disturbed = True
         version = self._percept_versions.get(self.name, 0)
         if version != self._seen_percepts:
             self._seen_percepts = version
@@ -90,27 +97,54 @@ class Agent(Mind):
             failure.fail(self, intention, "action_failed", "the action failed in the environment")
 
     def act(self) -> None:
-        """The last part of a cycle: one statement."""
+        """The last part of a cycle: one statement; and the cycles after it that are nothing but the next statement."""
         if self.intentions:
             intention = self.intentions.popleft() if self._atomic is None else self._atomic_intention()
             if intention is not None:
                 frame = intention.frames[-1]
-                body, pc = frame.body, frame.pc
-                if pc >= len(body):
+                if frame.pc >= len(frame.body):
                     self.clear(intention)
                 else:
-                    self.current = intention
-                    try:
-                        (body[pc].step or step_of(body[pc], frame.plan))(self, intention, frame)
-                    except (EvaluationError, ArithmeticError, ValueError) as error:
-                        failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
-                    finally:
-                        self.current = None
+                    self._execute(intention, frame)
         if self.waits and self.beliefs.version != self._condition_version:
             self._condition_version = self.beliefs.version
             waiting.wake_by_conditions(self)
-        if not self.intentions and not self.events:
-            self.awake = self.has_work()
+        if not (self.intentions or self.events or self.feedback):
+            self.awake = self.has_news()
+
+    def _execute(self, intention: Intention, frame: Frame) -> None:
+        """Do the statement an intention is at, and those after it, one a cycle, while nothing can come between."""
+        self.current = intention
+        try:
+            while True:
+                statement = frame.body[frame.pc]
+                done = (statement.step or step_of(statement, frame.plan))(self, intention, frame)
+                if not done:
+                    break
+                frame.pc += 1
+                if frame.pc >= len(frame.body) or self.suspending:
+                    self._go_on_after(intention, frame)
+                    return
+                if (
+                    self.left == 1
+                    or self.disturbed
+                    or self.intentions
+                    or self.feedback
+                    or self.events
+                    or self.waits
+                    or self.questions
+                ):
+                    self.intentions.append(intention)
+                    return
+                self.left -= 1
+                self.run.rounds += 1
+            if done is None:
+                self.disturbed = True
+        except (EvaluationError, ArithmeticError, ValueError) as error:
+            self.disturbed = True
+            failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
+        finally:
+            self.current = None
 
     def end_waits(self, now: int) -> None:
         """Let the intentions go on, or fail, whose wait is over at a tick of the virtual clock."""
@@ -124,19 +158,12 @@ class Agent(Mind):
         """Act on one message."""
         communication.receive(self, message)
 
-    def _atomic_event(self) -> Event | None:
-        """The event of the intention that must not be interleaved with others.
+    def _react(self, event: Event) -> Frame | bool:
+        """Find a plan for an event, and add it to the intention that waits for it, or to a new one.
 
-        None if it is ready, or waits for an answer, an action or time: nothing may come between.
+        Returns:
+            The plan; without one, whether that was all: if not, another event is selected at once.
         """
-        for event in self.events:
-            if event.intention is self._atomic:
-                self.events.remove(event)
-                return event
-        return None
-
-    def _react(self, event: Event) -> bool:
-        """Find a plan for an event; False for a belief event without one: another event is selected at once."""
         literal, beliefs = event.literal, self.beliefs
         held = beliefs.held
         for plan, needed, match, condition in self.library.options[event.sign][literal.key]:
@@ -156,45 +183,25 @@ class Agent(Mind):
                     continue
                 if not applicable:
                     continue
-            self._intend(event, plan, unifier)
-            return True
+            intention = event.intention
+            if intention is None:
+                intention = self.new_intention()
+            elif intention.frames and intention.frames[-1].literal.key == literal.key:
+                optimize_tail_recursion(intention, event)
+            frame = Frame(plan, event.sign, literal, unifier)
+            intention.frames.append(frame)
+            self.intentions.append(intention)
+            if not plan.builtin:
+                self.executed.append(plan.label)
+            if plan.atomic:
+                self._atomic = intention
+            return frame
         intention = event.intention
         if intention is None or len(event.sign) > 1:
             return failure.no_applicable_plan(self, event)
         # The belief update that the event is about is done: it needs no plan.
         self.resume(intention)
         return True
-
-    def _intend(self, event: Event, plan: Plan, unifier: Bindings) -> None:
-        """Add a plan for an event to the intention that waits for it, or to a new one."""
-        if not plan.builtin:
-            self.executed.append(plan.label)
-        intention = event.intention
-        if intention is None:
-            intention = self.new_intention()
-        elif intention.frames and intention.frames[-1].literal.key == event.literal.key:
-            optimize_tail_recursion(intention, event)
-        intention.frames.append(Frame(plan, event.sign, event.literal, unifier))
-        if plan.atomic:
-            self._atomic = intention
-        self.intentions.append(intention)
-
-    def _atomic_intention(self) -> Intention | None:
-        """The intention that must not be interleaved with others.
-
-        None if it waits for its own event or for time to pass: nothing may come between.
-        """
-        atomic = self._atomic
-        if atomic is None or atomic not in self.intentions:
-            return None
-        self.intentions.remove(atomic)
-        return atomic
-
-    def only_spins(self, goal: Structure) -> bool:
-        """Whether the event of a goal is all that it has, and nothing but what comes from outside changes that."""
-        if len(self.events) > 1 or self.suspending or self.has_news():
-            return False
-        return not self.beliefs.open and self.library.is_steady(goal.key)
 
     # --- intentions
 
@@ -206,24 +213,26 @@ class Agent(Mind):
             return
         frame = frames[-1]
         frame.pc += 1
-        if frame.pc >= len(frame.body):
+        self._go_on_after(intention, frame)
+
+    def _go_on_after(self, intention: Intention, frame: Frame) -> None:
+        """Make an intention ready for the statement it is at now, or end the plan if it has none left."""
+        if frame.blocks:
             frame.leave_blocks()
-            if frame.pc >= len(frame.body):
-                self.clear(intention)
-                return
-        if self.suspending:
+        if frame.pc < len(frame.body):
             self.ready(intention)
         else:
-            self.intentions.append(intention)
+            self.clear(intention)
 
     def clear(self, intention: Intention) -> None:
         """Take finished plans off an intention; it goes on where they were called, or ends."""
-        frames, run = intention.frames, self.run
-        goals_matter = not run.plain
+        frames, goals_matter = intention.frames, not self.run.plain
+        if goals_matter:
+            self.disturbed = True
         while frames and (done := frames[-1]).pc >= len(done.body):
-            frames.pop()
+            del frames[-1]
             if goals_matter and done.sign == "+!":
-                run.note_achieved(self.name, done.literal)
+                self.run.note_achieved(self.name, done.literal)
             if frames:
                 caller = frames[-1]
                 if not done.literal.ground:
@@ -242,8 +251,30 @@ class Agent(Mind):
         """Add an event; an external one that no plan is for is only shown to those who wait for it."""
         if self.waits:
             waiting.wake_by_event(self, sign, literal)
-        if intention is not None or self.library.options[sign][literal.key]:
-            self.events.append(Event(sign, literal, intention))
+        if intention is not None:
+            event = intention.event
+            event.sign = sign
+            event.literal = literal
+            self.events.append(event)
+        elif self.library.options[sign][literal.key]:
+            self.events.append(Event(sign, literal, None))
+
+    def has_updated(self, sign: str, literal: Structure, intention: Intention, frame: Frame) -> bool:
+        """Post the event of a belief update that is an intention's statement.
+
+        Returns:
+            Whether the intention can go on at once. It can when no plan is for the event, and it would be selected and
+            passed over in the next cycle, which will follow for certain.
+        """
+        if (
+            self.left > 1
+            and not (self.disturbed or self.events or self.waits or self.questions)
+            and not self.library.options[sign][literal.key]
+            and frame.pc + 1 < len(frame.body)
+        ):
+            return True
+        self.post(sign, literal, intention)
+        return False
 
     def post_goal(self, goal: Structure) -> None:
         """Add a goal to be pursued as an intention of its own."""
@@ -251,28 +282,20 @@ class Agent(Mind):
             waiting.wake_by_event(self, "+!", goal)
         self.events.append(Event("+!", goal, None))
 
-    def believe(self, belief: Structure, intention: Intention | None = None) -> bool:
-        """Add a belief and post its event; False if that changes nothing."""
+    def believe(self, belief: Structure) -> None:
+        """Add a belief and post its event, if that changes anything."""
         new = self.beliefs.add(belief)
-        if new is None:
-            return False
-        self.run.progress += 1
-        self.post("+", new, intention)
-        return True
+        if new is not None:
+            self.run.progress += 1
+            self.post("+", new, None)
 
-    def disbelieve(self, belief: Structure, intention: Intention | None = None) -> bool:
-        """Remove a belief's annotations and post its event; False if that changes nothing."""
-        if not self.beliefs.remove(belief):
-            return False
-        self.run.progress += 1
-        self.post("-", belief, intention)
-        return True
+    def disbelieve(self, belief: Structure) -> None:
+        """Remove a belief's annotations and post its event, if that changes anything."""
+        if self.beliefs.remove(belief):
+            self.run.progress += 1
+            self.post("-", belief, None)
 
     # --- evaluation
-
-    def fresh(self) -> Variable:
-        """A variable that occurs nowhere else in the run."""
-        return self.run.fresh()
 
     def value(self, term: Term, bindings: Bindings) -> Term:
         """The term with variables replaced and expressions evaluated."""
@@ -286,28 +309,5 @@ class Agent(Mind):
 
     def call(self, call: Call, bindings: Bindings, trail: Trail) -> bool | Iterator[object]:
         """The outcome of an internal action as a condition."""
+        self.disturbed = True
         return call_action(Invocation(self, call, bindings, trail, None))
-
-    def enter_query(self, formula: Formula) -> None:
-        """Count a query within queries.
-
-        Raises:
-            BdiError: too many of them: rules that call each other through ``not`` for ever.
-        """
-        self._queries += 1
-        if self._queries > MAX_NESTED_QUERIES:
-            raise BdiError(f"{self.name}: runaway recursion while looking for {formula}: {self.doing()}")
-
-    def leave_query(self) -> None:
-        """The end of a query."""
-        self._queries -= 1
-
-    def doing(self) -> str:
-        """Where the agent is, for error messages."""
-        if self.current is not None and self.current.frames:
-            frame = self.current.frames[-1]
-            place = frame.plan.location if frame.finished else frame.statement.location
-            return f"in plan @{frame.plan.label} ({place})"
-        if self._considered is not None:
-            return f"in the context of plan @{self._considered.label} ({self._considered.location})"
-        return "before any plan"

@@ -60,22 +60,22 @@ class BeliefBase:
             What is new: the belief, or the belief with those of its annotations that were not held; None
             if nothing is, as when a belief is added again from the same source.
         """
-        bucket = self.buckets.get(belief.key)
+        key, args = belief.key, belief.args
+        bucket = self.buckets.get(key)
         if bucket is None:
-            bucket = self.buckets[belief.key] = {}
-        args = belief.args
+            bucket = self.buckets[key] = {}
         held = bucket.get(args)
-        if isinstance(held, Structure):
+        if held is None:
+            bucket[args] = belief
+            self.held.add(key)
+        elif isinstance(held, Structure):
             new = tuple(annot for annot in belief.annots if annot not in held.annots)
             if not new:
                 return None
             bucket[args] = held.annotated(held.annots + new)
             belief = belief if len(new) == len(belief.annots) else belief.annotated(new)
-        else:
-            bucket[args] = belief
-            self.held.add(belief.key)
         if not belief.ground:
-            self.open.add(belief.key)
+            self.open.add(key)
         self.version += 1
         return belief
 
@@ -91,7 +91,7 @@ class BeliefBase:
         (held,) = bucket.values()
         if not isinstance(held, Structure) or held.annots != belief.annots:
             return None
-        del bucket[held.args]
+        bucket.clear()
         bucket[belief.args] = belief
         self.version += 1
         return held

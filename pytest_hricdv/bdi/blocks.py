@@ -20,9 +20,10 @@ def choose(statement: If) -> Step:
     """How to go into one block or the other."""
     holds = question_of(statement.condition)
 
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
         frame.enter(statement.then if holds(agent, frame) else statement.otherwise, None)
         _requeue(agent, intention, frame)
+        return False
 
     return step
 
@@ -31,7 +32,7 @@ def repeat(statement: While) -> Step:
     """How to go round while a condition holds."""
     holds = question_of(statement.condition)
 
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
         loop = _loop(frame, statement, lambda: deque())
         # What was bound the last time round is not bound any more.
         frame.unifier = dict(loop.outer)
@@ -40,6 +41,7 @@ def repeat(statement: While) -> Step:
             _requeue(agent, intention, frame)
         else:
             _leave_loop(agent, intention, frame, loop)
+        return False
 
     return step
 
@@ -51,7 +53,7 @@ def for_each(statement: For) -> Step:
     """
     solutions = solutions_of(statement.condition)
 
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
         loop = _loop(frame, statement, lambda: deque(solutions(agent, frame.unifier)))
         if loop.solutions:
             frame.unifier = loop.solutions.popleft()
@@ -59,6 +61,7 @@ def for_each(statement: For) -> Step:
             _requeue(agent, intention, frame)
         else:
             _leave_loop(agent, intention, frame, loop)
+        return False
 
     return step
 

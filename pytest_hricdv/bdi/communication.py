@@ -17,7 +17,6 @@ from .unify import undo, unify
 
 if TYPE_CHECKING:
     from .agent import Agent
-    from .participant import Participant
 
 _DIRECT = frozenset({"tell", "achieve", "signal"})
 """The forces of messages about a literal that are acted on at once."""
@@ -54,11 +53,6 @@ def send(agent: Agent, receiver: str, force: str, content: Term, reply_to: str =
         # The receiver's plans may have variables of the same names.
         renaming: Bindings = {variable: agent.fresh() for variable in free_variables(content)}
         content = substitute_only(content, renaming) if renaming else content
-    return dispatch(agent, to, force, content, reply_to)
-
-
-def dispatch(agent: Agent, to: Participant, force: str, content: Term, reply_to: str = "") -> str:
-    """Send a message without variables that is known to be well-formed."""
     number = agent.run.next_message_number()
     agent.run.deliver(to, Message("self" if to is agent else agent.name, force, content, number, reply_to))
     return number
@@ -66,10 +60,11 @@ def dispatch(agent: Agent, to: Participant, force: str, content: Term, reply_to:
 
 def receive(agent: Agent, message: Message) -> None:
     """Act on one message."""
-    question = agent.questions.pop(message.reply_to, None) if message.reply_to else None
-    if question is not None:
-        _answered(agent, question, message)
-        return
+    if message.reply_to:
+        question = agent.questions.pop(message.reply_to, None)
+        if question is not None:
+            _answered(agent, question, message)
+            return
     content, force = message.content, message.force
     if force not in _DIRECT or agent.has_own_message_plans or not isinstance(content, Structure):
         args = (Structure(message.sender), Structure(message.force), content, String(message.number))

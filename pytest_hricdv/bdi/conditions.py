@@ -16,7 +16,7 @@ from .formulas import And, Comparison, Formula, Not
 from .inference import first, solve
 from .intentions import Frame
 from .substitution import Bindings
-from .terms import Number, Structure, Term, Variable, is_ground
+from .terms import Key, Number, Structure, Term, Variable, is_ground
 from .unify import Trail, unify
 from .values import Value, value_of
 
@@ -198,8 +198,6 @@ def _only_belief(literal: Structure) -> Condition:
     """For a literal with variables: decided if there is no belief or one, which is no rule."""
     key, args, annots = literal.key, literal.args, literal.annots
     only_names = _are_names(args)
-    # The commonest such literal: its only argument is a variable.
-    only_name = args[0] if len(args) == 1 and isinstance(args[0], Variable) else None
 
     def condition(agent: Agent, bindings: Bindings) -> bool | None:
         bucket = agent.beliefs.buckets.get(key)
@@ -210,13 +208,30 @@ def _only_belief(literal: Structure) -> Condition:
         (belief,) = bucket.values()
         if not isinstance(belief, Structure):
             return None
-        if only_name is not None and belief.ground and only_name not in bindings:
-            (bindings[only_name],) = belief.args
-        elif only_names and belief.ground and bindings.keys().isdisjoint(args):
+        if only_names and belief.ground and bindings.keys().isdisjoint(args):
             bindings.update(zip(args, belief.args, strict=True))  # type: ignore[arg-type]
         elif not _unify_all(args, belief.args, bindings):
             return False
         return not annots or _has_annotations(belief, annots)
+
+    if len(args) == 1 and isinstance(args[0], Variable) and not annots:
+        return _only_value(key, args[0], condition)
+    return condition
+
+
+def _only_value(key: Key, name: Variable, otherwise: Condition) -> Condition:
+    """For the commonest such literal: its only argument is a variable."""
+
+    def condition(agent: Agent, bindings: Bindings) -> bool | None:
+        bucket = agent.beliefs.buckets.get(key)
+        if not bucket:
+            return False
+        if len(bucket) == 1:
+            (belief,) = bucket.values()
+            if type(belief) is Structure and belief.ground and name not in bindings:
+                (bindings[name],) = belief.args
+                return True
+        return otherwise(agent, bindings)
 
     return condition
 

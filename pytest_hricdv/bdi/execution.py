@@ -24,10 +24,13 @@ from .updates import believe
 if TYPE_CHECKING:
     from .agent import Agent
 
-Step = Callable[["Agent", Intention, Frame], None]
-"""Executes a statement for an intention that is at it; afterwards the intention is where it belongs: ready, waiting,
-failed or ended. Raises an EvaluationError if the statement fails because something in it has no value, and a BdiError
-if the run cannot go on."""
+Step = Callable[["Agent", Intention, Frame], bool | None]
+"""Executes a statement for an intention that is at it.
+
+True if it is done and the intention is to go on with the next; if not, the intention is where it belongs: waiting,
+failed, ended, or ready for something else. None if, besides, others may have been given something to do, or the run
+ends. Raises an EvaluationError if the statement fails because something in it has no value, and a BdiError if the run
+cannot go on."""
 
 
 def step_of(statement: Statement, plan: Plan) -> Step:
@@ -39,13 +42,15 @@ def step_of(statement: Statement, plan: Plan) -> Step:
 
 
 def _achieve(statement: Achieve) -> Step:
-    ready = statement.ready
     if statement.apart:
         return _achieve_apart(statement)
-    if ready is not None:
-        return lambda agent, intention, frame: agent.post("+!", ready, intention)
-    make = maker_of(statement.literal)
-    return lambda agent, intention, frame: agent.post("+!", make(agent, frame), intention)
+    ready, make = statement.ready, maker_of(statement.literal)
+
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
+        agent.post("+!", ready or make(agent, frame), intention)
+        return False
+
+    return step
 
 
 def _again(plan: Plan) -> Step:
@@ -64,9 +69,9 @@ def _again(plan: Plan) -> Step:
 
 
 def _achieve_apart(statement: Achieve) -> Step:
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
         agent.post_goal(statement.ready or instantiate(agent, statement.literal, frame))
-        agent.go_on(intention)
+        return True
 
     return step
 
@@ -75,16 +80,16 @@ def _test(statement: Test) -> Step:
     formula = statement.formula
     holds = question_of(formula)
 
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
         if holds(agent, frame):
-            agent.go_on(intention)
-            return
+            return True
         if isinstance(formula, (Structure, Variable, Annotated)):
             literal = instantiate(agent, formula, frame)
             if agent.library.relevant("+?", literal.key):
                 agent.post("+?", literal, intention)
-                return
+                return False
         failure.fail(agent, intention, "test_goal_failed", f"test goal {statement} failed")
+        return False
 
     return step
 
@@ -106,15 +111,15 @@ def _act(statement: Act) -> Step:
 def _perform(statement: Act, variable: Variable) -> Step:
     """For a variable: the action, or the body, that it stands for."""
 
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool | None:
         value = agent.value(variable, frame.unifier)
         if isinstance(value, Quoted) and isinstance(value.plan, tuple):
             frame.enter(value.plan, None)
-            step_of(frame.statement, frame.plan)(agent, intention, frame)
-            return
+            return step_of(frame.statement, frame.plan)(agent, intention, frame)
         action = literal_of(agent, variable, frame.unifier)
         success = agent.run.act(agent.name, action, frame.plan, statement)
         agent.feedback.append((intention, success))
+        return None
 
     return step
 
@@ -147,11 +152,11 @@ def _check(statement: Check) -> Step:
 
 
 def _checked(statement: Check, holds: Callable[[Agent, Frame], bool]) -> Step:
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
         if holds(agent, frame):
-            agent.go_on(intention)
-        else:
-            failure.fail(agent, intention, "constraint_failed", f"condition {statement} does not hold")
+            return True
+        failure.fail(agent, intention, "constraint_failed", f"condition {statement} does not hold")
+        return False
 
     return step
 

@@ -25,6 +25,9 @@ def duration(wait_ms: float) -> float:
     return length if length.is_integer() else math.ceil(round(length, 6))
 
 
+NO_LITERAL = Structure("")
+
+
 class Event:
     """Something an agent may react to; an internal one carries the intention that waits for it."""
 
@@ -95,11 +98,13 @@ class Frame:
 class Intention:
     """A stack of plans, the one being executed last."""
 
-    __slots__ = ("frames", "number")
+    __slots__ = ("event", "frames", "number")
 
     def __init__(self, number: int) -> None:
         self.number = number
         self.frames: list[Frame] = []
+        self.event = Event("", NO_LITERAL, self)
+        """What it waits for, if it does: there is never more than one event that it waits for."""
 
     @property
     def atomic(self) -> bool:

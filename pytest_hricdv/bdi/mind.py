@@ -6,11 +6,14 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from .beliefs import BeliefBase
+from .errors import BdiError
+from .formulas import Formula
+from .inference import MAX_NESTED_QUERIES
 from .intentions import Event, Intention, Message, Question, Wait
 from .library import PlanLibrary
 from .spinning import Spin
 from .syntax import Plan
-from .terms import Structure
+from .terms import Structure, Variable
 
 if TYPE_CHECKING:
     from .scheduler import Run
@@ -62,6 +65,10 @@ class Mind:
         """The labels of the plans selected as intended means, in order."""
         self.current: Intention | None = None
         """The intention whose statement is being executed."""
+        self.left = 1
+        """How many cycles it may do at once, the one under way among them."""
+        self.disturbed = True
+        """Whether more may have changed than what it believes and intends, so that it has to look around."""
         self.has_own_message_plans = library.has_own_message_plans
         self._considered: Plan | None = None
         self._atomic: Intention | None = None
@@ -124,3 +131,59 @@ class Mind:
         """An intention has ended, by success or failure."""
         if self._atomic is intention:
             self._atomic = None
+
+    def _atomic_event(self) -> Event | None:
+        """The event of the intention that must not be interleaved with others.
+
+        None if it is ready, or waits for an answer, an action or time: nothing may come between.
+        """
+        for event in self.events:
+            if event.intention is self._atomic:
+                self.events.remove(event)
+                return event
+        return None
+
+    def _atomic_intention(self) -> Intention | None:
+        """The intention that must not be interleaved with others.
+
+        None if it waits for its own event or for time to pass: nothing may come between.
+        """
+        atomic = self._atomic
+        if atomic is None or atomic not in self.intentions:
+            return None
+        self.intentions.remove(atomic)
+        return atomic
+
+    def only_spins(self, goal: Structure) -> bool:
+        """Whether the event of a goal is all that it has, and nothing but what comes from outside changes that."""
+        if len(self.events) > 1 or self.suspending or self.has_news():
+            return False
+        return not self.beliefs.open and self.library.is_steady(goal.key)
+
+    def fresh(self) -> Variable:
+        """A variable that occurs nowhere else in the run."""
+        return self.run.fresh()
+
+    def enter_query(self, formula: Formula) -> None:
+        """Count a query within queries.
+
+        Raises:
+            BdiError: too many of them: rules that call each other through ``not`` for ever.
+        """
+        self._queries += 1
+        if self._queries > MAX_NESTED_QUERIES:
+            raise BdiError(f"{self.name}: runaway recursion while looking for {formula}: {self.doing()}")
+
+    def leave_query(self) -> None:
+        """The end of a query."""
+        self._queries -= 1
+
+    def doing(self) -> str:
+        """Where the agent is, for error messages."""
+        if self.current is not None and self.current.frames:
+            frame = self.current.frames[-1]
+            place = frame.plan.location if frame.finished else frame.statement.location
+            return f"in plan @{frame.plan.label} ({place})"
+        if self._considered is not None:
+            return f"in the context of plan @{self._considered.label} ({self._considered.location})"
+        return "before any plan"

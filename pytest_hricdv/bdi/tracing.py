@@ -17,7 +17,7 @@ from .agent import Agent
 from .beliefs import BeliefBase
 from .errors import BdiError, Location
 from .formulas import And, Formula
-from .intentions import Event, Intention, Message
+from .intentions import Event, Frame, Intention, Message
 from .jitter import JitteredRun
 from .library import PlanLibrary
 from .participant import Participant
@@ -226,18 +226,14 @@ class TracedAgent(Agent):
         super().post_goal(goal)
         self._events[id(self.events[-1])] = step
 
-    def _react(self, event: Event) -> bool:
+    def _react(self, event: Event) -> Frame | bool:
         self.cause = self._events.pop(id(event), None)
         reacted = super()._react(event)
+        if isinstance(reacted, Frame):
+            step = self._note_plan(reacted.plan, reacted.unifier)
+            self._frames[id(reacted)] = self._intentions[id(self.intentions[-1])] = step
         self.cause = None
         return reacted
-
-    def _intend(self, event: Event, plan: Plan, unifier: Bindings) -> None:
-        step = self._note_plan(plan, unifier)
-        super()._intend(event, plan, unifier)
-        intention = self.intentions[-1]
-        self._frames[id(intention.frames[-1])] = step
-        self._intentions[id(intention)] = step
 
     @property
     def current(self) -> Intention | None:

@@ -23,58 +23,62 @@ def believe(statement: Believe) -> Step:
 
 
 def _add(make: Maker) -> Step:
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
-        if not agent.believe(make(agent, frame), intention):
-            agent.go_on(intention)
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
+        new = agent.beliefs.add(make(agent, frame))
+        if new is None:
+            return True
+        agent.run.progress += 1
+        return agent.has_updated("+", new, intention, frame)
 
     return step
 
 
 def _add_apart(make: Maker) -> Step:
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
-        agent.believe(make(agent, frame), None)
-        agent.go_on(intention)
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
+        agent.believe(make(agent, frame))
+        return True
 
     return step
 
 
 def _replace(make: Maker) -> Step:
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
         literal = make(agent, frame)
         held = agent.beliefs.replace(literal)
         if held is not None:
             agent.run.progress += 2
             agent.post("-", held, None)
-            agent.post("+", literal, intention)
-            return
+            return agent.has_updated("+", literal, intention, frame)
         _delete_any(agent, literal)
-        if not agent.believe(literal, intention):
-            agent.go_on(intention)
+        new = agent.beliefs.add(literal)
+        if new is None:
+            return True
+        agent.run.progress += 1
+        return agent.has_updated("+", new, intention, frame)
 
     return step
 
 
 def _delete(make: Maker) -> Step:
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
         literal = make(agent, frame)
-        if literal.ground:
-            changed = agent.disbelieve(literal, intention)
-        else:
-            changed = _delete_first(agent, intention, frame, literal)
-        if not changed:
-            agent.go_on(intention)
+        found = literal if literal.ground else _first_match(agent, frame, literal)
+        if found is None or not agent.beliefs.remove(found):
+            return True
+        agent.run.progress += 1
+        return agent.has_updated("-", found, intention, frame)
 
     return step
 
 
-def _delete_first(agent: Agent, intention: Intention, frame: Frame, literal: Structure) -> bool:
-    """Delete the first belief that matches, if any."""
+def _first_match(agent: Agent, frame: Frame, literal: Structure) -> Structure | None:
+    """The first belief that matches, as that literal; None if there is none."""
     solution = first(agent, literal, frame.unifier)
     if solution is None:
-        return False
+        return None
     frame.unifier = solution
     found = agent.value(literal, solution)
-    return isinstance(found, Structure) and agent.disbelieve(found, intention)
+    return found if isinstance(found, Structure) else None
 
 
 def _delete_any(agent: Agent, literal: Structure) -> None:

@@ -21,6 +21,7 @@ def wake_by_event(agent: Agent, sign: str, literal: Structure) -> None:
         if wait.trigger is not None and _is_awaited(wait, wait.trigger, sign, literal):
             _end(agent, wait)
             agent.woken.append(wait.intention)
+            agent.disturbed = True
 
 
 def _is_awaited(wait: Wait, trigger: Trigger, sign: str, literal: Structure) -> bool:
@@ -43,6 +44,7 @@ def wake_by_conditions(agent: Agent) -> None:
             frame.unifier = solution
             _end(agent, wait)
             agent.woken.append(wait.intention)
+            agent.disturbed = True
 
 
 def _end(agent: Agent, wait: Wait) -> None:

@@ -87,14 +87,13 @@ def _prepared_abolish(call: Call, otherwise: Step) -> Step:
     if not isinstance(literal, Structure) or literal.args or not literal.ground or literal.annots:
         return otherwise
 
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool | None:
         if literal.key in agent.beliefs.open:
-            otherwise(agent, intention, frame)
-            return
+            return otherwise(agent, intention, frame)
         held = agent.beliefs.bucket(literal.key).get(())
         if isinstance(held, Structure):
             agent.disbelieve(held)
-        agent.go_on(intention)
+        return True
 
     return step
 

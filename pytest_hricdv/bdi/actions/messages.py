@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..communication import dispatch, send, text_of
-from ..intentions import Frame, Intention, Question
+from ..communication import send, text_of
+from ..intentions import Frame, Intention, Message, Question
 from ..terms import Call, ListTerm, is_name
 from ..values import value_of
 from .registry import Invocation, Outcome, internal_action, prepared
@@ -45,13 +45,15 @@ def _prepared_send(call: Call, otherwise: Step) -> Step:
     if content is None:
         return otherwise
 
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
-        to, what = agent.run.agents.get(receiver), content(frame.unifier)
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool | None:
+        run = agent.run
+        to, what = run.agents.get(receiver), content(frame.unifier)
         if to is None or what is None or receiver == "self":
-            otherwise(agent, intention, frame)
-        else:
-            dispatch(agent, to, force, what)
-            agent.go_on(intention)
+            return otherwise(agent, intention, frame)
+        sender = "self" if to is agent else agent.name
+        run.deliver(to, Message(sender, force, what, run.next_message_number()))
+        agent.disturbed = True
+        return True
 
     return step
 
