@@ -113,8 +113,11 @@ def _range(invocation: Invocation) -> Iterator[object]:
             yield number
 
 
-@internal_action("delete", 3)
+@internal_action("delete", 3, 4)
 def _delete(invocation: Invocation) -> Outcome:
+    """``.delete(Item, List, Rest)``, by place if that is a number; ``.delete(Start, End, List, Rest)``, up to the end."""
+    if len(invocation) == 4:
+        return _delete_range(invocation)
     unwanted, value = invocation.value(0), invocation.value(1)
     if isinstance(value, String):
         if isinstance(unwanted, Number):
@@ -127,6 +130,15 @@ def _delete(invocation: Invocation) -> Outcome:
         return invocation.unify(2, ListTerm(items[:index] + items[index + 1 :]))
     kept = tuple(item for item in items if not unify(unwanted, item, dict(invocation.bindings), []))
     return invocation.unify(2, ListTerm(kept))
+
+
+def _delete_range(invocation: Invocation) -> Outcome:
+    start, end, value = int(invocation.number(0)), int(invocation.number(1)), invocation.value(2)
+    end = max(start, end)
+    if isinstance(value, String):
+        return invocation.unify(3, String(value.value[:start] + value.value[end:]))
+    items = invocation.items(2)
+    return invocation.unify(3, ListTerm(items[:start] + items[end:]))
 
 
 @internal_action("union", 3)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 _DELAY = re.compile(r"\s*now(?:\s*\+\s*(\d+)\s*([a-z]*))?\s*")
-_UNITS_MS = {"": 1, "s": 1_000, "m": 60_000, "h": 3_600_000, "d": 86_400_000}
+_UNITS_MS = {"": 1, "ms": 1, "s": 1_000, "m": 60_000, "h": 3_600_000, "d": 86_400_000}
 _UNITS = {"second": "s", "minute": "m", "hour": "h", "day": "d"}
 _AT = Structure("at")
 
