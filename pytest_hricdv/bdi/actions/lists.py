@@ -115,7 +115,7 @@ def _range(invocation: Invocation) -> Iterator[object]:
 
 @internal_action("delete", 3, 4)
 def _delete(invocation: Invocation) -> Outcome:
-    """``.delete(Item, List, Rest)``, by place if that is a number; ``.delete(Start, End, List, Rest)``, up to the end."""
+    """``.delete(Item, List, Rest)``, by place if that is a number; ``.delete(Start, End, List, Rest)``."""
     if len(invocation) == 4:
         return _delete_range(invocation)
     unwanted, value = invocation.value(0), invocation.value(1)
