@@ -80,6 +80,12 @@ class Frame:
         """The statement to be executed, or the one waited for."""
         return self.body[self.pc]
 
+    @property
+    def is_at_end(self) -> bool:
+        """Whether nothing is left after the statement that it waits for."""
+        blocks = all(loop is None and pc >= len(body) for body, pc, loop in self.blocks)
+        return blocks and self.pc + 1 >= len(self.body)
+
     def enter(self, body: Body, loop: Loop | None) -> None:
         """Execute a block next; afterwards the loop's statement again, or else the statement after this one."""
         self.blocks.append((self.body, self.pc if loop else self.pc + 1, loop))

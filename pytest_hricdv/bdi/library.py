@@ -33,7 +33,7 @@ class PlanLibrary:
         plans: the plans, in the order in which they are tried.
     """
 
-    __slots__ = ("_by_event", "_by_sign", "_steady", "has_own_message_plans", "options", "plans")
+    __slots__ = ("_by_event", "_by_sign", "_steady", "has_own_message_plans", "options", "plans", "private")
 
     def __init__(self, plans: tuple[Plan, ...]) -> None:
         self.plans = plans
@@ -43,6 +43,8 @@ class PlanLibrary:
         self.options = {sign: Options(self, sign) for sign in SIGNS}
         """:meth:`relevant` plans, ready to be selected, by sign and key."""
         self._steady: dict[Key, bool] = {}
+        self.private = False
+        """Whether nothing in the agent's system looks at what intentions consist of."""
         for plan in plans:
             if plan.trigger.key is None:
                 self._by_sign[plan.trigger.sign] = (*self._by_sign.get(plan.trigger.sign, ()), plan)
@@ -67,6 +69,14 @@ class PlanLibrary:
         if goal not in self._steady:
             self._steady[goal] = is_steady(self.relevant("+!", goal))
         return self._steady[goal]
+
+    def forgets(self, plan: Plan) -> bool:
+        """Whether a plan need not be remembered once it has nothing left to do but to wait for a goal.
+
+        It only matters then to a plan for the failure of its own goal, and to actions that look at intentions.
+        """
+        key = plan.trigger.key
+        return self.private and key is not None and not self.relevant(f"-{key[0][1:]}", key[1])
 
     def with_plan(self, plan: Plan, at_the_beginning: bool = False) -> PlanLibrary:
         """A library with one plan more, tried last unless asked otherwise."""

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from .agent import Agent
 from .beliefs import BeliefBase
-from .compiled import AgentCode, Company, CompiledAgent, ProgramCode, compile_agent, compile_program
+from .company import Company
+from .compiled import AgentCode, CompiledAgent, ProgramCode, compile_agent, compile_program
 from .library import PlanLibrary
 from .options import given_beliefs, given_goals
 from .parser import read_program
@@ -93,9 +94,8 @@ def _own(literal: Structure) -> Structure:
     return literal if literal.has_source() else literal.annotated((*literal.annots, SOURCE_SELF))
 
 
-def compiled_prototypes(prototypes: list[Prototype]) -> list[Prototype]:
+def compiled_prototypes(prototypes: list[Prototype], company: Company) -> list[Prototype]:
     """The agents, with their compiled form if they have one; those with the same plans share it."""
-    company = Company.of({prototype.name: prototype.program for prototype in prototypes})
     programs: dict[int, ProgramCode | None] = {}
     compiled = []
     for prototype in prototypes:

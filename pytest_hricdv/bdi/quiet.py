@@ -9,6 +9,7 @@ from .syntax import variables_of
 from .terms import Variable
 
 if TYPE_CHECKING:
+    from .agent import Agent
     from .intentions import Frame, Intention
     from .scheduler import Run
 
@@ -79,16 +80,20 @@ def mental_outline(run: Run) -> int:
     for agent in run.interpreted().values():
         parts.append((len(agent.events), len(agent.intentions)))
         parts += [(event.sign, event.literal if event.literal.ground else event.literal.key) for event in agent.events]
-        parts += [_depth(event.intention) for event in agent.events]
+        parts += [len(_remembered(agent, event.intention)) for event in agent.events]
         for intention in agent.intentions:
             top = intention.frames[-1]
             about = top.literal if top.literal.ground else top.literal.key
-            parts.append((_depth(intention), top.plan.label, top.pc, about))
+            parts.append((len(_remembered(agent, intention)), top.plan.label, top.pc, about))
     return hash(tuple(parts))
 
 
-def _depth(intention: Intention | None) -> int:
-    return 0 if intention is None else len(intention.frames)
+def _remembered(agent: Agent, intention: Intention | None) -> list[Frame]:
+    """The plans of an intention but for those that can make no difference any more."""
+    if intention is None or not intention.frames:
+        return []
+    *waiting, top = intention.frames
+    return [frame for frame in waiting if not (frame.is_at_end and agent.library.forgets(frame.plan))] + [top]
 
 
 def mental_states(run: Run, with_waits: bool) -> str:
@@ -96,28 +101,26 @@ def mental_states(run: Run, with_waits: bool) -> str:
     parts = []
     for name, agent in run.interpreted().items():
         parts.append(f"{name}:")
-        parts += [f"{event}<{_intention_text(event.intention)}>" for event in agent.events]
-        parts += [_intention_text(intention) for intention in agent.intentions]
+        parts += [f"{event}<{_intention_text(agent, event.intention)}>" for event in agent.events]
+        parts += [_intention_text(agent, intention) for intention in agent.intentions]
         if with_waits:
             for wait in agent.waits:
                 left = None if wait.deadline is None else wait.deadline - run.ticks
-                parts.append(f"{left} {_intention_text(wait.intention)}")
+                parts.append(f"{left} {_intention_text(agent, wait.intention)}")
     numbers: dict[str, int] = {}
     return re.sub(r"\b_\d+\b", lambda found: f"_{numbers.setdefault(found[0], len(numbers))}", "\n".join(parts))
 
 
-def _intention_text(intention: Intention | None) -> str:
-    if intention is None:
-        return ""
+def _intention_text(agent: Agent, intention: Intention | None) -> str:
     return "|".join(
         f"{frame.plan.label}@{frame.pc}/{id(frame.body)}/{len(frame.blocks)} {frame.sign}{frame.literal} "
-        f"{[f'{variable}={frame.unifier[variable]}' for variable in _remembered(frame)]} "
+        f"{[f'{variable}={frame.unifier[variable]}' for variable in _variables(frame)]} "
         f"{[len(loop.solutions) for _, _, loop in frame.blocks if loop is not None]}"
         f"{len(frame.loop.solutions) if frame.loop else ''}"
-        for frame in intention.frames
+        for frame in _remembered(agent, intention)
     )
 
 
-def _remembered(frame: Frame) -> list[Variable]:
+def _variables(frame: Frame) -> list[Variable]:
     """The variables bound in a plan that its body could still look at."""
     return sorted(variables_of(frame.plan.body) & frame.unifier.keys())

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from .actions import check_calls
+from .company import Company
 from .environment import Environment
 from .errors import BdiError
 from .jitter import MAX_JITTER, JitteredRun
@@ -77,8 +78,11 @@ class MultiAgentSystem:
                 check_calls(program)
                 programs[entry.source] = program, library_of(program)
             prototypes.append(prototype_of(entry, *programs[entry.source]))
+        company = Company.of({prototype.name: prototype.program for prototype in prototypes})
+        for _, library in programs.values():
+            library.private = company.private
         if engine != "interpreter":
-            prototypes = compiled_prototypes(prototypes)
+            prototypes = compiled_prototypes(prototypes, company)
         system = cls(project, tuple(prototypes), environment or Environment())
         if engine == "memo":
             system._memo = Memo(system._prototypes)

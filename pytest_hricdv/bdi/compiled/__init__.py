@@ -27,8 +27,7 @@ What makes it fast
 
 from .agent import CompiledAgent
 from .code import AgentCode
-from .company import Company
 from .compiler import compile_agent, compile_program
 from .program import ProgramCode
 
-__all__ = ["AgentCode", "Company", "CompiledAgent", "ProgramCode", "compile_agent", "compile_program"]
+__all__ = ["AgentCode", "CompiledAgent", "ProgramCode", "compile_agent", "compile_program"]

@@ -47,6 +47,7 @@ class CompiledAgent:
         "events",
         "executed",
         "feedback",
+        "goes_ahead",
         "granted",
         "intentions",
         "is_watched",
@@ -107,6 +108,8 @@ class CompiledAgent:
         """If it goes on while another one has something to do, the cycles that it did before that."""
         self.acts_alone = type(run.environment) is Environment
         """Whether actions do nothing but succeed, so that they need not be executed."""
+        self.goes_ahead = self.acts_alone and not run.watched
+        """Whether it may go on after a message while others have something to do."""
         self.seen_percepts = 0
         """The version of its percepts when it last looked."""
         self.listed: tuple[Structure, ...] = ()

@@ -6,12 +6,12 @@ concerns it. What counts is the shortest way through the plans to a statement th
 
 from __future__ import annotations
 
+from ..company import Company
 from ..formulas import Formula
 from ..intentions import duration
 from ..library import PlanLibrary
 from ..syntax import Achieve, Act, Believe, Check, EventKey, For, If, Internal, Plan, Statement, Test, While, children
 from ..terms import Call, Number, Structure
-from .company import Company
 from .layout import Layout, blocks
 from .program import Calm
 

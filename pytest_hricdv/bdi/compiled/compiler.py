@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from ..beliefs import BeliefBase
+from ..company import Company
 from ..library import KQML_RECEIVED, PlanLibrary
 from ..syntax import Rule
 from ..terms import SOURCE_PERCEPT, Structure
 from . import changes, effects, posting
 from .calm import CalmAnalysis
 from .code import AgentCode
-from .company import Company
 from .program import PlanCode, ProgramCode
 from .runtime import NAMES
 from .selection import SelectionWriter
-from .tails import is_forgotten
 from .writer import Names
 
 _CHANGES: dict[str, object] = {
@@ -77,7 +76,7 @@ def compile_program(library: PlanLibrary, company: Company) -> ProgramCode | Non
         return None
     program = ProgramCode(frozenset(key for key in keys if key is not None))
     names = Names()
-    forgotten = frozenset(plan.label for plan in plans if company.private and is_forgotten(plan, library))
+    forgotten = frozenset(plan.label for plan in plans if library.forgets(plan))
     selection = SelectionWriter(program, names, company.names, forgotten)
     program.selects.update((key, f"select{place}") for place, key in enumerate(keys) if key is not None)
     for key, name in program.selects.items():

@@ -9,6 +9,7 @@ from ..spinning import leave_alone
 from ..syntax import Act, Plan
 from ..terms import Structure
 from .activity import Activity, Args, Goal, begin, returned
+from .posting import hold
 from .program import Annots, TriggerCode
 from .runtime import BailError
 
@@ -128,6 +129,9 @@ def finish_acted(agent: CompiledAgent, activity: Activity, left: int) -> int:
 
 def wait(agent: CompiledAgent, activity: Activity, ticks: float, left: int) -> int:
     """Let an activity wait; the cycles not needed, as a negative number."""
+    if agent.ahead and not ticks:
+        # It would be over before the others have caught up.
+        return hold(agent, activity, activity.pc, left)
     run = agent.run
     since = run.ticks + agent.granted - left
     agent.waits.append(Wait(activity, since, since + ticks))  # type: ignore[arg-type]

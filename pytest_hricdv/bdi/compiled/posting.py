@@ -57,7 +57,7 @@ def post_on(agent: CompiledAgent, activity: Activity, after: int, receiver: str,
         The cycles that the activity can use now for the statement ``after``; else those not needed, as a negative
         number.
     """
-    calm = _calm(agent, receiver, message) if left > 1 and agent.acts_alone and agent.run.held is None else 0
+    calm = _calm(agent, receiver, message) if left > 1 and agent.goes_ahead and agent.run.held is None else 0
     post(agent, receiver, message)
     if not calm:
         activity.pc = after

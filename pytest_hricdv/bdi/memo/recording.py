@@ -84,7 +84,6 @@ class RecordingRun(Run):
         self.notes = notes
         self.earliest_deadline = math.inf
         self.spinning.clear()
-        self.held = None
         for agent, state in zip(self.agents.values(), states, strict=True):
             assert isinstance(agent, CompiledAgent)
             if isinstance(agent, Receiver):
@@ -128,7 +127,6 @@ class RecordingRun(Run):
         self._progress = self.progress
         self.notes.questions = {}
         self._ended = ""
-        self._furthest = 0
         for agent in self.spinning.values():
             count_from(agent, 0)
         ended = self.go(max_rounds)
@@ -161,7 +159,7 @@ class RecordingRun(Run):
 
     def _may_cut(self) -> bool:
         """Whether a receiver has just begun with something, or is about to: then it is most often in a known state."""
-        if self._quiet > _QUIET_BEFORE or self.rounds < max(_SHORTEST, self._furthest) or not self.notes.forwarded:
+        if self._quiet > _QUIET_BEFORE or self.rounds < _SHORTEST or not self.notes.forwarded:
             return False
         ready = self._order[self._ready[-1]] if self._ready else None
         if not isinstance(ready, Receiver) or self.ticks >= self.earliest_deadline:

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Self
 
-from ..syntax import Act, Program, children
-from ..terms import Call, Quoted, Structure
+from .syntax import Act, Program, children
+from .terms import Call, Quoted, Structure
 
 # fmt: off
 _BLIND = frozenset({
