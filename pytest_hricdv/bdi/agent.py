@@ -10,7 +10,7 @@ from .calling import hand_back, optimize_tail_recursion
 from .conditions import ask
 from .errors import EvaluationError
 from .execution import step_of
-from .intentions import Event, Frame, Intention, Message
+from .intentions import Event, Frame, Intention
 from .mind import Mind
 from .spinning import take_up
 from .substitution import Bindings, substitute
@@ -97,7 +97,10 @@ class Agent(Mind):
             failure.fail(self, intention, "action_failed", "the action failed in the environment")
 
     def act(self) -> None:
-        """The last part of a cycle: one statement; and the cycles after it that are nothing but the next statement."""
+        """The last part of a cycle: one statement.
+
+        The next statements of the plan follow, one a cycle, while nothing can come between.
+        """
         if self.intentions:
             intention = self.intentions.popleft() if self._atomic is None else self._atomic_intention()
             if intention is not None:
@@ -105,58 +108,48 @@ class Agent(Mind):
                 if frame.pc >= len(frame.body):
                     self.clear(intention)
                 else:
-                    self._execute(intention, frame)
+                    self.current = intention
+                    try:
+                        statement = frame.body[frame.pc]
+                        while done := (statement.step or step_of(statement, frame.plan))(self, intention, frame):
+                            frame.pc += 1
+                            if frame.pc >= len(frame.body) or self.suspending:
+                                self._go_on_after(intention, frame)
+                                break
+                            if (
+                                self.disturbed
+                                or self.left == 1
+                                or self.intentions
+                                or self.feedback
+                                or self.events
+                                or self.waits
+                                or self.questions
+                            ):
+                                self.intentions.append(intention)
+                                break
+                            self.left -= 1
+                            self.run.rounds += 1
+                            statement = frame.body[frame.pc]
+                        if done is None:
+                            self.disturbed = True
+                    except (EvaluationError, ArithmeticError, ValueError) as error:
+                        self.disturbed = True
+                        failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
+                    finally:
+                        self.current = None
         if self.waits and self.beliefs.version != self._condition_version:
             self._condition_version = self.beliefs.version
             waiting.wake_by_conditions(self)
         if not (self.intentions or self.events or self.feedback):
-            self.awake = self.has_news()
+            seen = self._percept_versions.get(self.name, 0) == self._seen_percepts
+            self.awake = not seen or bool(self.mailbox or self.woken)
 
-    def _execute(self, intention: Intention, frame: Frame) -> None:
-        """Do the statement an intention is at, and those after it, one a cycle, while nothing can come between."""
-        self.current = intention
-        try:
-            while True:
-                statement = frame.body[frame.pc]
-                done = (statement.step or step_of(statement, frame.plan))(self, intention, frame)
-                if not done:
-                    break
-                frame.pc += 1
-                if frame.pc >= len(frame.body) or self.suspending:
-                    self._go_on_after(intention, frame)
-                    return
-                if (
-                    self.left == 1
-                    or self.disturbed
-                    or self.intentions
-                    or self.feedback
-                    or self.events
-                    or self.waits
-                    or self.questions
-                ):
-                    self.intentions.append(intention)
-                    return
-                self.left -= 1
-                self.run.rounds += 1
-            if done is None:
-                self.disturbed = True
-        except (EvaluationError, ArithmeticError, ValueError) as error:
-            self.disturbed = True
-            failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
-        finally:
-            self.current = None
-
-    def end_waits(self, now: int) -> None:
-        """Let the intentions go on, or fail, whose wait is over at a tick of the virtual clock."""
-        waiting.end_waits(self, now)
+    end_waits = waiting.end_waits
+    receive = communication.receive
 
     def interpreted(self) -> Agent:
         """This agent: it is in the form that the interpreter runs."""
         return self
-
-    def receive(self, message: Message) -> None:
-        """Act on one message."""
-        communication.receive(self, message)
 
     def _react(self, event: Event) -> Frame | bool:
         """Find a plan for an event, and add it to the intention that waits for it, or to a new one.
@@ -213,7 +206,10 @@ class Agent(Mind):
             return
         frame = frames[-1]
         frame.pc += 1
-        self._go_on_after(intention, frame)
+        if frame.pc >= len(frame.body) or self.suspending:
+            self._go_on_after(intention, frame)
+        else:
+            self.intentions.append(intention)
 
     def _go_on_after(self, intention: Intention, frame: Frame) -> None:
         """Make an intention ready for the statement it is at now, or end the plan if it has none left."""
@@ -230,7 +226,7 @@ class Agent(Mind):
         if goals_matter:
             self.disturbed = True
         while frames and (done := frames[-1]).pc >= len(done.body):
-            del frames[-1]
+            frames.pop()
             if goals_matter and done.sign == "+!":
                 self.run.note_achieved(self.name, done.literal)
             if frames:
@@ -259,20 +255,29 @@ class Agent(Mind):
         elif self.library.options[sign][literal.key]:
             self.events.append(Event(sign, literal, None))
 
-    def has_updated(self, sign: str, literal: Structure, intention: Intention, frame: Frame) -> bool:
+    def has_updated(
+        self, sign: str, literal: Structure, intention: Intention, frame: Frame, lost: Structure | None = None
+    ) -> bool:
         """Post the event of a belief update that is an intention's statement.
+
+        Args:
+            sign: of the event.
+            literal: what it is about.
+            intention: whose statement it is.
+            frame: the plan that it is a statement of.
+            lost: the belief whose place another has taken.
 
         Returns:
             Whether the intention can go on at once. It can when no plan is for the event, and it would be selected and
             passed over in the next cycle, which will follow for certain.
         """
-        if (
-            self.left > 1
-            and not (self.disturbed or self.events or self.waits or self.questions)
-            and not self.library.options[sign][literal.key]
-            and frame.pc + 1 < len(frame.body)
-        ):
-            return True
+        if self.left > 1 and not (self.disturbed or self.events or self.waits or self.questions):
+            options, key = self.library.options, literal.key
+            noticed = options[sign][key] or (lost is not None and options["-"][key])
+            if not noticed and frame.pc + 1 < len(frame.body):
+                return True
+        if lost is not None:
+            self.post("-", lost, None)
         self.post(sign, literal, intention)
         return False
 

@@ -25,13 +25,14 @@ _DIRECT = frozenset({"tell", "achieve", "signal"})
 def add_source(content: Term, sender: str) -> Term:
     """The content with ``source(sender)``; for a list, each of its literals."""
     if isinstance(content, Structure):
-        return _with_source(content, sender)
+        return with_source(content, sender)
     if isinstance(content, ListTerm):
         return ListTerm(tuple(add_source(item, sender) for item in content.items), content.tail)
     return content
 
 
-def _with_source(literal: Structure, sender: str) -> Structure:
+def with_source(literal: Structure, sender: str) -> Structure:
+    """A literal as it is received from an agent."""
     if literal.ground and not literal.annots:
         return ground_structure(literal.key, literal.args, (source(sender),))
     return literal.annotated((*literal.annots, source(sender)))
@@ -69,12 +70,17 @@ def receive(agent: Agent, message: Message) -> None:
     if force not in _DIRECT or agent.has_own_message_plans or not isinstance(content, Structure):
         args = (Structure(message.sender), Structure(message.force), content, String(message.number))
         agent.post("+!", Structure("kqml_received", args), None)
-    elif force == "tell":
-        agent.believe(_with_source(content, message.sender))
+        return
+    literal = message.sourced or with_source(content, message.sender)
+    if force == "tell":
+        new = agent.beliefs.add(literal)
+        if new is not None:
+            agent.run.progress += 1
+            agent.post("+", new, None)
     elif force == "achieve":
-        agent.post_goal(_with_source(content, message.sender))
+        agent.post_goal(literal)
     else:
-        agent.post("+", _with_source(content, message.sender), None)
+        agent.post("+", literal, None)
 
 
 def _answered(agent: Agent, question: Question, message: Message) -> None:

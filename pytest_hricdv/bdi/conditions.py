@@ -223,14 +223,13 @@ def _only_value(key: Key, name: Variable, otherwise: Condition) -> Condition:
     """For the commonest such literal: its only argument is a variable."""
 
     def condition(agent: Agent, bindings: Bindings) -> bool | None:
-        bucket = agent.beliefs.buckets.get(key)
+        beliefs = agent.beliefs
+        bucket = beliefs.buckets.get(key)
         if not bucket:
             return False
-        if len(bucket) == 1:
-            (belief,) = bucket.values()
-            if type(belief) is Structure and belief.ground and name not in bindings:
-                (bindings[name],) = belief.args
-                return True
+        if len(bucket) == 1 and not beliefs.open and name not in bindings:
+            ((bindings[name],),) = bucket  # type: ignore[misc]
+            return True
         return otherwise(agent, bindings)
 
     return condition

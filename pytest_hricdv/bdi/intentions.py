@@ -151,16 +151,34 @@ class Wait:
 
 
 class Message:
-    """A speech act on its way; ``reply_to`` is the number of the message it answers, or empty."""
+    """A speech act on its way.
 
-    __slots__ = ("content", "force", "number", "reply_to", "sender")
+    Args:
+        sender: who sends it.
+        force: what kind it is.
+        content: what it is about.
+        number: its own.
+        reply_to: the number of the message that it answers, or empty.
+        sourced: the content with its source, as the receiver gets it, if that is the same every time.
+    """
 
-    def __init__(self, sender: str, force: str, content: Term, number: str, reply_to: str = "") -> None:
+    __slots__ = ("content", "force", "number", "reply_to", "sender", "sourced")
+
+    def __init__(
+        self,
+        sender: str,
+        force: str,
+        content: Term,
+        number: str,
+        reply_to: str = "",
+        sourced: Structure | None = None,
+    ) -> None:
         self.sender = sender
         self.force = force
         self.content = content
         self.number = number
         self.reply_to = reply_to
+        self.sourced = sourced
 
 
 class Letter(Message):

@@ -14,6 +14,8 @@ from .numerals import number_text
 
 Key = tuple[bool, str, int]
 """What beliefs and plans are indexed by: strongly negated?, functor, arity."""
+_KEYS: dict[Key, Key] = {}
+"""Every key once: where one is looked up, what it finds is most often the same object, and need not be compared."""
 
 
 class Number(float):
@@ -96,7 +98,8 @@ class Structure:
         self.annots = annots
         self.negated = negated
         self.annots_tail = annots_tail
-        self.key: Key = (negated, functor, len(args))
+        key = (negated, functor, len(args))
+        self.key: Key = _KEYS.setdefault(key, key)
         ground = annots_tail is None
         for term in (*args, *annots) if annots else args:
             kind = type(term)

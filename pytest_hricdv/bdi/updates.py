@@ -47,8 +47,7 @@ def _replace(make: Maker) -> Step:
         held = agent.beliefs.replace(literal)
         if held is not None:
             agent.run.progress += 2
-            agent.post("-", held, None)
-            return agent.has_updated("+", literal, intention, frame)
+            return agent.has_updated("+", literal, intention, frame, held)
         _delete_any(agent, literal)
         new = agent.beliefs.add(literal)
         if new is None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..communication import send, text_of
+from ..communication import send, text_of, with_source
 from ..intentions import Frame, Intention, Message, Question
-from ..terms import Call, ListTerm, is_name
-from ..values import value_of
+from ..terms import Call, ListTerm, Structure, is_name
+from ..values import Value, value_of
 from .registry import Invocation, Outcome, internal_action, prepared
 
 if TYPE_CHECKING:
@@ -41,14 +41,40 @@ def _prepared_send(call: Call, otherwise: Step) -> Step:
     if len(call.args) != 3 or not all(map(is_name, call.args[:2])):  # type: ignore[arg-type]
         return otherwise
     receiver, force = (arg.functor for arg in call.args[:2])  # type: ignore[attr-defined]
-    content = value_of(call.args[2])  # type: ignore[arg-type]
-    if content is None:
+    what = call.args[2]
+    if receiver == "self":
         return otherwise
+    if isinstance(what, Structure) and what.ground:
+        return _known_send(receiver, force, what, otherwise)
+    content = value_of(what)  # type: ignore[arg-type]
+    return otherwise if content is None else _computed_send(receiver, force, content, otherwise)
+
+
+def _known_send(receiver: str, force: str, what: Structure, otherwise: Step) -> Step:
+    """With the same content every time."""
+    sourced: dict[str, Structure] = {}
 
     def step(agent: Agent, intention: Intention, frame: Frame) -> bool | None:
         run = agent.run
+        to = run.agents.get(receiver)
+        if to is None:
+            return otherwise(agent, intention, frame)
+        sender = "self" if to is agent else agent.name
+        literal = sourced.get(sender)
+        if literal is None:
+            literal = sourced[sender] = with_source(what, sender)
+        run.deliver(to, Message(sender, force, what, run.next_message_number(), "", literal))
+        agent.disturbed = True
+        return True
+
+    return step
+
+
+def _computed_send(receiver: str, force: str, content: Value, otherwise: Step) -> Step:
+    def step(agent: Agent, intention: Intention, frame: Frame) -> bool | None:
+        run = agent.run
         to, what = run.agents.get(receiver), content(frame.unifier)
-        if to is None or what is None or receiver == "self":
+        if to is None or what is None:
             return otherwise(agent, intention, frame)
         sender = "self" if to is agent else agent.name
         run.deliver(to, Message(sender, force, what, run.next_message_number()))
