@@ -28,6 +28,7 @@ from pytest_hricdv.generate.qlearning import QLearning, learn
 
 ROOT = Path(__file__).parents[1]
 TABLE = ROOT / "models_bdi" / "table_assembly.mas2j"
+SPINNING = ROOT / "benchmarks" / "spinning" / "spinning.mas2j"
 FOUR_LEGS = ("leg1", "m111l1", "m111l2", "m111l3", "m111l4")
 SPACE = BeliefSpace(
     start=("leg1", "leg2", "leg3", "leg4"),
@@ -64,22 +65,36 @@ def main() -> None:
 
 
 def table_runs(repeat: int) -> None:
-    """One run of the table model with four legs, on each engine, and the runs of learning on the memo."""
+    """One run of the table models with four legs, on each engine, and the runs of learning on the memo."""
     print("a run of the table model with four legs")
-    for engine in ENGINES:
-        system = MultiAgentSystem.load(TABLE, engine=engine)
-        show(f"  {engine}", median_s(partial(run, system, FOUR_LEGS), 200 * repeat))
+    four_legs(TABLE, repeat)
+    print("the same task by agents that wait by looking again and again")
+    four_legs(SPINNING, repeat)
     print(PEERS)
     sets = learn_all()
-    cold: list[float] = []
-    warm: list[float] = []
-    for _ in range(repeat):
-        system = MultiAgentSystem.load(TABLE, engine="memo")
-        for times in (cold, warm):
-            times.append(median_s(partial(run_all, system, sets), 1) / len(sets))
     print(f"a run of the table model, mean over the {len(sets)} runs of learning")
     compiled = MultiAgentSystem.load(TABLE, engine="compiled")
     show("  compiled", median_s(lambda: run_all(compiled, sets[::5]), repeat) / len(sets[::5]))
+    memo(TABLE, sets, repeat)
+    print("the same by agents that wait by looking again and again")
+    memo(SPINNING, sets, repeat)
+
+
+def four_legs(model: Path, repeat: int) -> None:
+    """One run with four legs, on each engine."""
+    for engine in ENGINES:
+        system = MultiAgentSystem.load(model, engine=engine)
+        show(f"  {engine}", median_s(partial(run, system, FOUR_LEGS), 200 * repeat))
+
+
+def memo(model: Path, sets: list[tuple[str, ...]], repeat: int) -> None:
+    """The mean of these runs, on a memo that knows nothing yet, and again when it knows them all."""
+    cold: list[float] = []
+    warm: list[float] = []
+    for _ in range(repeat):
+        system = MultiAgentSystem.load(model, engine="memo")
+        for times in (cold, warm):
+            times.append(median_s(partial(run_all, system, sets), 1) / len(sets))
     show("  memo, cold", statistics.median(cold))
     show("  memo, warm", statistics.median(warm))
 

@@ -19,6 +19,7 @@ from tests.bdi.models import BELIEFS, LEG_STARTS, TABLE, system_of
 from tests.bdi.test_programs import OWN, REFERENCE
 
 ENGINES = ("interpreter", "compiled", "memo")
+SPINNING = Path(__file__).parents[2] / "benchmarks" / "spinning" / "spinning.mas2j"
 
 
 def traced(system: MultiAgentSystem, **options: Any) -> Result:
@@ -46,22 +47,24 @@ def random_sets(count: int, seed: int) -> Iterable[list[str]]:
             yield drawn.sample(BELIEFS, drawn.randint(0, len(BELIEFS)))
 
 
-def assert_engines_agree_on_the_table(count: int, seed: int) -> None:
-    reference, *others = (MultiAgentSystem.load(TABLE, engine=engine) for engine in ENGINES)
+def assert_engines_agree_on(model: Path, count: int, seed: int) -> None:
+    systems = [MultiAgentSystem.load(model, engine=engine) for engine in ENGINES]
     for beliefs in random_sets(count, seed):
         percepts = {"meta": [f"chosen({belief})" for belief in beliefs]}
-        expected = reference.run(percepts=percepts)
-        for system in others:
+        expected = traced(systems[0], percepts=percepts)
+        for system in systems:
             assert system.run(percepts=percepts) == expected, beliefs
 
 
-def test_engines_agree_on_random_beliefs_of_the_table_model() -> None:
-    assert_engines_agree_on_the_table(300, seed=1)
+@pytest.mark.parametrize("model", [TABLE, SPINNING], ids=lambda model: model.stem)
+def test_engines_agree_on_random_beliefs_of_the_table_models(model: Path) -> None:
+    assert_engines_agree_on(model, 200, seed=1)
 
 
 @pytest.mark.slow
-def test_engines_agree_on_many_random_beliefs_of_the_table_model() -> None:
-    assert_engines_agree_on_the_table(3000, seed=2)
+@pytest.mark.parametrize("model", [TABLE, SPINNING], ids=lambda model: model.stem)
+def test_engines_agree_on_many_random_beliefs_of_the_table_models(model: Path) -> None:
+    assert_engines_agree_on(model, 3000, seed=2)
 
 
 @pytest.mark.parametrize("max_rounds", [10_000, 31, 7])
@@ -104,6 +107,34 @@ def test_engines_agree_where_the_last_statement_replaces_a_belief_by_one_that_is
     """No event then, so that the plan ends a cycle earlier than after a change."""
     body = "if (not q(2)) { .print(y) }; -+q(2)"
     assert_engines_agree({"a": f"q(1). q(2). !g0. +!g0 <- {body}."}, Environment)
+
+
+@pytest.mark.parametrize(
+    "sources",
+    [
+        # What waits for `!c` has nothing left to do, and is on the stack of the interpreter alone.
+        {"a": "!a. +!a <- !b. +!b <- !c. +!c <- !a."},
+        {"a": "!a. +!a <- !!a; !b. +!b.", "b": "!a. +!a <- !!a; !b. +!b."},
+        {"a": "!a. +!a <- !b. +!b <- !c. +!c <- !a. -!a <- .print(never)."},
+        # One goes on while another reacts to what it has sent, and waits for no time at all.
+        {"a": "!a. +!a <- +p; .send(b, tell, q); .wait(0).", "b": "!b. +!b <- +p."},
+        {"a": "!a. +!a <- .send(b, tell, q); .wait(0.1); .send(b, tell, r).", "b": "+q <- .wait(0.2); +p; +s."},
+        {"a": "!a. +!a <- .send(b, tell, q); +p; .send(b, tell, r); +s.", "b": "+q <- +x; +y; .send(a, tell, z)."},
+        {"a": "!a. +!a <- .send(b, tell, q); do(1); do(2).", "b": "+q <- !c. +!c <- +x; do(3)."},
+        {"b": "+q <- +x; .send(a, tell, z). +r <- do(r).", "a": "!a. +!a <- .send(b, tell, q); +p; .send(b, tell, r)."},
+        # One that spins is found out about in the middle of what others do.
+        {"a": "!w. +!w : not x <- !w. +!w <- .print(x).", "b": "!a. +!a <- +p; +q; .send(a, tell, x); +r; +s."},
+        {"a": "!w. +!w : not x <- !w. +!w <- .print(x).", "b": "!a. +!a <- .wait(3); .send(a, tell, y); .wait(3)."},
+    ],
+)
+def test_engines_agree_where_agents_spin_or_go_ahead(sources: dict[str, str]) -> None:
+    assert_engines_agree(sources, Environment)
+    assert_engines_agree(sources, World)
+
+
+def test_engines_agree_on_one_that_spins_through_segments_of_a_run() -> None:
+    sources = {"a": "+!g0 : p0 <- +x; +y; .print(a). +!g0.", "b": "!w. +!w : not x <- !w. +!w."}
+    assert_steered_engines_agree(sources, STEER, [set(), {"p0"}, {"p1"}, {"p0", "p1"}])
 
 
 def test_engines_agree_where_nobody_there_perceives_anything(tmp_path: Path) -> None:

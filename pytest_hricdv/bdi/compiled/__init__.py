@@ -17,12 +17,15 @@ What is left to the interpreter
 Why it is equal
     A compiled agent has the interpreter's queues (mailbox, events, action feedback, intentions) and does the same
     reasoning cycle on them, so that several intentions interleave in the same way. It does several cycles at once
-    only while all other agents are idle and its own queues are empty, up to the next moment at which anything
-    else can happen: nothing can come between. Whatever it cannot do exactly it has not begun when it hands over.
+    only while its own queues are empty and nothing can come between: all other agents are idle, spin, or have got
+    from it what makes them react but will keep to themselves for some cycles, see :mod:`.calm` and :mod:`.posting`.
+    Whatever it cannot do exactly it has not begun when it hands over.
 
 What makes it fast
     Where cycles enough are left for consecutive statements, they are done in one piece, see :mod:`.straight`; a goal is
-    begun where it is posted; a message that is sent again is the same object, with all that it means to its receiver.
+    begun where it is posted; a plan with nothing left to do is forgotten where nobody can tell; a message that is sent
+    again is the same object, with all that it means to its receiver. An agent that only looks again and again is left
+    alone until something comes to it, see :mod:`pytest_hricdv.bdi.spinning`; so are interpreted ones.
 """
 
 from .agent import CompiledAgent

@@ -80,8 +80,7 @@ class CalmAnalysis:
         if isinstance(statement, (Check, Test)):
             asks = isinstance(statement, Test) and any(plan.trigger.sign == "+?" for plan in self._plans)
             return 0 if asks or _calls(statement.formula) else 1 + then
-        assert isinstance(statement, (If, While, For))
-        if _calls(statement.condition):
+        if not isinstance(statement, (If, While, For)) or _calls(statement.condition):
             return 0
         starts = [cycles[first] for block, first in blocks(statement, pc) if block]
         return 1 + min([then, *starts])
