@@ -9,7 +9,7 @@ import pytest
 from pytest_hricdv.bdi import Environment, MultiAgentSystem, Structure
 from pytest_hricdv.bdi.company import Company
 from pytest_hricdv.bdi.compiled.calm import CALM, CalmAnalysis
-from pytest_hricdv.bdi.parser import parse_program
+from pytest_hricdv.bdi.parser import parse_program, parse_trigger
 from pytest_hricdv.bdi.prototype import library_of
 from tests.bdi.models import system_of
 
@@ -83,14 +83,16 @@ def test_one_whose_looking_does_something_is_not_left_alone(tmp_path: Path, look
         ("@a[atomic] +e <- +x; +y.", "+e", (0, 0)),
         ("+e <- +x; +y. -!g <- .print(a).", "+e", (0, 0)),
         ("+e <- +x; +y; +w. +x <- .send(b, tell, z).", "+e", (1, 1)),
+        ("+e(B) <- +x; B.", "+e(_)", (1, 1)),
         ("+e <- .print(a); act(1); .send(b, tell, z).", "+e", (2, 2)),
     ],
 )
 def test_how_long_an_agent_keeps_to_itself(source: str, event: str, calm: tuple[int, int]) -> None:
     program = parse_program(source)
     found = CalmAnalysis(library_of(program), Company.of({"a": program})).calm()
-    sign, name = ("+!", event[2:]) if event.startswith("+!") else ("+", event[1:])
-    assert found[sign, (False, name, 0)] == calm
+    trigger = parse_trigger(event).key
+    assert trigger is not None
+    assert found[trigger] == calm
 
 
 def test_what_two_agents_print_is_not_kept_to_themselves() -> None:

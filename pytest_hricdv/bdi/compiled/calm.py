@@ -74,7 +74,8 @@ class CalmAnalysis:
         if isinstance(statement, Believe):
             return 1 if self._has_plans(statement.sign.replace("++", "+"), statement.literal) else 1 + then
         if isinstance(statement, Act):
-            return 1 + then if self._company.one_acts else 0
+            # A variable could stand for a body.
+            return 1 + then if self._company.one_acts and isinstance(statement.action, Structure) else 0
         if isinstance(statement, Internal):
             return self._of_internal(statement.call, then)
         if isinstance(statement, (Check, Test)):
