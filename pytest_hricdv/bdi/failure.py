@@ -19,6 +19,7 @@ from .unify import unify
 if TYPE_CHECKING:
     from .agent import Agent
 
+_TOLD = (False, "error_msg", 1)
 NO_CODE = Structure("no_code")
 
 
@@ -105,11 +106,17 @@ def no_applicable_plan(agent: Agent, event: Event) -> bool:
         told = f"Found a goal for which there is no {kind} plan:{event}"
         fail_goal(agent, intention or agent.new_intention(), event.sign, event.literal, error, message, told)
     else:
-        what = f"{event.sign}{event.literal.plain()}"
+        what = f"{event.sign}{event.literal.plain()}{_reason(event)}"
         agent.run.warn(f"{agent.name}: no applicable plan for {what}: the intention is dropped")
         if intention is not None:
             agent.note_end(intention)
     return True
+
+
+def _reason(event: Event) -> str:
+    """What had failed, if the event is a failure."""
+    told = [annot.args[0] for annot in event.literal.annots if isinstance(annot, Structure) and annot.key == _TOLD]
+    return f" ({told[0].value})" if told and isinstance(told[0], String) and told[0].value else ""
 
 
 def fail_goal(

@@ -132,6 +132,19 @@ def _divide(x: float, y: float) -> float:
     return x / y
 
 
+def _remainder(x: float, y: float) -> float:
+    return math.nan if y == 0.0 or math.isinf(x) else math.fmod(x, y)
+
+
+def _power(x: float, y: float) -> float:
+    try:
+        return math.pow(x, y)
+    except OverflowError:
+        return -math.inf if x < 0.0 and y % 2.0 == 1.0 else math.inf
+    except ValueError:
+        return math.inf if x == 0.0 else math.nan
+
+
 # Integer division and remainder truncate towards zero, as on the Java numbers Jason computes with.
 OPERATIONS: dict[str, Callable[..., float]] = {
     "+": lambda x, y: x + y,
@@ -139,8 +152,8 @@ OPERATIONS: dict[str, Callable[..., float]] = {
     "*": lambda x, y: x * y,
     "/": _divide,
     "div": lambda x, y: float(math.trunc(math.trunc(x) / math.trunc(y))),
-    "mod": math.fmod,
-    "**": math.pow,
+    "mod": _remainder,
+    "**": _power,
 }
 
 

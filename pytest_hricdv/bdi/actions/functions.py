@@ -21,18 +21,34 @@ def _round(value: float) -> float:
     return math.floor(value + 0.5)
 
 
+def _real(function: Callable[[float], float]) -> Callable[[float], float]:
+    """A function of numbers that gives none, as in Java, where it has no value."""
+
+    def value(x: float) -> float:
+        try:
+            return function(x)
+        except ValueError:
+            return math.nan
+
+    return value
+
+
+def _log(x: float) -> float:
+    return -math.inf if x == 0.0 else math.log(x)
+
+
 _OF_NUMBERS: dict[str, tuple[int, Callable[..., float]]] = {
     "math.abs": (1, abs),
-    "math.acos": (1, math.acos),
-    "math.asin": (1, math.asin),
+    "math.acos": (1, _real(math.acos)),
+    "math.asin": (1, _real(math.asin)),
     "math.atan": (1, math.atan),
     "math.ceil": (1, math.ceil),
     "math.cos": (1, math.cos),
     "math.floor": (1, math.floor),
-    "math.log": (1, math.log),
+    "math.log": (1, _real(_log)),
     "math.round": (1, _round),
     "math.sin": (1, math.sin),
-    "math.sqrt": (1, math.sqrt),
+    "math.sqrt": (1, _real(math.sqrt)),
     "math.tan": (1, math.tan),
     "math.e": (0, lambda: math.e),
     "math.pi": (0, lambda: math.pi),

@@ -46,7 +46,7 @@ def _puts(invocation: Invocation) -> Outcome:
         text = _shown(value)
         if not isinstance(value, String):
             return text
-        return _EXPRESSION.sub(lambda match: _shown(agent.value(parse_term(match[1]), bindings)), text)
+        return _EXPRESSION.sub(lambda match: _shown(agent.value(invocation.read(match[1], parse_term), bindings)), text)
 
     agent.run.print(agent.name, "".join(map(filled, range(len(invocation)))))
     return True

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..errors import EvaluationError
+from ..errors import BdiError, EvaluationError
 from ..parser import parse_plan, parse_trigger
 from ..syntax import Plan, Trigger
 from ..terms import ListTerm, Quoted, String, Structure, Term
@@ -12,9 +12,9 @@ from ..unify import unify
 from .registry import Invocation, Outcome, check_calls_of, internal_action
 
 
-def _plan(term: Term) -> Plan:
+def _plan(invocation: Invocation, term: Term) -> Plan:
     if isinstance(term, String):
-        return parse_plan(term.value)
+        return invocation.read(term.value, parse_plan)
     if isinstance(term, Quoted) and isinstance(term.plan, Plan):
         return term.plan
     raise EvaluationError(f"{term} is not a plan")
@@ -26,8 +26,11 @@ def _add_plan(invocation: Invocation) -> Outcome:
     value = invocation.value(0)
     first = len(invocation) == 3 and str(invocation.value(2)) == "begin"
     for term in value.items if isinstance(value, ListTerm) else (value,):
-        plan = _plan(term)
-        check_calls_of(plan)
+        plan = _plan(invocation, term)
+        try:
+            check_calls_of(plan)
+        except BdiError as error:
+            raise BdiError(f"{invocation.call.location}: in the plan that is added here: {error}") from None
         if not plan.labelled:
             plan = replace(plan, label=f"_added{len(agent.library.plans) + 1}")
         agent.library = agent.library.with_plan(plan, at_the_beginning=first)
@@ -48,7 +51,10 @@ def _remove_plan(invocation: Invocation) -> Outcome:
 @internal_action("relevant_plans", 2, 3)
 def _relevant_plans(invocation: Invocation) -> Outcome:
     value = invocation.value(0)
-    trigger = _plan(value).trigger if isinstance(value, Quoted) else parse_trigger(invocation.text(0))
+    if isinstance(value, Quoted):
+        trigger = _plan(invocation, value).trigger
+    else:
+        trigger = invocation.read(invocation.text(0), parse_trigger)
     plans = [plan for plan in invocation.agent.library.plans if not plan.builtin and _is_for(plan, trigger)]
     labels = ListTerm(tuple(Structure(plan.label) for plan in plans))
     return invocation.unify(1, ListTerm(tuple(Quoted(plan) for plan in plans))) and (

@@ -5,9 +5,9 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from ..errors import BdiError, EvaluationError
+from ..errors import BdiError, BdiSyntaxError, EvaluationError
 from ..formulas import Formula
 from ..intentions import Intention
 from ..substitution import Bindings
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..agent import Agent
     from ..execution import Step
 
+Parsed = TypeVar("Parsed")
 WRONG = "wrong_arguments"
 """The kind of failure of an action that cannot do with the arguments it is given."""
 MANY = 1_000
@@ -94,6 +95,17 @@ class Invocation:
         """An argument as text, a string without its quotes."""
         value = self.value(index)
         return value.value if isinstance(value, String) else str(value)
+
+    def read(self, text: str, parse: Callable[[str], Parsed]) -> Parsed:
+        """What a text says.
+
+        Raises:
+            EvaluationError: it cannot be read.
+        """
+        try:
+            return parse(text)
+        except BdiSyntaxError as error:
+            raise EvaluationError(f'{self.call.name}: "{text}" cannot be read: {error.message}', WRONG) from None
 
     def formula(self, index: int) -> Formula:
         """An argument that is a condition, as written."""

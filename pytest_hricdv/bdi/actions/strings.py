@@ -53,5 +53,5 @@ def _upper_case(invocation: Invocation) -> Outcome:
 @internal_action("term2string", 2)
 def _term2string(invocation: Invocation) -> Outcome:
     if invocation.is_free(0):
-        return invocation.unify(0, parse_term(invocation.text(1)))
+        return invocation.unify(0, invocation.read(invocation.text(1), parse_term))
     return invocation.unify(1, String(str(invocation.value(0))))

@@ -36,7 +36,7 @@ def _wait(invocation: Invocation) -> Outcome:
     if isinstance(value, Number):
         wait.deadline = run.after(value)
     elif isinstance(value, (String, Quoted)):
-        wait.trigger = _trigger(value)
+        wait.trigger = _trigger(invocation, value)
     else:
         solution = first(agent, what, invocation.bindings)
         if solution is not None:
@@ -84,9 +84,10 @@ def _at(invocation: Invocation) -> Outcome:
     event = invocation.value(1)
     if not isinstance(event, (String, Quoted)):
         raise EvaluationError(f"{invocation.call}: argument 2 is not an event but {event}", WRONG)
+    trigger = _trigger(invocation, event)
     delay_ms = float(when[1] or 0) * _UNITS_MS[unit]
     if not delay_ms:
-        return _cause(agent, _trigger(event))
+        return _cause(agent, trigger)
     # An intention of its own, whose first statement it waits at.
     later = Internal(Call(".at", (String("now"), event), place), place)
     plan = Plan("_at", Trigger("+", _AT), None, (later, later), place, builtin=True)
@@ -116,9 +117,9 @@ def _is_value(what: object) -> bool:
     )
 
 
-def _trigger(value: String | Quoted) -> Trigger:
+def _trigger(invocation: Invocation, value: String | Quoted) -> Trigger:
     if isinstance(value, String):
-        return parse_trigger(value.value)
+        return invocation.read(value.value, parse_trigger)
     if not isinstance(value.plan, Plan):
         raise EvaluationError(f"{value} is not an event")
     return value.plan.trigger
