@@ -28,6 +28,7 @@ _HINTS = {
     "'": "; strings are in double quotes",
     "%": "; the remainder is 'mod', comments begin with '//'",
     "#": "; comments begin with '//'",
+    "begin": "; of directives there is only include",
     "is": "; values are given with '='",
     "and": "; conditions are joined by '&'",
     "or": "; one of several conditions is written with '|'",

@@ -51,6 +51,7 @@ def test_caret_stays_under_its_column_behind_tabs() -> None:
         ("p(X) :- q(X), r(X).", "human.asl:1:13: expected '.', found ','; conditions are joined by '&'"),
         ("+!a : b != c.", "human.asl:1:9: expected '.', found '!'; unequal is '\\=='"),
         ("+!a <- X is 3.", "human.asl:1:10: expected '.' or ';', found 'is'; values are given with '='"),
+        ("{ begin bc(g) }", "human.asl:1:3: expected 'include', found 'begin'; of directives there is only include"),
         ("# a", "human.asl:1:1: unexpected character '#'; comments begin with '//'"),
     ],
 )
