@@ -10,30 +10,26 @@ which something else could happen.
 from __future__ import annotations
 
 import math
-import random
 from bisect import bisect_left, insort
-from collections.abc import Mapping
 
 from .agent import Agent
+from .books import Books
 from .environment import Environment
 from .errors import BdiError
-from .intentions import TICKS_PER_MS, Message, duration
+from .intentions import Message
 from .participant import Participant
 from .quiet import Quiet
 from .spinning import is_busy, make_up
 from .syntax import Act, Plan
-from .terms import Structure, Variable
+from .terms import Structure
 from .unify import unify
 
-FIRST_FRESH = 100_000
-"""Variables made in a run are numbered from here, those of the sources from 1."""
 
-
-class Run:
-    """The state of a run that its agents share.
+class Run(Books):
+    """A run of a system.
 
     Args:
-        environment: what they perceive and act on.
+        environment: what the agents perceive and act on.
         seed: of the run's one stream of random numbers.
         goal: the agent and the goal with whose achievement the run ends, if any.
     """
@@ -44,25 +40,12 @@ class Run:
     """Whether agents that only look again and again are left alone until something comes to them."""
 
     def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None) -> None:
-        self.environment = environment
+        super().__init__(environment, seed)
         self.agents: dict[str, Participant] = {}
-        self.prints: list[str] = []
-        self.actions: list[tuple[str, str]] = []
-        self.warnings: list[str] = []
-        self.rounds = 0
-        self._skipped = 0
-        """The ticks of the virtual clock in which nobody had anything to do."""
         self.earliest_deadline = math.inf
         """No wait is over before this tick."""
-        self.progress = 0
-        """Grows with everything an agent does that another, or the user, could notice, or that it could remember."""
-        self._seed = seed
-        self._random: random.Random | None = None
         self._goal = goal
         self._ended = ""
-        self._fresh = FIRST_FRESH
-        self.sent = 0
-        """Messages sent so far."""
         self._seen_changes = environment.changes
         self._until = 0
         """The round that the agents may go on to by themselves."""
@@ -86,29 +69,6 @@ class Run:
         return self._goal is None
 
     # --- what agents use
-
-    @property
-    def ticks(self) -> int:
-        """The virtual clock."""
-        return self.rounds + self._skipped
-
-    @property
-    def time_ms(self) -> float:
-        """Virtual time."""
-        return self.ms(self.ticks)
-
-    @staticmethod
-    def ms(ticks: int) -> float:
-        """Ticks as milliseconds."""
-        return ticks / TICKS_PER_MS
-
-    def after(self, wait_ms: float) -> float:
-        """The tick at which a wait that begins now is over."""
-        return self.ticks + duration(wait_ms)
-
-    def percept_versions(self, agent: str) -> Mapping[str, int]:
-        """Where an agent looks whether its percepts have changed: a number for each agent that grows with them."""
-        return self.environment.versions
 
     def something_else_can_happen(self) -> bool:
         """While one agent was alone: whether by the next round another has something to do, a wait or the run ends."""
@@ -146,37 +106,6 @@ class Run:
                 if other.has_work():
                     self.wake(other)
         return bool(success)
-
-    def print(self, agent: str, text: str) -> None:
-        """Note what an agent prints."""
-        self.prints.append(f"[{agent}] {text}")
-        self.progress += 1
-
-    def warn(self, text: str) -> None:
-        """Note what the author of the models should know."""
-        self.warnings.append(text)
-        self.progress += 1
-
-    def draw(self) -> float:
-        """The next random number, from 0 inclusive to 1 exclusive."""
-        if self._random is None:
-            self._random = random.Random(self._seed)
-        self.progress += 1
-        return self._random.random()
-
-    def fresh(self) -> Variable:
-        """A variable that occurs nowhere else in the run."""
-        self._fresh += 1
-        return Variable(f"_{self._fresh}")
-
-    def is_fresh(self, variable: Variable) -> bool:
-        """Whether :meth:`fresh` made the variable."""
-        return variable[:1] == "_" and variable[1:].isdigit() and int(variable[1:]) > FIRST_FRESH
-
-    def next_message_number(self) -> str:
-        """A number for a message."""
-        self.sent += 1
-        return f"mid{self.sent}"
 
     def note_achieved(self, agent: str, goal: Structure) -> None:
         """A plan for a goal has come to its end."""
@@ -227,7 +156,7 @@ class Run:
                 return self._ended
             if self.spinning and self.stands_still():
                 return "spin"
-            if self.rounds + self._skipped >= self.earliest_deadline:
+            if self.rounds + self.skipped >= self.earliest_deadline:
                 self._end_waits()
             if self.rounds >= quiet.due and quiet.spinning() and (not self._jump() or quiet.polling()):
                 return "spin"
@@ -335,8 +264,8 @@ class Run:
         """An intention has begun to wait until then."""
         if deadline < self.earliest_deadline:
             self.earliest_deadline = deadline
-        if deadline - self._skipped < self._until:
-            self._until = int(deadline) - self._skipped
+        if deadline - self.skipped < self._until:
+            self._until = int(deadline) - self.skipped
 
     def _jump(self) -> bool:
         """Go to the next moment at which a wait is over; False if there is none."""
@@ -345,12 +274,12 @@ class Run:
             self.earliest_deadline = min(map(_earliest_deadline, self._order))
         if self.earliest_deadline == math.inf:
             return False
-        self._skipped = max(self._skipped, int(self.earliest_deadline) - self.rounds)
+        self.skipped = max(self.skipped, int(self.earliest_deadline) - self.rounds)
         self._end_waits()
         return True
 
     def _end_waits(self) -> None:
-        now, earliest = self.rounds + self._skipped, math.inf
+        now, earliest = self.rounds + self.skipped, math.inf
         for agent in self._order:
             if agent.waits or agent.questions:
                 agent.end_waits(now)

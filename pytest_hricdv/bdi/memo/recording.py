@@ -123,7 +123,7 @@ class RecordingRun(Run):
             BdiError: an agent cannot go on.
         """
         ticks = self.ticks
-        self._skipped, self.rounds, self._looked = ticks, 0, 0
+        self.skipped, self.rounds, self._looked = ticks, 0, 0
         self._progress = self.progress
         self.notes.questions = {}
         self._ended = ""
