@@ -96,7 +96,8 @@ def ask(agent: Agent, formula: Formula, bindings: Bindings) -> bool:
 def _may_bind(formula: Formula) -> bool:
     """Whether deciding a formula may change the bindings, even if it does not hold then."""
     if isinstance(formula, And):
-        return not _are_propositions(formula.parts)
+        only_compares = all(isinstance(part, (Comparison, Not)) and not _may_bind(part) for part in formula.parts)
+        return not (only_compares or _are_propositions(formula.parts))
     if isinstance(formula, Comparison):
         return formula.operator[0] == "="
     return not isinstance(formula, Not) and not (isinstance(formula, Structure) and formula.ground)
@@ -267,11 +268,25 @@ def comparison_of(formula: Comparison) -> Callable[[Agent, Bindings], bool]:
     if relation is None or left is None or right is None:
         return lambda agent, bindings: compare(agent, formula, bindings, [])
 
+    if isinstance(formula.left, Variable) and isinstance(formula.right, Number):
+        return _with_number(formula, formula.left, formula.right)
+
     def comparison(agent: Agent, bindings: Bindings) -> bool:
         x, y = left(bindings), right(bindings)
         if type(x) is Number and type(y) is Number:
             return relation(x, y)
         return compare(agent, formula, bindings, [])
+
+    return comparison
+
+
+def _with_number(formula: Comparison, name: Variable, number: Number) -> Callable[[Agent, Bindings], bool]:
+    """For the commonest of all comparisons, such as ``N > 1``."""
+    relation = _RELATIONS[formula.operator]
+
+    def comparison(agent: Agent, bindings: Bindings) -> bool:
+        value = bindings.get(name)
+        return relation(value, number) if type(value) is Number else compare(agent, formula, bindings, [])
 
     return comparison
 

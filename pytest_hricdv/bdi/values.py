@@ -88,6 +88,8 @@ def _arithmetic(term: Arithmetic) -> Value | None:
     built_in = _BUILT_IN.get(term.operator)
     if built_in is not None and isinstance(left, Variable) and isinstance(right, Number):
         return _of_variable(built_in, left, right)
+    if built_in is not None and isinstance(left, Variable) and isinstance(right, Variable):
+        return _of_variables(built_in, left, right)
     first, second = value_of(left), value_of(right)
     if first is None or second is None:
         return None
@@ -111,5 +113,15 @@ def _of_variable(operation: Callable[[float, float], float], variable: Variable,
     def value(bindings: Bindings) -> Term | None:
         bound = bindings.get(variable)
         return Number(operation(bound, number)) if type(bound) is Number else None
+
+    return value
+
+
+def _of_variables(operation: Callable[[float, float], float], left: Variable, right: Variable) -> Value:
+    """The next commonest, such as ``Now - Since``."""
+
+    def value(bindings: Bindings) -> Term | None:
+        x, y = bindings.get(left), bindings.get(right)
+        return Number(operation(x, y)) if type(x) is Number and type(y) is Number else None
 
     return value
