@@ -137,6 +137,39 @@ def test_engines_agree_on_one_that_spins_through_segments_of_a_run() -> None:
     assert_steered_engines_agree(sources, STEER, [set(), {"p0"}, {"p1"}, {"p0", "p1"}])
 
 
+MANY_UPDATES = "; ".join(f"-+p({number})" for number in range(12))
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        f"!w. !g. +!w <- .wait(0.5); .print(woken). +!g <- {MANY_UPDATES}; ?p(X); .print(X).",
+        f"!g. +!g <- .wait(0.5); !!h; {MANY_UPDATES}; .print(g). +!h <- .wait(0.3); .print(h).",
+        "p(50). s(1). s(2). s(3). !g. +!g <- .abolish(s(_)); -+p(0); .print(g). -s(X) : p(Y) <- .print(X, Y).",
+        f"!g. +!g <- .send(a, tell, x); {MANY_UPDATES}; .print(g). +x : p(X) <- .print(X).",
+        f"!g. +!g : .send(b, tell, x) <- {MANY_UPDATES}; .send(b, tell, y); .print(g).",
+        f"!g. +!g <- if (.send(b, tell, x)) {{ -+p(20) }}; {MANY_UPDATES}; act(1). +q(X) : p(Y) <- .print(X, Y).",
+        f"!g. +!g <- .wait(p(5)); .print(five). +!h <- {MANY_UPDATES}. !h.",
+        f"!g. +!g <- !h; .print(g). +!h <- {MANY_UPDATES}. +p(7) <- .print(seven); +r. -p(8) <- .print(eight).",
+        f"!g. +!g <- .send(b, askOne, x, A, 1); .print(A). !h. +!h <- {MANY_UPDATES}; .print(h).",
+    ],
+    ids=[
+        "wait",
+        "later wait",
+        "several events",
+        "own message",
+        "context",
+        "condition",
+        "condition awaited",
+        "noticed update",
+        "question",
+    ],
+)
+def test_agent_that_is_alone_for_long_notices_what_comes_between(source: str) -> None:
+    other = "+x[source(S)] <- .wait(0.2); .send(S, tell, q(9)). +y <- .print(y)."
+    assert_engines_agree({"a": source, "b": other}, World)
+
+
 def test_engines_agree_where_nobody_there_perceives_anything(tmp_path: Path) -> None:
     system_of(tmp_path, a="!g. +!g <- .print(x).")
     results = []
