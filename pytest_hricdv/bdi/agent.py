@@ -186,6 +186,8 @@ class Agent(Mind):
             self.intentions.append(intention)
             if not plan.builtin:
                 self.executed.append(plan.label)
+            if plan.spins:
+                self.looked = self.run.rounds
             if plan.atomic:
                 self._atomic = intention
             return frame

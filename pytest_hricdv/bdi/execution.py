@@ -16,7 +16,7 @@ from .conditions import comparison_of, question_of
 from .formulas import Comparison
 from .instances import instantiate, literal_of, maker_of
 from .intentions import Frame, Intention
-from .spinning import leave_alone, pursues_itself
+from .spinning import leave_alone
 from .syntax import Achieve, Act, Believe, Check, For, If, Internal, Plan, Statement, Test, While
 from .terms import Annotated, Quoted, Structure, Variable
 from .updates import believe
@@ -36,7 +36,7 @@ cannot go on."""
 def step_of(statement: Statement, plan: Plan) -> Step:
     """How a statement of a plan is executed."""
     if statement.step is None:
-        step = _again(plan) if pursues_itself(plan) else _MAKERS[type(statement)](statement)
+        step = _again(plan) if plan.spins else _MAKERS[type(statement)](statement)
         object.__setattr__(statement, "step", step)
     return statement.step  # type: ignore[return-value]
 

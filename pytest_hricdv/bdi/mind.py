@@ -44,6 +44,8 @@ class Mind:
         self.library = library
         self.awake = True
         """Whether it may have something to do; an agent that has not is left alone by the scheduler."""
+        self.looked = -1
+        """The round in which it has selected a plan that does nothing but look again."""
         self.spin: Spin | None = None
         """What it does all the time, if it is left alone with that."""
         self.place = 0
@@ -158,7 +160,8 @@ class Mind:
         """Whether the event of a goal is all that it has, and nothing but what comes from outside changes that."""
         if len(self.events) > 1 or self.suspending or self.has_news():
             return False
-        return not self.beliefs.open and self.library.is_steady(goal.key)
+        # What the plan looks for may have come after the plan was selected.
+        return self.looked == self.run.rounds and not self.beliefs.open and self.library.is_steady(goal.key)
 
     def fresh(self) -> Variable:
         """A variable that occurs nowhere else in the run."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from .formulas import And, Comparison, Formula, Not, Or
-from .syntax import Achieve, Plan
+from .syntax import Plan
 from .terms import Structure, is_evaluable
 
 if TYPE_CHECKING:
@@ -26,17 +26,6 @@ class Spin(NamedTuple):
 
     label: str
     since: int
-
-
-def pursues_itself(plan: Plan) -> bool:
-    """Whether a plan does nothing but pursue its own goal again."""
-    goal = plan.trigger.literal
-    if plan.trigger.sign != "+!" or plan.atomic or len(plan.body) != 1 or not isinstance(goal, Structure):
-        return False
-    (again,) = plan.body
-    if not isinstance(again, Achieve) or again.apart or again.literal != goal:
-        return False
-    return goal.ground and not goal.annots
 
 
 def is_steady(relevant: tuple[Plan, ...]) -> bool:

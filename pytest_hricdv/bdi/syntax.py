@@ -194,12 +194,23 @@ class Plan:
     atomic: bool = field(init=False, compare=False)
     plain: bool = field(init=False, compare=False)
     """Whether every event with its trigger's key is one that the plan is for."""
+    spins: bool = field(init=False, compare=False)
+    """Whether it does nothing but pursue its own goal again: ``+!w : not x <- !w``."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "atomic", Structure("atomic") in self.annots)
         wanted = self.trigger.literal
         plain = isinstance(wanted, Structure) and wanted.ground and not wanted.args and not wanted.annots
         object.__setattr__(self, "plain", plain)
+        object.__setattr__(self, "spins", not self.atomic and self._only_pursues_itself())
+
+    def _only_pursues_itself(self) -> bool:
+        goal = self.trigger.literal
+        if self.trigger.sign != "+!" or len(self.body) != 1 or not isinstance(goal, Structure):
+            return False
+        (again,) = self.body
+        is_same = isinstance(again, Achieve) and not again.apart and again.literal == goal
+        return is_same and goal.ground and not goal.annots
 
     @property
     def labelled(self) -> bool:

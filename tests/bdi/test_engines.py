@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Result, Structure
+from pytest_hricdv.bdi.system import Engine
 from tests.bdi.generated import PROPOSITIONS, systems
 from tests.bdi.models import BELIEFS, LEG_STARTS, TABLE, system_of
 from tests.bdi.test_programs import OWN, REFERENCE
@@ -130,6 +131,19 @@ def test_engines_agree_where_the_last_statement_replaces_a_belief_by_one_that_is
 def test_engines_agree_where_agents_spin_or_go_ahead(sources: dict[str, str]) -> None:
     assert_engines_agree(sources, Environment)
     assert_engines_agree(sources, World)
+
+
+@pytest.mark.parametrize("trace", [False, True])
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("sooner", range(6))
+def test_what_a_plan_looks_for_may_come_between_its_selection_and_its_step(
+    tmp_path: Path, sooner: int, engine: Engine, trace: bool
+) -> None:
+    waits = "!g. !w. +!g <- .print(1); .print(2); .print(3). +!w : not q <- !w. +!w <- .print(found)."
+    system_of(tmp_path, a=waits, b=f"!s. +!s <- {'.print(y); ' * sooner}.send(a, tell, q).")
+    result = MultiAgentSystem.load(tmp_path / "mas.mas2j", engine=engine).run(trace=trace)
+    assert "[a] found" in result.prints
+    assert result.ended == "idle"
 
 
 def test_engines_agree_on_one_that_spins_through_segments_of_a_run() -> None:

@@ -48,7 +48,10 @@ class CompiledAgent(CompiledMind):
             return 1
         try:
             if feedback or intentions:
-                activity = self._react() if events or feedback else intentions.popleft()
+                if events or feedback:
+                    activity = self._react()
+                else:
+                    activity = self.resumed = intentions.popleft()
             else:
                 activity = self._select() if events else None
         except BailError:
@@ -115,7 +118,11 @@ class CompiledAgent(CompiledMind):
             acted, _ = feedback.popleft()
             if resumed(acted):
                 intentions.append(acted)
-        return intentions.popleft() if intentions else None
+        if not intentions:
+            return None
+        chosen = intentions.popleft()
+        self.resumed = None if chosen is activity else chosen
+        return chosen
 
     def _select(self) -> Activity | None:
         """Find a plan for an event; the activity that goes on with it.
@@ -135,6 +142,7 @@ class CompiledAgent(CompiledMind):
                 events.appendleft((goal, activity))
                 raise
             if selected is not None:
+                self.resumed = None
                 plan, values = selected
                 if activity is not None:
                     begin(activity, goal, plan, values)

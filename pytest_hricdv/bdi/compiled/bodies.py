@@ -9,7 +9,6 @@ where the interpreter would have its intention.
 from __future__ import annotations
 
 from ..formulas import Formula
-from ..spinning import pursues_itself
 from ..syntax import Body, Check, EventKey, For, If, Plan, Test, While, posted
 from ..terms import Key, Structure, Variable, is_name, source
 from .conditions import Conditions, binds
@@ -48,7 +47,7 @@ class BodyWriter:
     ) -> None:
         self._forgotten = forgotten
         self.writer = writer
-        self._spins = steady and pursues_itself(plan)
+        self._spins = steady and plan.spins
         self.program = program
         self.plan = plan
         self.receivers = receivers

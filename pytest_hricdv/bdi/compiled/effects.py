@@ -52,7 +52,9 @@ def spin(agent: CompiledAgent, activity: Activity, goal: Goal, left: int) -> int
     """
     activity.pc = 0
     agent.events.append((goal, activity))
-    if len(agent.events) == 1 and not (agent.intentions or agent.mailbox or agent.feedback):
+    # What the plan looks for may have come after the plan was selected.
+    is_new = agent.resumed is not activity or left < agent.granted
+    if is_new and len(agent.events) == 1 and not (agent.intentions or agent.mailbox or agent.feedback):
         agent.look_up()
         leave_alone(agent, activity.plan.plan.label, agent.run.rounds + agent.granted - left + 1)
     return 1 - left

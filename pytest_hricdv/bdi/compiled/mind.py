@@ -52,6 +52,7 @@ class CompiledMind:
         "p",
         "place",
         "questions",
+        "resumed",
         "run",
         "seen_percepts",
         "spin",
@@ -93,6 +94,8 @@ class CompiledMind:
         self.executed: list[str] = []
         self.activities = 0
         """Activities so far."""
+        self.resumed: Activity | None = None
+        """The activity that it has gone on with last, if its plan was not selected in that cycle."""
         self.granted = 0
         """The cycles that may be done at once."""
         self.ahead = 0
