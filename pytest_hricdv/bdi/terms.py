@@ -14,8 +14,6 @@ from .numerals import number_text
 
 Key = tuple[bool, str, int]
 """What beliefs and plans are indexed by: strongly negated?, functor, arity."""
-_KEYS: dict[Key, Key] = {}
-"""Every key once: where one is looked up, what it finds is most often the same object, and need not be compared."""
 
 
 class Number(float):
@@ -98,8 +96,7 @@ class Structure:
         self.annots = annots
         self.negated = negated
         self.annots_tail = annots_tail
-        key = (negated, functor, len(args))
-        self.key: Key = _KEYS.setdefault(key, key)
+        self.key: Key = (negated, functor, len(args))
         ground = annots_tail is None
         for term in (*args, *annots) if annots else args:
             kind = type(term)
