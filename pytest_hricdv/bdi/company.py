@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
-from .syntax import Act, Program, children
+from .syntax import Act, Program, parts_of
 from .terms import Call, Quoted, Structure
 
 # fmt: off
@@ -43,7 +43,7 @@ class Company:
     @classmethod
     def of(cls, programs: Mapping[str, Program]) -> Self:
         """The agents with these programs, by their names."""
-        parts = {name: list(_parts((program.beliefs, program.plans))) for name, program in programs.items()}
+        parts = {name: list(parts_of((program.beliefs, program.plans))) for name, program in programs.items()}
         acting = sum(any(isinstance(part, Act) for part in found) for found in parts.values())
         printing = sum(any(_prints(part) for part in found) for found in parts.values())
         private = all(_is_blind(part) for found in parts.values() for part in found)
@@ -63,12 +63,3 @@ def _is_blind(part: object) -> bool:
         force = part.args[_FORCE_AT[part.name] : _FORCE_AT[part.name] + 1]
         return all(isinstance(each, Structure) and each.functor in _HARMLESS for each in force)
     return part.name in _BLIND or part.name.startswith("math.")
-
-
-def _parts(node: object) -> Iterable[object]:
-    pending = [node]
-    while pending:
-        part = pending.pop()
-        yield part
-        if not isinstance(part, (float, str)):
-            pending.extend(children(part))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from .errors import Location
 from .formulas import And, Comparison, Formula, GoalTerm, Not, Or
-from .terms import SOURCE_SELF, Annotated, Arithmetic, Call, Key, ListTerm, Number, Quoted, Structure, Term, Variable
+from .terms import SOURCE_SELF, Annotated, Arithmetic, Call, Key, ListTerm, Quoted, Structure, Term, Variable
 
 if TYPE_CHECKING:
     from .execution import Step
@@ -253,15 +254,16 @@ TRUE = Structure("true")
 
 def variables_of(node: object) -> set[Variable]:
     """The variables in a term or formula."""
-    found: set[Variable] = set()
-    pending: list[object] = [node]
+    return {part for part in parts_of(node) if isinstance(part, Variable)}
+
+
+def parts_of(node: object) -> Iterator[object]:
+    """A term, formula, statement or plan, or a tuple of them, and all its parts, in the order of the text."""
+    pending = [node]
     while pending:
         part = pending.pop()
-        if isinstance(part, Variable):
-            found.add(part)
-        elif not isinstance(part, Number):
-            pending.extend(children(part))
-    return found
+        yield part
+        pending.extend(reversed(children(part)))
 
 
 def children(node: object) -> tuple[object, ...]:

@@ -11,7 +11,7 @@ from ..errors import BdiError, BdiSyntaxError, EvaluationError
 from ..formulas import Formula
 from ..intentions import Intention
 from ..substitution import Bindings
-from ..syntax import Program, children
+from ..syntax import Program, parts_of
 from ..terms import Call, ListTerm, Number, String, Structure, Term, Variable
 from ..unify import Trail, undo, unify
 
@@ -207,13 +207,7 @@ def check_calls(program: Program) -> None:
 
 def check_calls_of(tree: object) -> None:
     """As :func:`check_calls`, for any part of a program."""
-    pending: list[object] = [tree]
-    calls: list[Call] = []
-    while pending:
-        node = pending.pop()
-        if isinstance(node, Call):
-            calls.append(node)
-        pending.extend(children(node))
+    calls = [part for part in parts_of(tree) if isinstance(part, Call)]
     for call in sorted(calls, key=lambda call: (call.location.file, call.location.line, call.location.column)):
         check_call(call)
 

@@ -10,7 +10,7 @@ from ..company import Company
 from ..formulas import Formula
 from ..intentions import duration
 from ..library import PlanLibrary
-from ..syntax import Achieve, Act, Believe, Check, EventKey, For, If, Internal, Plan, Statement, Test, While, children
+from ..syntax import Achieve, Act, Believe, Check, EventKey, For, If, Internal, Plan, Statement, Test, While, parts_of
 from ..terms import Call, Number, Structure
 from .layout import Layout, blocks
 from .program import Calm
@@ -40,8 +40,10 @@ class CalmAnalysis:
     def calm(self) -> dict[EventKey, Calm]:
         """For each event that there are plans for, the cycles from the one on in which a plan is selected."""
         keys = {key for plan in self._plans if (key := plan.trigger.key) is not None}
+        if self._handles_failures:
+            return dict.fromkeys(keys, (0, 0))
         self._triggers = {(key, is_open): CALM for key in keys for is_open in (False, True)}
-        changed = not self._handles_failures
+        changed = True
         while changed:
             changed = False
             for (key, is_open), known in self._triggers.items():
@@ -49,8 +51,6 @@ class CalmAnalysis:
                 if found < known:
                     self._triggers[key, is_open] = found
                     changed = True
-        if self._handles_failures:
-            return dict.fromkeys(keys, (0, 0))
         return {key: (self._triggers[key, False], self._triggers[key, True]) for key in keys}
 
     def _of_plan(self, plan: Plan, is_open: bool) -> int:
@@ -110,11 +110,4 @@ class CalmAnalysis:
 
 
 def _calls(formula: Formula) -> bool:
-    pending: list[object] = [formula]
-    while pending:
-        part = pending.pop()
-        if isinstance(part, Call):
-            return True
-        if not isinstance(part, (float, str)):
-            pending.extend(children(part))
-    return False
+    return any(isinstance(part, Call) for part in parts_of(formula))

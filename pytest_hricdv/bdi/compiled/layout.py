@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..syntax import Body, For, If, Plan, Statement, While, children
+from ..syntax import Body, For, If, Plan, Statement, While, parts_of
 from ..terms import Variable
 
 Numbered = tuple[int, Statement]
@@ -10,15 +10,7 @@ Numbered = tuple[int, Statement]
 
 def variables_in(node: object) -> tuple[Variable, ...]:
     """The variables in a part of a program, in order of appearance."""
-    found: dict[Variable, None] = {}
-    pending: list[object] = [node]
-    while pending:
-        part = pending.pop()
-        if isinstance(part, Variable):
-            found[part] = None
-        elif not isinstance(part, float):
-            pending.extend(reversed(children(part)))
-    return tuple(found)
+    return tuple(dict.fromkeys(part for part in parts_of(node) if isinstance(part, Variable)))
 
 
 class Layout:

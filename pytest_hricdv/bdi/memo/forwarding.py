@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ..compiled.layout import variables_in
 from ..library import PlanLibrary
 from ..prototype import Prototype
-from ..syntax import For, Internal, Plan, Statement, children
+from ..syntax import For, Internal, Plan, Statement, parts_of
 from ..terms import Key, Structure, Term, Variable
 
 
@@ -72,7 +72,7 @@ def _forwarded(library: PlanLibrary, key: Key) -> tuple[set[str], set[str]] | No
     mentions = sum(_mentions(plan, key) for plan in plans)
     if not loops or mentions != len(loops):
         return None
-    atoms = {part.functor for plan in plans for part in _parts(plan) if isinstance(part, Structure) and not part.args}
+    atoms = {part.functor for plan in plans for part in parts_of(plan) if isinstance(part, Structure) and not part.args}
     return receivers, atoms - receivers
 
 
@@ -92,23 +92,12 @@ def _forwards(statement: Statement, variable: Term) -> bool:
 
 
 def _statements(body: object) -> list[Statement]:
-    return [part for part in _parts(body) if isinstance(part, Statement)]
+    return [part for part in parts_of(body) if isinstance(part, Statement)]
 
 
 def _count(node: object, variable: Term) -> int:
-    return sum(isinstance(part, Variable) and part == variable for part in _parts(node))
+    return sum(isinstance(part, Variable) and part == variable for part in parts_of(node))
 
 
 def _mentions(plan: Plan, key: Key) -> int:
-    return sum(isinstance(part, Structure) and part.key == key for part in _parts(plan))
-
-
-def _parts(node: object) -> list[object]:
-    found: list[object] = []
-    pending: list[object] = [node]
-    while pending:
-        part = pending.pop()
-        found.append(part)
-        if not isinstance(part, (float, str)):
-            pending.extend(children(part))
-    return found
+    return sum(isinstance(part, Structure) and part.key == key for part in parts_of(plan))
