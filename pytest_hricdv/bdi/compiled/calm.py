@@ -39,7 +39,9 @@ class CalmAnalysis:
 
     def calm(self) -> dict[EventKey, Calm]:
         """For each event that there are plans for, the cycles from the one on in which a plan is selected."""
-        keys = {key for plan in self._plans if (key := plan.trigger.key) is not None}
+        # Goals are most often pursued above the plans for them: what follows is known first.
+        plans = reversed(self._plans)
+        keys = list(dict.fromkeys(key for plan in plans if (key := plan.trigger.key) is not None))
         if self._handles_failures:
             return dict.fromkeys(keys, (0, 0))
         self._triggers = {(key, is_open): CALM for key in keys for is_open in (False, True)}
