@@ -10,7 +10,7 @@ from .calling import hand_back, optimize_tail_recursion
 from .conditions import ask
 from .errors import EvaluationError
 from .execution import step_of
-from .intentions import Event, Frame, Intention
+from .intentions import Event, Frame, Intention, Message
 from .mind import Mind
 from .spinning import take_up
 from .substitution import Bindings, substitute
@@ -20,8 +20,6 @@ from .unify import Trail
 
 class Agent(Mind):
     """An agent in a run, interpreted: a mind, and the reasoning cycle on it."""
-
-    takes_letters = False
 
     # --- the reasoning cycle
 
@@ -108,7 +106,7 @@ class Agent(Mind):
                 if frame.pc >= len(frame.body):
                     self.clear(intention)
                 else:
-                    self.current = intention
+                    self.attend(intention)
                     try:
                         statement = frame.body[frame.pc]
                         while done := (statement.step or step_of(statement, frame.plan))(self, intention, frame):
@@ -136,7 +134,7 @@ class Agent(Mind):
                         self.disturbed = True
                         failure.fail(self, intention, getattr(error, "kind", "unknown"), str(error))
                     finally:
-                        self.current = None
+                        self.attend(None)
         if self.waits and self.beliefs.version != self._condition_version:
             self._condition_version = self.beliefs.version
             waiting.wake_by_conditions(self)
@@ -144,8 +142,13 @@ class Agent(Mind):
             seen = self._percept_versions.get(self.name, 0) == self._seen_percepts
             self.awake = not seen or bool(self.mailbox or self.woken)
 
-    end_waits = waiting.end_waits
-    receive = communication.receive
+    def end_waits(self, now: int) -> None:
+        """Let the intentions go on, or fail, whose wait is over, the earliest first."""
+        waiting.end_waits(self, now)
+
+    def receive(self, message: Message) -> None:
+        """Act on a message."""
+        communication.receive(self, message)
 
     def interpreted(self) -> Agent:
         """This agent: it is in the form that the interpreter runs."""

@@ -7,7 +7,7 @@ runaway recursion with an error that names the rule.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .comparison import compare
 from .errors import BdiError, EvaluationError
@@ -25,7 +25,7 @@ MAX_CHOICES = 50_000
 MAX_NESTED_QUERIES = 60
 """Queries within queries, through ``not`` and ``.findall``: bounded by Python's stack."""
 
-Goals = tuple[Formula, "Goals"] | None
+Goals = tuple[Formula, Any] | None
 """What is left to show, first things first."""
 
 

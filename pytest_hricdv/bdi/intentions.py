@@ -135,7 +135,7 @@ class Wait:
 
     def __init__(
         self,
-        intention: Intention,
+        intention: Any,
         since: int,
         deadline: float | None = None,
         trigger: Trigger | None = None,

@@ -30,7 +30,7 @@ class JitteredRun(Run):
         environment: what the agents perceive and act on.
         seed: of the delays and, in a stream of its own, of the agents' random numbers.
         goal: the agent and the goal with whose achievement the run ends, if any.
-        jitter: by how many rounds something is late at most.
+        jitter: by how many rounds something is late at most; if 0, it is a run like any other.
     """
 
     def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int) -> None:
@@ -54,10 +54,15 @@ class JitteredRun(Run):
 
     def percept_versions(self, agent: str) -> Mapping[str, int]:
         """A view on the environment's versions that is late."""
+        if not self._jitter:
+            return super().percept_versions(agent)
         return self._late.setdefault(agent, _LateVersions(self, agent))
 
     def deliver(self, to: Participant, message: Message) -> None:
         """Send a message on its way, not to arrive before an earlier one from the same sender."""
+        if not self._jitter:
+            super().deliver(to, message)
+            return
         way = (message.sender, to.name)
         arrival = max(self.round_of_arrival(), self._last_arrivals.get(way, 0))
         self._last_arrivals[way] = arrival
@@ -77,6 +82,8 @@ class JitteredRun(Run):
 
     def _rounds(self, until: int) -> bool:
         """Do one round, unless no agent has anything to do, now or once what is under way has arrived."""
+        if not self._jitter:
+            return super()._rounds(until)
         self._arrive()
         agents = list(self.agents.values())
         self._chance.shuffle(agents)

@@ -9,9 +9,9 @@ from .beliefs import BeliefBase
 from .errors import BdiError
 from .formulas import Formula
 from .inference import MAX_NESTED_QUERIES
-from .intentions import Event, Intention, Message, Question, Wait
+from .intentions import Event, Intention
 from .library import PlanLibrary
-from .spinning import Spin
+from .participant import Participant
 from .syntax import Plan
 from .terms import Structure, Variable
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from .scheduler import Run
 
 
-class Mind:
+class Mind(Participant):
     """What an interpreted agent believes, intends and has yet to react to.
 
     Args:
@@ -38,33 +38,21 @@ class Mind:
         library: PlanLibrary,
         events: list[tuple[str, Structure]],
     ) -> None:
-        self.name = name
-        self.run = run
+        super().__init__(name, run, takes_letters=False)
         self.beliefs = beliefs
         self.library = library
-        self.awake = True
-        """Whether it may have something to do; an agent that has not is left alone by the scheduler."""
         self.looked = -1
         """The round in which it has selected a plan that does nothing but look again."""
-        self.spin: Spin | None = None
-        """What it does all the time, if it is left alone with that."""
-        self.place = 0
-        """Its place in the order in which agents act."""
-        self.mailbox: deque[Message] = deque()
         self.events: deque[Event] = deque(Event(sign, literal, None) for sign, literal in events)
         self.feedback: deque[tuple[Intention, bool]] = deque()
         self.intentions: deque[Intention] = deque()
-        self.waits: list[Wait] = []
         self.woken: list[Intention] = []
         """Intentions that will go on with the next cycle: what they waited for has happened in this one."""
-        self.questions: dict[str, Question] = {}
         self.listed: tuple[Structure, ...] = ()
         """What its environment listed when it last looked."""
         self.suspended: list[Intention] = []
         self.suspending: list[Intention] = []
         """Intentions that will be suspended as soon as what they wait for has come."""
-        self.executed: list[str] = []
-        """The labels of the plans selected as intended means, in order."""
         self.current: Intention | None = None
         """The intention whose statement is being executed."""
         self.left = 1
@@ -128,6 +116,10 @@ class Mind:
             self.suspended.append(intention)
         else:
             self.intentions.append(intention)
+
+    def attend(self, intention: Intention | None) -> None:
+        """Begin to execute a statement of an intention, or end that."""
+        self.current = intention
 
     def note_end(self, intention: Intention) -> None:
         """An intention has ended, by success or failure."""

@@ -19,7 +19,7 @@ from .scheduler import Run
 from .substitution import Bindings, free_variables, substitute_only
 from .syntax import Plan, Program, Rule
 from .terms import SOURCE_SELF, Structure, Variable
-from .tracing import TracedAgent, TracedRun
+from .traced import TracedAgent, TracedRun
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from .scheduler import Run
-from .tracing import Trace, TracedRun
+from .traced import TracedRun
+from .tracing import Trace
 
 
 class Result(NamedTuple):

@@ -21,7 +21,7 @@ from .result import Result
 from .scheduler import Run
 from .syntax import Plan, Program
 from .terms import Structure
-from .tracing import TracedJitteredRun, TracedRun
+from .traced import TracedRun
 
 Engine = Literal["interpreter", "compiled", "memo"]
 """How agents are run; the outcome is the same."""
@@ -229,7 +229,6 @@ class MultiAgentSystem:
 
 
 def _new_run(environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int, trace: bool) -> Run:
-    if jitter:
-        kind = TracedJitteredRun if trace else JitteredRun
-        return kind(environment, seed, goal, jitter)
-    return TracedRun(environment, seed, goal) if trace else Run(environment, seed, goal)
+    if trace:
+        return TracedRun(environment, seed, goal, jitter)
+    return JitteredRun(environment, seed, goal, jitter) if jitter else Run(environment, seed, goal)

@@ -10,31 +10,11 @@ from __future__ import annotations
 from functools import lru_cache
 
 from .errors import Location
-from .numerals import number_text
+from .scalars import Number as Number
+from .scalars import Variable as Variable
 
 Key = tuple[bool, str, int]
 """What beliefs and plans are indexed by: strongly negated?, functor, arity."""
-
-
-class Number(float):
-    """A number; like Jason's, always a double, printed without a fraction when it has none."""
-
-    __slots__ = ()
-
-    def __str__(self) -> str:
-        return number_text(float(self))
-
-    def __repr__(self) -> str:
-        return f"Number({number_text(float(self))})"
-
-
-class Variable(str):
-    """A logical variable, known by its name."""
-
-    __slots__ = ()
-
-    def __repr__(self) -> str:
-        return f"Variable({self!s})"
 
 
 class String:
@@ -68,6 +48,7 @@ class Structure:
         annots: its annotations, kept in term order as Jason keeps them.
         negated: whether it is strongly negated (``~p``).
         annots_tail: the variable after ``|`` in the annotations, if any.
+        known_ground: that there are no variables in it is known, and need not be found out.
     """
 
     __slots__ = (
@@ -90,6 +71,7 @@ class Structure:
         annots: tuple[Term, ...] = (),
         negated: bool = False,
         annots_tail: Variable | None = None,
+        known_ground: bool = False,
     ) -> None:
         self.functor = functor
         self.args = args
@@ -97,11 +79,12 @@ class Structure:
         self.negated = negated
         self.annots_tail = annots_tail
         self.key: Key = (negated, functor, len(args))
-        ground = annots_tail is None
-        for term in (*args, *annots) if annots else args:
-            kind = type(term)
-            if kind is not Number and kind is not String:
-                ground = ground and is_ground(term)
+        ground = known_ground or annots_tail is None
+        if not known_ground:
+            for term in (*args, *annots) if annots else args:
+                kind = type(term)
+                if kind is not Number and kind is not String:
+                    ground = ground and is_ground(term)
         self.ground = ground
         self.evaluable = not ground and (any(map(is_evaluable, args)) or any(map(is_evaluable, annots)))
         self._hash: int | None = None
@@ -149,9 +132,6 @@ class Structure:
 
     def __repr__(self) -> str:
         return f"Structure({self})"
-
-
-_new = Structure.__new__
 
 
 class ListTerm:
@@ -333,14 +313,7 @@ EMPTY_LIST = ListTerm()
 
 def ground_structure(key: Key, args: tuple[Term, ...], annots: tuple[Term, ...]) -> Structure:
     """A structure of ground arguments and ground annotations in order: nothing of it is looked at, as it is known."""
-    made = _new(Structure)
-    made.negated, made.functor, _ = made.key = key
-    made.args = args
-    made.annots = annots
-    made.annots_tail = made._hash = made._text = None
-    made.ground = True
-    made.evaluable = False
-    return made
+    return Structure(key[1], args, annots, key[0], None, True)
 
 
 def in_order(terms: tuple[Term, ...]) -> tuple[Term, ...]:

@@ -242,7 +242,7 @@ class CompiledAgent(CompiledMind):
         for wait in waits.copy():
             if wait.deadline is not None and wait.deadline <= now:
                 self.waits.remove(wait)
-                self.resume(wait.intention)  # type: ignore[arg-type]
+                self.resume(wait.intention)
 
     def interpreted(self) -> Agent:
         """The agent in the form that the interpreter runs; it takes this one's place."""

@@ -82,7 +82,9 @@ def compile_program(library: PlanLibrary, company: Company) -> ProgramCode | Non
     for key, name in program.selects.items():
         selection.write(name, key, library.relevant(*key))
     program.source = "\n".join(selection.functions)
-    namespace: dict[str, object] = {**NAMES, **_CHANGES, **names.objects}
+    namespace: dict[str, object] = {}
+    namespace["__name__"] = __name__
+    namespace.update({**NAMES, **_CHANGES, **names.objects})
     exec(compile(program.source, "<compiled AgentSpeak>", "exec"), namespace)
     for key, name in program.selects.items():
         trigger = program.trigger(*key)

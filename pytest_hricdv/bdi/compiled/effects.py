@@ -136,6 +136,6 @@ def wait(agent: CompiledAgent, activity: Activity, ticks: float, left: int) -> i
         return hold(agent, activity, activity.pc, left)
     run = agent.run
     since = run.ticks + agent.granted - left
-    agent.waits.append(Wait(activity, since, since + ticks))  # type: ignore[arg-type]
+    agent.waits.append(Wait(activity, since, since + ticks))
     run.note_deadline(since + ticks)
     return 1 - left

@@ -38,7 +38,7 @@ def to_interpreter(compiled: CompiledAgent) -> Agent:
     agent.feedback = deque((intention_of(activity), success) for activity, success in compiled.feedback)
     agent.intentions = deque(intention_of(activity) for activity in compiled.intentions)
     for wait in compiled.waits:
-        agent.waits.append(Wait(intention_of(wait.intention), wait.since, wait.deadline))  # type: ignore[arg-type]
+        agent.waits.append(Wait(intention_of(wait.intention), wait.since, wait.deadline))
     agent.take_over(compiled.activities, compiled.seen_percepts)
     return agent
 

@@ -6,8 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from ..environment import Environment
-from ..intentions import Message, Question, Wait
-from ..spinning import Spin
+from ..participant import Participant
 from ..terms import Structure
 from .activity import Activity, Pending
 from .code import AgentCode
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
     from ..scheduler import Run
 
 
-class CompiledMind:
+class CompiledMind(Participant):
     """What a compiled agent believes, is busy with and has yet to react to.
 
     Args:
@@ -33,10 +32,8 @@ class CompiledMind:
         "activities",
         "acts_alone",
         "ahead",
-        "awake",
         "code",
         "events",
-        "executed",
         "feedback",
         "goes_ahead",
         "granted",
@@ -46,31 +43,17 @@ class CompiledMind:
         "letters",
         "lines",
         "listed",
-        "mailbox",
-        "name",
         "others",
         "p",
-        "place",
-        "questions",
         "resumed",
-        "run",
         "seen_percepts",
-        "spin",
         "tables",
-        "takes_letters",
-        "waits",
     )
 
     def __init__(self, name: str, run: Run, code: AgentCode) -> None:
-        self.name = name
-        self.run = run
-        self.takes_letters = True
+        super().__init__(name, run, takes_letters=True)
         self.is_watched = False
         """Whether what it is told has to go through :meth:`_believe`."""
-        self.spin: Spin | None = None
-        """What it does all the time, if it is left alone with that."""
-        self.place = 0
-        """Its place in the order in which agents act."""
         self.code = code
         self.letters = code.letters
         """The messages that it sends that are always the same."""
@@ -84,14 +67,10 @@ class CompiledMind:
         """Beliefs with arguments of the predicates that the program tests."""
         self.others = {key: table.copy() for key, table in code.others.items()}
         """Beliefs of other predicates."""
-        self.mailbox: deque[Message] = deque()
         self.events: deque[Pending] = deque(code.events)
         self.feedback: deque[tuple[Activity, bool]] = deque()
         self.intentions: deque[Activity] = deque()
         self._queues = self.mailbox, self.events, self.feedback, self.intentions
-        self.waits: list[Wait] = []
-        self.questions: dict[str, Question] = {}
-        self.executed: list[str] = []
         self.activities = 0
         """Activities so far."""
         self.resumed: Activity | None = None

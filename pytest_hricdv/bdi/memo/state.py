@@ -73,7 +73,7 @@ def restore(agent: CompiledAgent, state: MentalState, without: int | None = None
     agent.waits = []
     for left, activity in state.waits:
         deadline = None if left is None else agent.run.ticks + left
-        agent.waits.append(Wait(_begun(activity), agent.run.ticks, deadline))  # type: ignore[arg-type]
+        agent.waits.append(Wait(_begun(activity), agent.run.ticks, deadline))
         if deadline is not None:
             agent.run.note_deadline(deadline)
     agent.note_seen()

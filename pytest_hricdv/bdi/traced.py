@@ -1,0 +1,168 @@
+"""Runs whose steps are noted, and their agents."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .agent import Agent
+from .beliefs import BeliefBase
+from .environment import Environment
+from .errors import BdiError, Location
+from .formulas import And, Formula
+from .intentions import Event, Frame, Intention, Message
+from .jitter import JitteredRun
+from .library import PlanLibrary
+from .participant import Participant
+from .substitution import Bindings
+from .syntax import Act, Plan
+from .terms import SOURCE_PERCEPT, Structure
+from .tracing import Step
+
+
+class TracedRun(JitteredRun):
+    """A run whose steps are noted; takes what a run with jitter takes."""
+
+    watched = True
+
+    def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int) -> None:
+        self.steps: list[Step] = []
+        self.messages: dict[str, int] = {}
+        """The steps that messages were sent by, by the messages' numbers."""
+        self.acting: TracedAgent | None = None
+        super().__init__(environment, seed, goal, jitter)
+
+    def look(self) -> bool:
+        """After a round: whether the agents only look again and again."""
+        return bool(self.spinning) and self.stands_still()
+
+    def note(self, agent: str, kind: str, text: str, cause: Step | None = None, **details: object) -> Step:
+        """Add a step; what it came from says which plan did it, unless the details do."""
+        plan = cause.plan if cause is not None and cause.kind == "plan" else ""
+        at = self.rounds + 1 if self.acting is not None else 0
+        number = len(self.steps) + 1
+        fields = {"plan": plan, **details, "cause": None if cause is None else cause.number}
+        step = Step(number, at, agent, kind, text, **fields)  # type: ignore[arg-type]
+        self.steps.append(step)
+        return step
+
+    @property
+    def _cause(self) -> Step | None:
+        return None if self.acting is None else self.acting.cause
+
+    def act(self, agent: str, action: Structure, plan: Plan, statement: Act) -> bool:
+        """Note an action and execute it."""
+        self.note(agent, "action", str(action), self._cause)
+        return super().act(agent, action, plan, statement)
+
+    def print(self, agent: str, text: str) -> None:
+        """Note a print."""
+        self.note(agent, "print", text, self._cause)
+        super().print(agent, text)
+
+    def warn(self, text: str) -> None:
+        """Note a warning."""
+        if self.acting is not None:
+            self.note(self.acting.name, "warning", text, self._cause)
+        super().warn(text)
+
+    def deliver(self, to: Participant, message: Message) -> None:
+        """Note a message when it is sent."""
+        if message.number not in self.messages:
+            sender = to.name if message.sender == "self" else message.sender
+            step = self.note(sender, "message", f"{message.force} {message.content} to {to.name}", self._cause)
+            self.messages[message.number] = step.number
+        super().deliver(to, message)
+
+
+class TracedAgent(Agent):
+    """An agent in a traced run; takes what an agent takes."""
+
+    run: TracedRun
+
+    def __init__(
+        self,
+        name: str,
+        run: TracedRun,
+        beliefs: BeliefBase,
+        library: PlanLibrary,
+        events: list[tuple[str, Structure]],
+    ) -> None:
+        super().__init__(name, run, beliefs, library, events)
+        self.cause: Step | None = None
+        """What comes about now comes from this step: what is being reacted to, or the plan being executed."""
+        # Events, frames and intentions are known by their identity while they are in use.
+        self._events = {id(event): self._note_event(event.sign, event.literal, None) for event in self.events}
+        self._frames: dict[int, Step] = {}
+        self._intentions: dict[int, Step] = {}
+
+    def _note_event(self, sign: str, literal: Structure, cause: Step | None) -> Step:
+        kind = "failure" if sign in ("-!", "-?") else "goal" if len(sign) == 2 else "belief"
+        if kind == "belief" and SOURCE_PERCEPT in literal.annots:
+            kind = "percept"
+        return self.run.note(self.name, kind, f"{sign}{literal}", cause)
+
+    def work(self, rounds: int, begun: bool = False) -> int:
+        """Do a reasoning cycle; all that is noted meanwhile is this agent's doing."""
+        self.run.acting, self.cause = self, None
+        return super().work(1, begun)
+
+    def receive(self, message: Message) -> None:
+        """Act on a message; what comes of it comes from its being sent."""
+        self.cause = self.run.steps[self.run.messages[message.number] - 1]
+        super().receive(message)
+        self.cause = None
+
+    def post(self, sign: str, literal: Structure, intention: Intention | None) -> None:
+        """Note an event and add it."""
+        cause = self.cause
+        if cause is None and intention is not None:
+            cause = self._intentions.get(id(intention))
+        step = self._note_event(sign, literal, cause)
+        before = len(self.events)
+        super().post(sign, literal, intention)
+        if len(self.events) > before:
+            self._events[id(self.events[-1])] = step
+
+    def post_goal(self, goal: Structure) -> None:
+        """Note a goal and add it."""
+        step = self._note_event("+!", goal, self.cause)
+        super().post_goal(goal)
+        self._events[id(self.events[-1])] = step
+
+    def _react(self, event: Event) -> Frame | bool:
+        self.cause = self._events.pop(id(event), None)
+        reacted = super()._react(event)
+        if isinstance(reacted, Frame):
+            step = self._note_plan(reacted.plan, reacted.unifier)
+            self._frames[id(reacted)] = self._intentions[id(self.intentions[-1])] = step
+        self.cause = None
+        return reacted
+
+    def attend(self, intention: Intention | None) -> None:
+        """What comes about while an intention's statement is executed comes from the choice of its plan."""
+        super().attend(intention)
+        self.cause = None if intention is None else self._frames.get(id(intention.frames[-1]))
+
+    def _note_plan(self, plan: Plan, bindings: Bindings) -> Step:
+        text = f"@{plan.label} {plan.trigger}" if plan.labelled else str(plan.trigger)
+        beliefs = () if plan.context is None else self._found(plan.context, bindings)
+        return self.run.note(
+            self.name, "plan", text, self.cause, plan=plan.label, place=_place(plan.location), beliefs=beliefs
+        )
+
+    def _found(self, context: Formula, bindings: Bindings) -> tuple[str, ...]:
+        """The beliefs that a context was found true by, as far as it names them outright."""
+        found: list[str] = []
+        for part in context.parts if isinstance(context, And) else (context,):
+            try:
+                value = self.value(part, bindings) if isinstance(part, Structure) else None
+            except BdiError:
+                continue
+            if isinstance(value, Structure) and value.key != (False, "true", 0):
+                held = self.beliefs.bucket(value.key).get(value.args)
+                found.append(str(held if isinstance(held, Structure) else value))
+        return tuple(found)
+
+
+def _place(location: Location) -> str:
+    return f"{Path(location.file).name}:{location.line}"
