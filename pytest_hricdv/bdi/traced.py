@@ -77,8 +77,6 @@ class TracedRun(JitteredRun):
 class TracedAgent(Agent):
     """An agent in a traced run; takes what an agent takes."""
 
-    run: TracedRun
-
     def __init__(
         self,
         name: str,
@@ -88,6 +86,7 @@ class TracedAgent(Agent):
         events: list[tuple[str, Structure]],
     ) -> None:
         super().__init__(name, run, beliefs, library, events)
+        self.notes = run
         self.cause: Step | None = None
         """What comes about now comes from this step: what is being reacted to, or the plan being executed."""
         # Events, frames and intentions are known by their identity while they are in use.
@@ -99,16 +98,16 @@ class TracedAgent(Agent):
         kind = "failure" if sign in ("-!", "-?") else "goal" if len(sign) == 2 else "belief"
         if kind == "belief" and SOURCE_PERCEPT in literal.annots:
             kind = "percept"
-        return self.run.note(self.name, kind, f"{sign}{literal}", cause)
+        return self.notes.note(self.name, kind, f"{sign}{literal}", cause)
 
     def work(self, rounds: int, begun: bool = False) -> int:
         """Do a reasoning cycle; all that is noted meanwhile is this agent's doing."""
-        self.run.acting, self.cause = self, None
+        self.notes.acting, self.cause = self, None
         return super().work(1, begun)
 
     def receive(self, message: Message) -> None:
         """Act on a message; what comes of it comes from its being sent."""
-        self.cause = self.run.steps[self.run.messages[message.number] - 1]
+        self.cause = self.notes.steps[self.notes.messages[message.number] - 1]
         super().receive(message)
         self.cause = None
 
@@ -146,7 +145,7 @@ class TracedAgent(Agent):
     def _note_plan(self, plan: Plan, bindings: Bindings) -> Step:
         text = f"@{plan.label} {plan.trigger}" if plan.labelled else str(plan.trigger)
         beliefs = () if plan.context is None else self._found(plan.context, bindings)
-        return self.run.note(
+        return self.notes.note(
             self.name, "plan", text, self.cause, plan=plan.label, place=_place(plan.location), beliefs=beliefs
         )
 
