@@ -63,7 +63,7 @@ class CompiledAgent(CompiledMind):
             self.granted = left = rounds
             try:
                 while left > 0:
-                    left = activity.plan.run(self, activity, left)
+                    left = activity.plan.run(self, activity, activity.pc, activity.values, left)
             except BailError:
                 return self._leave(activity)
             rounds = self.granted + left
@@ -144,6 +144,7 @@ class CompiledAgent(CompiledMind):
             if selected is not None:
                 self.resumed = None
                 plan, values = selected
+                self.executed.append(plan.label)
                 if activity is not None:
                     begin(activity, goal, plan, values)
                     return activity

@@ -1,15 +1,15 @@
 """Plan bodies as Python functions that can be left after any statement and taken up there again.
 
-A function gets the agent ``a``, the activity ``i`` to take up at statement ``i.pc``, and ``n``, the cycles that it
-may do: more than one only while nothing else can happen to the agent. Each statement costs one. It returns the
-cycles left if the activity can use them now, and else the cycles not needed, negative: the activity has been put
-where the interpreter would have its intention.
+A function gets the agent ``a``, the activity ``i`` to take up at statement ``pc``, the values ``v`` of its variables,
+and ``n``, the cycles that it may do: more than one only while nothing else can happen to the agent. Each statement
+costs one. It returns the cycles left if the activity can use them now, and else the cycles not needed, negative: the
+activity has been put where the interpreter would have its intention.
 """
 
 from __future__ import annotations
 
 from ..formulas import Formula
-from ..syntax import Body, Check, EventKey, For, If, Plan, Test, While, posted
+from ..syntax import Body, Check, For, If, Plan, Test, While, posted
 from ..terms import Key, Structure, Variable, is_name, source
 from .conditions import Conditions, binds
 from .layout import Layout, Numbered, blocks, number, variables_in
@@ -83,10 +83,11 @@ class BodyWriter:
         else:
             self._whole(scope)
         lines = writer.take()
-        with writer.block(f"def {name}(a, i, n):"):
-            writer.line("p, pc = a.p, i.pc" if mention("p", lines) else "pc = i.pc")
+        with writer.block(f"def {name}(a, i, pc, v, n):"):
+            if mention("p", lines):
+                writer.line("p = a.p")
             if self._values:
-                writer.line(f"({', '.join(self._values)},) = i.values")
+                writer.line(f"({', '.join(self._values)},) = v")
             writer.include(lines)
         return PlanCode(self.plan, layout.variables, self._loops, tuple(layout.after), self._last, self._forgotten)
 
@@ -176,12 +177,12 @@ class BodyWriter:
         """Send a message; go on if nothing can come between."""
         after, line = self.layout.after[pc], self.writer.line
         self.save_values()
-        line(f"if a.ahead: return hold(a, i, {pc}, n)")
         if after == self.layout.end:
+            line(f"if a.ahead: return hold(a, i, {pc}, n)")
             line(f"post(a, {to}, {message})")
             self.stop(pc)
         else:
-            line(f"n = post_on(a, i, {after}, {to}, {message}, n)")
+            line(f"n = post_on(a, i, {pc}, {after}, {to}, {message}, n)")
             line("if n <= 0: return n")
             line(f"pc = {after}")
 
@@ -232,31 +233,12 @@ class BodyWriter:
 
     def pursue(self, pc: int, literal: Structure, args: str, annots: str) -> None:
         """Post a goal that the activity waits for; with a cycle left, select a plan and begin it."""
-        writer, layout = self.writer, self.layout
-        event: EventKey = ("+!", literal.key)
-        if self._spins:
-            writer.line(f"return spin(a, i, {self.goal(self.trigger('+!', literal), args, annots)}, n)")
-            return
-        self.save_values()
-        if literal.args:
-            writer.line(f"args = {args}")
-            args = "args"
         goal = self.goal(self.trigger("+!", literal), args, annots)
-        writer.line("n -= 1")
-        writer.line(f"if not n: return pause_at(a, i, {pc}, {goal})")
-        select = self.program.selects.get(event)
-        writer.line(f"found = {None if select is None else f'{select}(a, {args}, {annots})'}")
-        writer.line(f"if found is None: refuse(a, i, {pc}, {goal}, n)")
-        is_open = layout.after[pc] != layout.end
-        again = pc == self._last and event == self.plan.trigger.key
-        # A plan that ends by pursuing its own goal again does not wait for that.
-        if is_open or not (again or self._forgotten):
-            writer.line(f"i.below.append((i.plan, {pc}, i.values, i.goal))")
-            if is_open:
-                writer.line("i.open += 1")
-        writer.line("i.plan, i.values = found")
-        writer.line(f"i.goal, i.pc = {goal}, 0")
-        writer.line("return n")
+        if not self._spins:
+            self.save_values()
+        self.writer.line(
+            f"return {'spin' if self._spins else 'pursue'}(a, i, {'' if self._spins else f'{pc}, '}{goal}, n)"
+        )
 
     def jump(self, targets: tuple[int, ...]) -> None:
         """After a statement that has chosen where to go on."""

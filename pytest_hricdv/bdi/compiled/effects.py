@@ -28,15 +28,37 @@ def enter(agent: CompiledAgent, activity: Activity, goal: Goal, left: int) -> in
     try:
         selected = None if select is None else select(agent, args, annots)
     except BailError:
-        refuse(agent, activity, activity.pc, goal, left)
+        _refuse(agent, activity, activity.pc, goal, left)
     if selected is None:
         activity.pc = activity.plan.after[activity.pc]
     else:
-        begin(activity, goal, *selected)
+        plan, values = selected
+        agent.executed.append(plan.label)
+        begin(activity, goal, plan, values)
     return left
 
 
-def refuse(agent: CompiledAgent, activity: Activity, pc: int, goal: Goal, left: int) -> NoReturn:
+def pursue(agent: CompiledAgent, activity: Activity, pc: int, goal: Goal, left: int) -> int:
+    """Post a goal that an activity waits for; with a cycle left, select a plan and begin it.
+
+    Returns:
+        The cycles left.
+    """
+    if left == 1:
+        return pause_at(agent, activity, pc, goal)
+    trigger, args, annots = goal
+    select = trigger.select
+    selected = None if select is None else select(agent, args, annots)
+    if selected is None:
+        _refuse(agent, activity, pc, goal, left - 1)
+    plan, values = selected
+    agent.executed.append(plan.label)
+    activity.pc = pc
+    begin(activity, goal, plan, values)
+    return left - 1
+
+
+def _refuse(agent: CompiledAgent, activity: Activity, pc: int, goal: Goal, left: int) -> NoReturn:
     """Leave to the interpreter which plan is for an event that an activity waits for."""
     activity.pc = pc
     activity.left = left
@@ -99,11 +121,24 @@ def act(
         # Anybody may perceive something in the next round.
         agent.feedback.append((activity, run.act(agent.name, action, plan, statement)))
         return 1 - left
-    run.actions.append((agent.name, str(action)))
-    run.progress += 1
+    note_action(agent, action)
     if left == 1:
         agent.feedback.append((activity, True))
     return left - 1
+
+
+def note(agent: CompiledAgent, line: int) -> None:
+    """Do external actions that are always the same, in the plain environment."""
+    run = agent.run
+    run.actions += agent.lines[line]
+    run.progress += 1
+
+
+def note_action(agent: CompiledAgent, action: Structure) -> None:
+    """Do an external action in the plain environment."""
+    run = agent.run
+    run.actions.append((agent.name, str(action)))
+    run.progress += 1
 
 
 def finish(agent: CompiledAgent, activity: Activity, left: int) -> int:

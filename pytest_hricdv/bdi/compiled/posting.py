@@ -50,13 +50,17 @@ def post(agent: CompiledAgent, receiver: str, message: Message) -> None:
         run.deliver(to, Message(sender, message.force, message.content, run.next_message_number()))
 
 
-def post_on(agent: CompiledAgent, activity: Activity, after: int, receiver: str, message: Message, left: int) -> int:
-    """Send a message, and go on if nothing can come between.
+def post_on(
+    agent: CompiledAgent, activity: Activity, pc: int, after: int, receiver: str, message: Message, left: int
+) -> int:
+    """Send a message, which is the statement ``pc``, and go on if nothing can come between.
 
     Returns:
         The cycles that the activity can use now for the statement ``after``; else those not needed, as a negative
         number.
     """
+    if agent.ahead:
+        return hold(agent, activity, pc, left)
     calm = _calm(agent, receiver, message) if left > 1 and agent.goes_ahead and agent.run.held is None else 0
     post(agent, receiver, message)
     if not calm:

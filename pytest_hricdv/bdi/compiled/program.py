@@ -20,9 +20,9 @@ Values = tuple[object, ...]
 """What the variables of a plan's body stand for, in the order of :attr:`PlanCode.variables`, None where nothing,
 and then for each of its loops under way the solutions that are left."""
 Select = Callable[["CompiledAgent", tuple[Term, ...], Annots], "tuple[PlanCode, Values] | None"]
-Run = Callable[["CompiledAgent", "Activity", int], int]
-"""Executes statements from ``activity.pc`` on, at most so many cycles. Returns those left if the activity can use them
-now; else those not needed, as a negative number."""
+Run = Callable[["CompiledAgent", "Activity", int, Values, int], int]
+"""Executes an activity's statements from a number on, with the values of its variables, for at most so many cycles.
+Returns those left if the activity can use them now; else those not needed, as a negative number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,12 +57,14 @@ class PlanCode:
     after: tuple[int, ...]
     last: int
     forgotten: bool
+    label: str = field(init=False)
     end: int = field(init=False)
     """The number after the last statement: where the plan is finished."""
     run: Run = field(init=False, repr=False)
     """Set when the source of the whole program is compiled: its functions name each other's plans."""
 
     def __post_init__(self) -> None:
+        self.label = self.plan.label
         self.end = len(self.after)
 
 

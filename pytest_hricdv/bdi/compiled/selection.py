@@ -119,7 +119,6 @@ class SelectionWriter:
                 return
             name, variables, loops = code
             values = [extended.get(variable, "None") for variable in variables] + ["None"] * loops
-            writer.line(f"a.executed.append({plan.label!r})")
             found = (
                 f"{name}, ({', '.join(values)},)" if values else self._names.constant((self._names.objects[name], ()))
             )

@@ -1,8 +1,7 @@
 """Consecutive statements in one piece, for when there are cycles enough for all of them.
 
 Such statements concern nobody but the agent, or are actions in the plain environment: while cycles are left,
-nothing can come between them, so that where the activity is need not be kept up to date, and the most frequent
-changes of beliefs can be written out instead of called.
+nothing can come between them, so that where the activity is need not be kept up to date.
 """
 
 from __future__ import annotations
@@ -35,8 +34,6 @@ class StraightWriter:
         """The actions to be noted next."""
         self._numbers: dict[str, None] = {}
         """The variables that have to stand for numbers."""
-        self._noticed = False
-        """Whether it has been noted that something has changed: once is enough."""
 
     def write(self) -> None:
         """Write the statements, and afterwards go on at the one that follows them.
@@ -100,7 +97,7 @@ class StraightWriter:
         elif isinstance(statement, Internal):
             (pattern,) = statement.call.args
             assert isinstance(pattern, Structure)
-            self._where(f"p.pop({proposition(pattern)!r}, None)")
+            self._writer.line(f"abolish(a, p, ({proposition(pattern)!r},), {self._body.trigger('-', pattern)})")
 
     def _with_numbers(self, expression: str) -> str:
         """An expression without looking whether variables stand for numbers: that is done once for all."""
@@ -114,26 +111,6 @@ class StraightWriter:
             self._writer.line(f"i.pc = {pc}")
             self._writer.line(f"i.left = n - {done}" if done else "i.left = n")
 
-    def _changed(self) -> None:
-        """Something has certainly changed."""
-        if not self._noticed:
-            self._writer.line("a.run.progress += 1")
-            self._noticed = True
-
-    def _where(self, test: str, then: str = "", otherwise: str = "") -> None:
-        """What changes something only where a test holds, and what is to be done instead."""
-        writer = self._writer
-        if self._noticed and not then:
-            writer.line(test)
-            return
-        with writer.block(f"if {test}:"):
-            if then:
-                writer.line(then)
-            if not self._noticed:
-                writer.line("a.run.progress += 1")
-        if otherwise:
-            writer.line(f"else: {otherwise}")
-
     def _is_constant(self, statement: Act) -> bool:
         return isinstance(statement.action, Structure) and statement.action.ground
 
@@ -143,49 +120,28 @@ class StraightWriter:
             return
         action = self._with_numbers(value(self._writer, statement.action, self._scope))
         self._mark_for(pc, done, action)
-        self._writer.line(f"a.run.actions.append((a.name, str({action})))")
-        self._changed()
+        self._writer.line(f"note_action(a, {action})")
 
     def _note_actions(self) -> None:
         if self._texts:
             lines = self._body.program.lines
             lines.append(tuple(self._texts))
             self._texts = []
-            self._writer.line(f"a.run.actions += a.lines[{len(lines) - 1}]")
-            self._changed()
+            self._writer.line(f"note(a, {len(lines) - 1})")
 
     def _believe(self, pc: int, done: int, statement: Believe) -> None:
         body, writer, sign = self._body, self._writer, statement.sign
         literal, args, annots = body.posted(statement.literal, self._scope)
         if not literal.args:
-            self._propose(sign, literal, annots)
+            if sign == "-+":
+                lost = body.trigger("-", literal)
+                writer.line(f"displace(a, p, {proposition(literal)!r}, {annots}, {lost})")
+            writer.line(f"{'remove' if sign == '-' else 'add'}(a, p, {proposition(literal)!r}, {annots})")
             return
         args = self._with_numbers(args)
         self._mark_for(pc, done, args)
-        table = body.program.table(literal)
-        if sign != "-+":
-            writer.line(f"{'remove' if sign == '-' else 'add'}(a, {table}, {args}, {annots})")
-            return
-        # Most often the one belief of a predicate that has a single value, with the same source.
-        writer.line(f"t, args = {table}, {args}")
-        with writer.block("if len(t) == 1:"):
-            writer.line("old, held = t.popitem()")
-            with writer.block(f"if held == {annots}:"):
-                writer.line(f"t[args] = {annots}")
-                self._changed()
-            with writer.block("else:"):
-                writer.line("t[old] = held")
-                writer.line(f"replace(a, t, args, {annots})")
-        writer.line(f"else: replace(a, t, args, {annots})")
-
-    def _propose(self, sign: str, literal: Structure, annots: str) -> None:
-        slot = repr(proposition(literal))
-        if sign == "-":
-            self._where(f"p.get({slot}) == {annots}", f"del p[{slot}]", f"remove(a, p, {slot}, {annots})")
-            return
-        if sign == "-+":
-            self._writer.line(f"displace(a, p, {slot}, {annots}, {self._body.trigger('-', literal)})")
-        self._where(f"{slot} not in p", f"p[{slot}] = {annots}", f"add(a, p, {slot}, {annots})")
+        change = {"-": "remove", "+": "add", "-+": "replace"}[sign]
+        writer.line(f"{change}(a, {body.program.table(literal)}, {args}, {annots})")
 
 
 def straight_run(body: BodyWriter, numbered: tuple[Numbered, ...]) -> tuple[Numbered, ...]:
