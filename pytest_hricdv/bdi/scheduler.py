@@ -254,6 +254,11 @@ class Run(Books):
         self._compiled = False
         agent.awake = before.awake
 
+    def dissolve(self) -> None:
+        """Let go of the agents after the run: they know it, too, and would wait for Python's garbage collector."""
+        self.agents = {}
+        self._order = []
+
     def interpreted(self) -> dict[str, Agent]:
         """The agents, all in the form that the interpreter runs: from now on they are interpreted."""
         return {name: agent.interpreted() for name, agent in list(self.agents.items())}

@@ -182,7 +182,10 @@ class MultiAgentSystem:
         run = _new_run(environment, seed, awaited, jitter, trace)
         for prototype in self._prototypes:
             run.agents[prototype.name] = prototype.agent(run)
-        return Result.of(run, run.go(max_rounds))
+        try:
+            return Result.of(run, run.go(max_rounds))
+        finally:
+            run.dissolve()
 
     def survey(
         self,

@@ -63,7 +63,7 @@ class CompiledAgent(CompiledMind):
             self.granted = left = rounds
             try:
                 while left > 0:
-                    left = activity.plan.run(self, activity, activity.pc, activity.values, left)
+                    left = activity.plan.run(self, self.p, self.tables, activity, activity.pc, activity.values, left)
             except BailError:
                 return self._leave(activity)
             rounds = self.granted + left
@@ -135,7 +135,7 @@ class CompiledAgent(CompiledMind):
             goal, activity = events.popleft()
             trigger, args, annots = goal
             try:
-                selected = None if trigger.select is None else trigger.select(self, args, annots)
+                selected = None if trigger.select is None else trigger.select(self, self.p, self.tables, args, annots)
                 if selected is None and trigger.is_goal:
                     raise BailError
             except BailError:

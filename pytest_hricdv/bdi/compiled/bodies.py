@@ -1,9 +1,9 @@
 """Plan bodies as Python functions that can be left after any statement and taken up there again.
 
-A function gets the agent ``a``, the activity ``i`` to take up at statement ``pc``, the values ``v`` of its variables,
-and ``n``, the cycles that it may do: more than one only while nothing else can happen to the agent. Each statement
-costs one. It returns the cycles left if the activity can use them now, and else the cycles not needed, negative: the
-activity has been put where the interpreter would have its intention.
+A function gets the agent ``a``, its beliefs without arguments ``p`` and those with, ``b``, the activity ``i`` to take up
+at statement ``pc``, the values ``v`` of its variables, and ``n``, the cycles that it may do: more than one only while
+nothing else can happen to the agent. Each statement costs one. It returns the cycles left if the activity can use them
+now, and else the cycles not needed, negative: the activity has been put where the interpreter would have its intention.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .conditions import Conditions, binds
 from .layout import Layout, Numbered, blocks, number, variables_in
 from .program import LoopCode, PlanCode, ProgramCode
 from .values import Scope, may_bail, values
-from .writer import UnsupportedError, Writer, mention
+from .writer import UnsupportedError, Writer
 
 _SOURCE: Key = (False, "source", 1)
 FINISH = "finish(a, i, n) if i.open else -n"
@@ -83,9 +83,7 @@ class BodyWriter:
         else:
             self._whole(scope)
         lines = writer.take()
-        with writer.block(f"def {name}(a, i, pc, v, n):"):
-            if mention("p", lines):
-                writer.line("p = a.p")
+        with writer.block(f"def {name}(a, p, b, i, pc, v, n):"):
             if self._values:
                 writer.line(f"({', '.join(self._values)},) = v")
             writer.include(lines)
@@ -286,7 +284,7 @@ class BodyWriter:
         """A call that gives the values of new variables in the first solution, or the list of all, last first."""
         inner = self.writer.beside()
         name = inner.names.fresh("solutions")
-        known = ", ".join(["a", "p", *scope.values()])
+        known = ", ".join(["a", "p", "b", *scope.values()])
 
         def found(extended: Scope) -> None:
             solution = f"({', '.join(extended[each] for each in new)}{',' if new else ''})"

@@ -66,12 +66,12 @@ def replace(agent: CompiledAgent, table: Store, args: Args, annots: Annots) -> A
     """As :func:`displace` and then :func:`add`, where no plan is for what is displaced."""
     if len(table) == 1:
         # Most often the one belief of a predicate that has a single value, with the same source.
-        (held,) = table.values()
-        if held == annots:
-            table.clear()
-            table[args] = annots
-            agent.run.progress += 1
-            return annots
+        for held in table.values():
+            if held == annots:
+                table.clear()
+                table[args] = annots
+                agent.run.progress += 1
+                return annots
     for candidate in reversed(table):
         held = table[candidate]
         if all(annot in held for annot in annots):

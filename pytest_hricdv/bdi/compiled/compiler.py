@@ -84,9 +84,8 @@ def compile_program(library: PlanLibrary, company: Company) -> ProgramCode | Non
     for key, name in program.selects.items():
         selection.write(name, key, library.relevant(*key))
     program.source = "\n".join(selection.functions)
-    namespace: dict[str, object] = {}
-    namespace["__name__"] = __name__
-    namespace.update({**NAMES, **_CHANGES, **names.objects})
+    # One by one: a copy of a dictionary made by native code is one that Python does not specialize its look-ups for.
+    namespace = {name: named for known in (NAMES, _CHANGES, names.objects) for name, named in known.items()}
     exec(compile(program.source, "<compiled AgentSpeak>", "exec"), namespace)
     for key, name in program.selects.items():
         trigger = program.trigger(*key)

@@ -110,7 +110,7 @@ class Conditions:
         inner = self._writer.beside()
         name = inner.names.fresh("exists")
         known = [scope[variable] for variable in sorted(variables_of(formula) & scope.keys())]
-        head = ", ".join(["a", "p", *known])
+        head = ", ".join(["a", "p", "b", *known])
         with inner.block(f"def {name}({head}):"):
             Conditions(inner, self._table).require((formula,), scope, lambda _: inner.line("return True"), False)
             inner.line("return False")

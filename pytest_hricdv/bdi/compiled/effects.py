@@ -26,7 +26,7 @@ def enter(agent: CompiledAgent, activity: Activity, goal: Goal, left: int) -> in
     trigger, args, annots = goal
     select = trigger.select
     try:
-        selected = None if select is None else select(agent, args, annots)
+        selected = None if select is None else select(agent, agent.p, agent.tables, args, annots)
     except BailError:
         _refuse(agent, activity, activity.pc, goal, left)
     if selected is None:
@@ -48,7 +48,7 @@ def pursue(agent: CompiledAgent, activity: Activity, pc: int, goal: Goal, left: 
         return pause_at(agent, activity, pc, goal)
     trigger, args, annots = goal
     select = trigger.select
-    selected = None if select is None else select(agent, args, annots)
+    selected = None if select is None else select(agent, agent.p, agent.tables, args, annots)
     if selected is None:
         _refuse(agent, activity, pc, goal, left - 1)
     plan, values = selected

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..syntax import EventKey, Plan
 from ..terms import Key, Structure, Term, Variable
@@ -19,8 +19,13 @@ Calm = tuple[int, int]
 Values = tuple[object, ...]
 """What the variables of a plan's body stand for, in the order of :attr:`PlanCode.variables`, None where nothing,
 and then for each of its loops under way the solutions that are left."""
-Select = Callable[["CompiledAgent", tuple[Term, ...], Annots], "tuple[PlanCode, Values] | None"]
-Run = Callable[["CompiledAgent", "Activity", int, Values, int], int]
+Propositions = dict[str, Annots]
+"""Beliefs without arguments: their names, and their annotations."""
+Tables = list[dict[Any, Annots]]
+"""Beliefs with arguments of the predicates that a program tests: their arguments, and their annotations."""
+Select = Callable[["CompiledAgent", Propositions, Tables, tuple[Term, ...], Annots], "tuple[PlanCode, Values] | None"]
+"""Finds a plan for the arguments and the annotations of an event."""
+Run = Callable[["CompiledAgent", Propositions, Tables, "Activity", int, Values, int], int]
 """Executes an activity's statements from a number on, with the values of its variables, for at most so many cycles.
 Returns those left if the activity can use them now; else those not needed, as a negative number."""
 
@@ -125,7 +130,7 @@ class ProgramCode:
 
     def table(self, literal: Structure) -> str:
         """The Python expression for the table of a predicate with arguments."""
-        return f"a.tables[{self.tables.setdefault(literal.key, len(self.tables))}]"
+        return f"b[{self.tables.setdefault(literal.key, len(self.tables))}]"
 
 
 def proposition(literal: Structure) -> str:

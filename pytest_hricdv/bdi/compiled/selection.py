@@ -12,7 +12,7 @@ from .bodies import BodyWriter
 from .conditions import Conditions, named_source, source_pattern
 from .program import PlanCode, ProgramCode
 from .values import Scope, equality, may_bail, trusting
-from .writer import Names, UnsupportedError, Writer, mention
+from .writer import Names, UnsupportedError, Writer
 
 
 class SelectionWriter:
@@ -44,9 +44,7 @@ class SelectionWriter:
         self._plans(writer, plans)
         writer.line("return None")
         lines = writer.take()
-        with writer.block(f"def {name}(a, args, annots):"):
-            if mention("p", lines):
-                writer.line("p = a.p")
+        with writer.block(f"def {name}(a, p, b, args, annots):"):
             if arity:
                 writer.line(f"({', '.join(f'e{place}' for place in range(arity))},) = args")
             if may_bail(*lines):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -90,9 +89,3 @@ class Writer:
             del self.lines[lines:]
             self._depth = depth
             raise
-
-
-def mention(name: str, lines: list[str]) -> bool:
-    """Whether any line names an object."""
-    word = re.compile(rf"\b{name}\b")
-    return any(word.search(line) for line in lines)
