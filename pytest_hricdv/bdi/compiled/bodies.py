@@ -1,9 +1,10 @@
 """Plan bodies as Python functions that can be left after any statement and taken up there again.
 
-A function gets the agent ``a``, its beliefs without arguments ``p`` and those with, ``b``, the activity ``i`` to take up
-at statement ``pc``, the values ``v`` of its variables, and ``n``, the cycles that it may do: more than one only while
-nothing else can happen to the agent. Each statement costs one. It returns the cycles left if the activity can use them
-now, and else the cycles not needed, negative: the activity has been put where the interpreter would have its intention.
+A function gets the agent ``a``, its beliefs without arguments ``p`` and those with, ``b``, the activity ``i`` to take
+up at statement ``pc``, the values ``v`` of its variables, and ``n``, the cycles that it may do: more than one only
+while nothing else can happen to the agent. Each statement costs one. It returns the cycles left if the activity can
+use them now, and else the cycles not needed, negative: the activity has been put where the interpreter would have its
+intention.
 """
 
 from __future__ import annotations
