@@ -2,179 +2,93 @@
 
     python -m benchmarks.bdi_engine [--repeat N]
 
-Run it on an otherwise idle machine; nothing else may use its cores.
+All is measured twice: with the engines' inner modules compiled, as they are installed from a wheel, which is built
+first (a minute), and as plain Python, as in a checkout. Run it on an otherwise idle machine; nothing else may use its
+cores.
 """
 
 from __future__ import annotations
 
 import argparse
-import statistics
+import os
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Iterable
-from functools import partial
+from collections.abc import Iterable
 from pathlib import Path
+from zipfile import ZipFile
 
 from benchmarks.end_to_end import machine
-from pytest_hricdv.bdi import Environment, MultiAgentSystem
-from pytest_hricdv.bdi.system import Engine
-from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.exploration import Exploration
-from pytest_hricdv.generate.explorer import Explorer
-from pytest_hricdv.generate.model import Model
-from pytest_hricdv.generate.qlearning import QLearning, learn
+from benchmarks.engine_times import COUNTS
 
 ROOT = Path(__file__).parents[1]
-TABLE = ROOT / "models_bdi" / "table_assembly.mas2j"
-SPINNING = ROOT / "benchmarks" / "spinning" / "spinning.mas2j"
-FOUR_LEGS = ("leg1", "m111l1", "m111l2", "m111l3", "m111l4")
-SPACE = BeliefSpace(
-    start=("leg1", "leg2", "leg3", "leg4"),
-    groups={
-        "boredom": ("bored", "not_bored"),
-        **{f"pose{leg}": tuple(f"m{pose:03b}l{leg}" for pose in range(8)) for leg in range(1, 5)},
-    },
-    neutral=("not_bored",),
-)
-ENGINES: tuple[Engine, ...] = ("interpreter", "compiled")
-LEARNING = """
-import time
-began = time.perf_counter()
-from benchmarks.bdi_engine import learn_all
-learn_all()
-print(time.perf_counter() - began)
-"""
 PEERS = """  for comparison, with the original models of the same task, not measured here:
   python-agentspeak 0.2.2                          5.0    ms
   Jason 1.4.2, in a warm JVM                      64      ms
   Jason 1.4.2, from process start to last line   810      ms"""
-COUNTER = "count(0). !go. +!go : count(N) & N < {rounds} <- -+count(N + 1); !go. +!go."
+RUNS = {
+    "interpreter, a run with four legs": "interpreter",
+    "compiled, a run with four legs": "compiled",
+    "memo, cold, mean of the runs of learning": "memo, cold",
+    "memo, warm, mean of the runs of learning": "memo, warm",
+}
+
+Times = dict[str, float]
+"""Seconds by the names of what was measured."""
 
 
 def main() -> None:
-    """Measure and print."""
+    """Build the wheel, measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repeat", type=int, default=5, metavar="N", help="runs of each measurement (default 5)")
     repeat = parser.parse_args().repeat
-    print(f"machine: {machine()}\nmedians of {repeat}, microsecond-long ones of {200 * repeat}\n")
-    table_runs(repeat)
-    learning(repeat)
-    linear(repeat)
+    print(f"machine: {machine()}\nmedians of {repeat}, microsecond-long ones of {200 * repeat}\n", flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        build(Path(folder))
+        both = [times(Path(folder), repeat), times(ROOT, repeat)]
+    print(f"{'':46}  installed   plain Python")
+    for name, what in (("table", "the table model"), ("spinning", "the same task by agents that look again and again")):
+        print(what)
+        for row, key in RUNS.items():
+            show(f"  {row}", (each[f"{name}, {key}"] for each in both), 1e3, "ms")
+        if name == "table":
+            print(PEERS)
+    show("all of learning: import, parse, compile, learn", (each["learning"] for each in both), 1, "s ")
+    print("a reasoning cycle of an agent that counts")
+    for rounds, agents in COUNTS:
+        for engine in ("interpreter", "compiled"):
+            what = f"  {rounds} rounds, {agents} agents, {engine}"
+            show(what, (each[what.strip()] for each in both), 1e6, "us")
 
 
-def table_runs(repeat: int) -> None:
-    """One run of the table models with four legs, on each engine, and the runs of learning on the memo."""
-    print("a run of the table model with four legs")
-    four_legs(TABLE, repeat)
-    print("the same task by agents that wait by looking again and again")
-    four_legs(SPINNING, repeat)
-    print(PEERS)
-    sets = learn_all()
-    print(f"a run of the table model, mean over the {len(sets)} runs of learning")
-    compiled = MultiAgentSystem.load(TABLE, engine="compiled")
-    show("  compiled", median_s(lambda: run_all(compiled, sets[::5]), repeat) / len(sets[::5]))
-    memo(TABLE, sets, repeat)
-    print("the same by agents that wait by looking again and again")
-    memo(SPINNING, sets, repeat)
+def build(folder: Path) -> None:
+    """Build the wheel and unpack it.
+
+    Raises:
+        SystemExit: its engines are not compiled.
+    """
+    print("building the wheel ...", file=sys.stderr)
+    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", str(folder), str(ROOT)]
+    subprocess.run(command, check=True)
+    (wheel,) = folder.glob("*.whl")
+    if "none-any" in wheel.name:
+        raise SystemExit(f"the engines were not compiled; to see why: pip wheel -v --no-deps {ROOT}")
+    with ZipFile(wheel) as packed:
+        packed.extractall(folder)
 
 
-def four_legs(model: Path, repeat: int) -> None:
-    """One run with four legs, on each engine."""
-    for engine in ENGINES:
-        system = MultiAgentSystem.load(model, engine=engine)
-        show(f"  {engine}", median_s(partial(run, system, FOUR_LEGS), 200 * repeat))
+def times(package: Path, repeat: int) -> Times:
+    """Measure the package in a folder."""
+    print(f"measuring in {package} ...", file=sys.stderr)
+    command = [sys.executable, "-m", "benchmarks.engine_times", "--repeat", str(repeat)]
+    found = {"PYTHONPATH": f"{package}{os.pathsep}{ROOT}"}
+    done = subprocess.run(command, cwd=package, env=os.environ | found, stdout=subprocess.PIPE, text=True, check=True)
+    return {name: float(seconds) for name, seconds in (line.split("\t") for line in done.stdout.splitlines())}
 
 
-def memo(model: Path, sets: list[tuple[str, ...]], repeat: int) -> None:
-    """The mean of these runs, on a memo that knows nothing yet, and again when it knows them all."""
-    cold: list[float] = []
-    warm: list[float] = []
-    for _ in range(repeat):
-        system = MultiAgentSystem.load(model, engine="memo")
-        for times in (cold, warm):
-            times.append(median_s(partial(run_all, system, sets), 1) / len(sets))
-    show("  memo, cold", statistics.median(cold))
-    show("  memo, warm", statistics.median(warm))
-
-
-def learning(repeat: int) -> None:
-    """1,000 iterations of Q-learning in a new process, everything included."""
-    command = [sys.executable, "-c", LEARNING]
-    times = [
-        float(subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout)
-        for _ in range(repeat)
-    ]
-    print(f"\nall of learning with import, parsing, compiling {statistics.median(times):10.2f} s\n")
-
-
-def linear(repeat: int) -> None:
-    """The cost of an agent's reasoning cycle, whatever the length of the run and the number of agents."""
-    print("a reasoning cycle of an agent that counts       interpreter    compiled")
-    for rounds, agents in ((1_000, 1), (10_000, 1), (1_000, 10), (1_000, 100)):
-        costs = []
-        for engine in ENGINES:
-            with tempfile.TemporaryDirectory() as folder:
-                system = counters(Path(folder), rounds, agents, engine)
-                took = median_s(partial(system.run, max_rounds=rounds), min(repeat, 3))
-                costs.append(took / rounds / agents)
-        what = f"  {rounds:6} rounds, {agents:3} agents"
-        print(f"{what:46}" + "".join(f"{cost * 1e6:10.2f} us" for cost in costs), flush=True)
-
-
-def counters(folder: Path, rounds: int, agents: int, engine: Engine) -> MultiAgentSystem:
-    """A system of agents that count as long as the run lasts."""
-    (folder / "counter.asl").write_text(COUNTER.format(rounds=rounds), encoding="utf-8")
-    (folder / "counters.mas2j").write_text(f"MAS counters {{ agents: counter #{agents}; }}", encoding="utf-8")
-    return MultiAgentSystem.load(folder / "counters.mas2j", Environment(), engine)
-
-
-class Log:
-    """Explores, and keeps the subsets that it is asked for."""
-
-    def __init__(self, explorer: Explorer) -> None:
-        self._explorer = explorer
-        self.subsets: list[tuple[str, ...]] = []
-
-    def explore(self, beliefs: Iterable[str]) -> Exploration:
-        """Run one subset."""
-        exploration = self._explorer.explore(beliefs)
-        self.subsets.append(exploration.beliefs)
-        return exploration
-
-
-def learn_all() -> list[tuple[str, ...]]:
-    """Learn for 1,000 iterations; the subsets that were run, about 6,500, in order."""
-    log = Log(Explorer(Model(TABLE), SPACE))
-    learn(log, SPACE, QLearning(stop_when_converged=False), seed=0)
-    return log.subsets
-
-
-def run(system: MultiAgentSystem, beliefs: tuple[str, ...]) -> None:
-    """One run of the table model."""
-    system.run(percepts={"meta": [f"chosen({belief})" for belief in beliefs]})
-
-
-def run_all(system: MultiAgentSystem, sets: list[tuple[str, ...]]) -> None:
-    """A run for every set of beliefs."""
-    for beliefs in sets:
-        run(system, beliefs)
-
-
-def median_s(action: Callable[[], object], count: int) -> float:
-    """The median wall time of an action."""
-    times = []
-    for _ in range(count):
-        began = time.perf_counter()
-        action()
-        times.append(time.perf_counter() - began)
-    return statistics.median(times)
-
-
-def show(what: str, seconds: float) -> None:
-    """Print a time in milliseconds."""
-    print(f"{what:46} {seconds * 1e3:10.4f} ms", flush=True)
+def show(what: str, seconds: Iterable[float], unit: float, name: str) -> None:
+    """Print a row of times."""
+    print(f"{what:46}" + "".join(f"{each * unit:10.4f} {name}" for each in seconds), flush=True)
 
 
 if __name__ == "__main__":

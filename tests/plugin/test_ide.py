@@ -173,8 +173,12 @@ def test_an_ides_debugger_stops_in_the_controller(lamps: pytest.Pytester) -> Non
     with subprocess.Popen(
         [*arguments, *run], cwd=lamps.path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     ) as program:
-        with _connected(port, program) as connection:
-            stops = _stops(Client(connection), lamps.path / "lamps" / "guide.py", 19)
+        try:
+            with _connected(port, program) as connection:
+                stops = _stops(Client(connection), lamps.path / "lamps" / "guide.py", 19)
+        except TimeoutError:
+            program.kill()
+            raise
         assert program.stdout is not None
         text = program.stdout.read().decode()
     assert stops == [("serve", 19), ("serve", 19)]
@@ -184,7 +188,7 @@ def test_an_ides_debugger_stops_in_the_controller(lamps: pytest.Pytester) -> Non
 def _connected(port: int, program: subprocess.Popen[bytes]) -> socket.socket:
     while program.poll() is None:
         try:
-            return socket.create_connection(("127.0.0.1", port))
+            return socket.create_connection(("127.0.0.1", port), timeout=60)
         except ConnectionRefusedError:
             continue
     pytest.fail("the debugger did not start")
