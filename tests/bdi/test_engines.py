@@ -238,6 +238,27 @@ def test_engines_agree_on_made_up_programs_that_are_steered(
     assert_steered_engines_agree(sources, steer, choices)
 
 
+LOOKS = {
+    "test": "+!g0 : p0 <- .print(held). +!g0 <- .print(not_held).",
+    "not": "+!g0 : not p0 <- .print(not_held). +!g0 <- .print(held).",
+    "known source": "+!g0 : p0[source(steer)] <- .print(held). +!g0 <- .print(not_held).",
+    "any source": "+!g0 : p0[source(S)] <- .print(S). +!g0 <- .print(not_held).",
+    "condition": "+!g0 <- if (p0) { .print(held) } else { .print(not_held) }; .print(end).",
+    "add": "+!g0 <- +p0; +p2; !h. +!h : p0[source(steer)] <- .print(both). +!h <- .print(own).",
+    "remove": "+!g0 <- -p0[source(steer)]; +p2; !h. +!h <- .print(end). -p0 <- .print(gone).",
+    "replace": "+!g0 <- -+p0; +p2; !h. +!h : p0[source(steer)] <- .print(both). +!h <- .print(own).",
+    "abolish": "+!g0 <- .abolish(p0); +p2; !h. +!h <- .print(end). -p0 <- .print(gone).",
+}
+"""Ways to look at what is forwarded, or to change it."""
+
+
+@pytest.mark.parametrize("plans", LOOKS.values(), ids=LOOKS.keys())
+def test_the_memo_notes_every_way_to_look_at_what_is_forwarded(plans: str) -> None:
+    choices: list[set[str]] = [set(), {"p0"}, {"p1"}, {"p0", "p1"}, {"p9"}, {"p0", "p9"}]
+    for order in (choices, choices[::-1]):
+        assert_steered_engines_agree({"a": plans, "b": "b."}, STEER, order)
+
+
 @pytest.mark.slow
 @LONG
 @given(systems(), STEERS, CHOSEN)

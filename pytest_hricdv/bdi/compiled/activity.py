@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..terms import Term
 from .program import Annots, PlanCode, TriggerCode, Values
 
 Args = tuple[Term, ...]
 Goal = tuple[TriggerCode, Args, Annots]
 """What an event is about: a goal, or a belief that has come or gone."""
-Slot = Any
-"""A proposition's name, or a belief's arguments."""
-Store = dict[Slot, Annots]
-"""Beliefs by their slots, with their annotations, the oldest first."""
 Caller = tuple[PlanCode, int, Values, Goal]
 
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 from ..intentions import Letter, Message
 from ..spinning import take_up
 from ..terms import Structure, in_order, source
-from .activity import Activity, Slot, Store, begin, resumed
+from .activity import Activity, begin, resumed
 from .changes import add
 from .handover import to_interpreter
 from .mind import CompiledMind
-from .program import Annots, proposition
+from .program import Annots, Slot, Store, proposition
 from .runtime import BailError
 
 if TYPE_CHECKING:

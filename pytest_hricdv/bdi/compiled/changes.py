@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from ..terms import Key, Structure, in_order
-from .activity import Args, Slot, Store
-from .program import Annots, TriggerCode
+from .activity import Args
+from .program import Annots, Slot, Store, TriggerCode
 
 if TYPE_CHECKING:
     from .agent import CompiledAgent

@@ -10,8 +10,8 @@ from ..intentions import Letter
 from ..library import PlanLibrary
 from ..syntax import Rule
 from ..terms import Key, Structure, in_order, source
-from .activity import Args, Pending, Store
-from .program import Annots, ProgramCode, proposition
+from .activity import Args, Pending
+from .program import Annots, ProgramCode, Slot, proposition
 
 MAX_KNOWN = 1000
 """Messages kept to be sent again; when there are more, all are forgotten."""
@@ -45,8 +45,8 @@ class AgentCode:
         self.program = program
         self.library = library
         self.propositions: dict[str, Annots] = {}
-        self.tables: list[Store] = [{} for _ in program.tables]
-        self.others: dict[Key, Store] = {}
+        self.tables: list[dict[Slot, Annots]] = [{} for _ in program.tables]
+        self.others: dict[Key, dict[Slot, Annots]] = {}
         for belief in beliefs:
             assert not isinstance(belief, Rule)
             if not belief.args:

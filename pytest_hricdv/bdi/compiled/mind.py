@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from ..environment import Environment
 from ..participant import Participant
-from ..terms import Structure
+from ..terms import Key, Structure
 from .activity import Activity, Pending
 from .code import AgentCode
-from .program import Annots
+from .program import Store
 
 if TYPE_CHECKING:
     from ..scheduler import Run
@@ -61,11 +61,11 @@ class CompiledMind(Participant):
         """Other messages that it sends, as far as known."""
         self.lines = code.lines
         """The actions that it does together and that are always the same."""
-        self.p: dict[str, Annots] = code.propositions.copy()
+        self.p: Store = code.propositions.copy()
         """Beliefs without arguments: their names, and their annotations."""
-        self.tables = [table.copy() for table in code.tables]
+        self.tables: list[Store] = [table.copy() for table in code.tables]
         """Beliefs with arguments of the predicates that the program tests."""
-        self.others = {key: table.copy() for key, table in code.others.items()}
+        self.others: dict[Key, Store] = {key: table.copy() for key, table in code.others.items()}
         """Beliefs of other predicates."""
         self.events: deque[Pending] = deque(code.events)
         self.feedback: deque[tuple[Activity, bool]] = deque()

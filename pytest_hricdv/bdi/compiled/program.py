@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, MutableMapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -19,13 +19,14 @@ Calm = tuple[int, int]
 Values = tuple[object, ...]
 """What the variables of a plan's body stand for, in the order of :attr:`PlanCode.variables`, None where nothing,
 and then for each of its loops under way the solutions that are left."""
-Propositions = dict[str, Annots]
-"""Beliefs without arguments: their names, and their annotations."""
-Tables = list[dict[Any, Annots]]
-"""Beliefs with arguments of the predicates that a program tests: their arguments, and their annotations."""
-Select = Callable[["CompiledAgent", Propositions, Tables, tuple[Term, ...], Annots], "tuple[PlanCode, Values] | None"]
+Slot = Any
+"""A proposition's name, or a belief's arguments."""
+Store = MutableMapping[Slot, Annots]
+"""Beliefs by their slots, with their annotations, the oldest first. A dictionary, but maybe one that notes who looks:
+declared as one, compiled code would look past that."""
+Select = Callable[["CompiledAgent", Store, list[Store], tuple[Term, ...], Annots], "tuple[PlanCode, Values] | None"]
 """Finds a plan for the arguments and the annotations of an event."""
-Run = Callable[["CompiledAgent", Propositions, Tables, "Activity", int, Values, int], int]
+Run = Callable[["CompiledAgent", Store, list[Store], "Activity", int, Values, int], int]
 """Executes an activity's statements from a number on, with the values of its variables, for at most so many cycles.
 Returns those left if the activity can use them now; else those not needed, as a negative number."""
 

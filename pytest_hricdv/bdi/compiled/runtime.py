@@ -8,8 +8,7 @@ from typing import NoReturn
 from ..intentions import duration
 from ..substitution import OPERATIONS
 from ..terms import ListTerm, Number, String, Structure, Term
-
-Annots = tuple[Term, ...]
+from .program import Annots, Store
 
 
 class BailError(Exception):
@@ -49,7 +48,7 @@ def shown(value: Term) -> str:
     return value.value if isinstance(value, String) else str(value)
 
 
-def believed(propositions: dict[str, Annots], name: str) -> tuple[Annots, ...]:
+def believed(propositions: Store, name: str) -> tuple[Annots, ...]:
     """The annotations of a proposition, if it is believed."""
     held = propositions.get(name)
     return () if held is None else (held,)

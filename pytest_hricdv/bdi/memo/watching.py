@@ -6,9 +6,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from ..compiled import CompiledAgent
-from ..compiled.activity import Slot, Store
 from ..compiled.code import AgentCode
-from ..compiled.program import Annots
+from ..compiled.program import Annots, Slot, Store
 from ..scheduler import Run
 from ..terms import Structure, source
 from .forwarding import Forwarding
