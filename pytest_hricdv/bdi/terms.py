@@ -311,6 +311,18 @@ SOURCE_PERCEPT = source("percept")
 EMPTY_LIST = ListTerm()
 
 
+_WHOLE = tuple(Number(each) for each in range(1000))
+
+
+def number_of(value: float) -> Number:
+    """A value as a term; the most frequent ones are made once."""
+    if 0.0 < value < 1000.0:
+        whole = int(value)
+        if whole == value:
+            return _WHOLE[whole]
+    return Number(value)
+
+
 def ground_structure(key: Key, args: tuple[Term, ...], annots: tuple[Term, ...]) -> Structure:
     """A structure of ground arguments and ground annotations in order: nothing of it is looked at, as it is known."""
     return Structure(key[1], args, annots, key[0], None, True)

@@ -35,7 +35,7 @@ def remove(agent: CompiledAgent, store: Store, slot: Slot, annots: Annots) -> An
     held = store.get(slot)
     if held is None:
         return None
-    if held != annots:
+    if held is not annots and held != annots:
         if not all(annot in held for annot in annots):
             return None
         left = tuple(annot for annot in held if annot not in annots)
@@ -56,7 +56,7 @@ def displace(agent: CompiledAgent, store: Store, slot: Slot | None, annots: Anno
     """
     for candidate in reversed(store) if slot is None else (slot,):
         held = store.get(candidate)
-        if held is not None and (held == annots or all(annot in held for annot in annots)):
+        if held is not None and (held is annots or all(annot in held for annot in annots)):
             remove(agent, store, candidate, annots)
             return _lost(agent, trigger, () if candidate is slot else candidate, annots)
     return False
@@ -67,7 +67,7 @@ def replace(agent: CompiledAgent, table: Store, args: Args, annots: Annots) -> A
     if len(table) == 1:
         # Most often the one belief of a predicate that has a single value, with the same source.
         for held in table.values():
-            if held == annots:
+            if held is annots or held == annots:
                 table.clear()
                 table[args] = annots
                 agent.run.progress += 1

@@ -7,7 +7,7 @@ from typing import NoReturn
 
 from ..intentions import duration
 from ..substitution import OPERATIONS
-from ..terms import ListTerm, Number, String, Structure, Term
+from ..terms import ListTerm, Number, String, Structure, Term, number_of
 from .program import Annots, Store
 
 
@@ -75,6 +75,7 @@ NAMES: dict[str, object] = {
     "compute": compute,
     "duration": duration,
     "first_source": first_source,
+    "number_of": number_of,
     "same": same,
     "shown": shown,
     "sources": sources,

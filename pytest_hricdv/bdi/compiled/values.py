@@ -25,7 +25,7 @@ def value(writer: Writer, term: Term, scope: Scope) -> str:
     if isinstance(term, Variable):
         return _bound(term, scope)
     if isinstance(term, Arithmetic):
-        return f"Number({number(writer, term, scope)})"
+        return f"number_of({number(writer, term, scope)})"
     if isinstance(term, (Number, String)):
         return writer.names.constant(term)
     if isinstance(term, Structure):
