@@ -122,7 +122,7 @@ class Wait:
     """An intention that waits for an event, for a condition, or for virtual time to pass.
 
     Args:
-        intention: who waits.
+        intention: who waits; of a compiled agent, its activity.
         since: when it began, in ticks of the virtual clock.
         deadline: when it stops waiting, in ticks; None for never.
         trigger: the event it waits for.

@@ -233,11 +233,11 @@ class BodyWriter:
     def pursue(self, pc: int, literal: Structure, args: str, annots: str) -> None:
         """Post a goal that the activity waits for; with a cycle left, select a plan and begin it."""
         goal = self.goal(self.trigger("+!", literal), args, annots)
-        if not self._spins:
+        if self._spins:
+            self.writer.line(f"return spin(a, i, {goal}, n)")
+        else:
             self.save_values()
-        self.writer.line(
-            f"return {'spin' if self._spins else 'pursue'}(a, i, {'' if self._spins else f'{pc}, '}{goal}, n)"
-        )
+            self.writer.line(f"return pursue(a, i, {pc}, {goal}, n)")
 
     def jump(self, targets: tuple[int, ...]) -> None:
         """After a statement that has chosen where to go on."""
