@@ -86,8 +86,10 @@ class Environment:
         """Let an agent perceive exactly these literals.
 
         Raises:
-            BdiError: a text is not a literal without variables.
+            BdiError: a text is not a literal without variables, or they are not several.
         """
+        if isinstance(literals, (str, Structure)):
+            raise BdiError(f"the percepts of {agent} are to be a list, also if it is one: [{str(literals)!r}]")
         shown = tuple(literals)
         # For the errors: the result is remembered, and most often it is not needed before the next ones are shown.
         all(map(percept_of, shown))
@@ -149,6 +151,8 @@ def percept_of(literal: str | Structure) -> Structure:
     """
     if isinstance(literal, str):
         literal = parse_literal(literal)
+    if not isinstance(literal, Structure):
+        raise BdiError(f"a percept is a text or a structure, not {literal!r} ({type(literal).__name__})")
     if not literal.ground:
         raise BdiError(f"a percept has no variables: {literal}")
     return literal.annotated((*literal.annots, SOURCE_PERCEPT))

@@ -2,7 +2,8 @@
 
 Terms are immutable values. ``str(term)`` is AgentSpeak text that parses back to an equal term.
 The classes are written out with ``__slots__`` instead of as dataclasses because an agent makes and
-compares terms in every step of every run: hashes, groundness and text are computed once.
+compares terms in every step of every run: hashes, groundness and text are computed once. How they are copied and
+pickled is written out, too: of compiled classes Python cannot find that out.
 """
 
 from __future__ import annotations
@@ -37,6 +38,9 @@ class String:
 
     def __repr__(self) -> str:
         return f"String({self.value!r})"
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return String, (self.value,)
 
 
 class Structure:
@@ -133,6 +137,9 @@ class Structure:
     def __repr__(self) -> str:
         return f"Structure({self})"
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return Structure, (self.functor, self.args, self.annots, self.negated, self.annots_tail)
+
 
 class ListTerm:
     """A list ``[a,b|Tail]``; a proper list has no tail."""
@@ -163,6 +170,9 @@ class ListTerm:
     def __repr__(self) -> str:
         return f"ListTerm({self})"
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return ListTerm, (self.items, self.tail)
+
 
 class Arithmetic:
     """An arithmetic expression not yet evaluated; a unary minus has one operand."""
@@ -190,6 +200,9 @@ class Arithmetic:
     def __repr__(self) -> str:
         return f"Arithmetic{self}"
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return Arithmetic, (self.operator, self.operands)
+
 
 class Call:
     """An internal action: a step of a body, a condition of a context, or a function in an expression.
@@ -215,6 +228,9 @@ class Call:
 
     def __repr__(self) -> str:
         return f"Call({self})"
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Call, (self.name, self.args, self.location)
 
 
 class Annotated:
@@ -250,6 +266,9 @@ class Annotated:
     def __repr__(self) -> str:
         return f"Annotated({self})"
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return Annotated, (self.variable, self.annots, self.annots_tail, self.negated)
+
 
 class Quoted:
     """A plan or event as a term, ``{ +!g : c <- b }``, or a body, ``{ a; b }``; ``plan`` is its syntax tree."""
@@ -271,6 +290,9 @@ class Quoted:
 
     def __repr__(self) -> str:
         return f"Quoted({self})"
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Quoted, (self.plan,)
 
 
 Term = Number | String | Variable | Structure | ListTerm | Arithmetic | Call | Annotated | Quoted

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.bdi import BdiError, BdiSyntaxError, ListTerm, Number, String, Structure, Term, Variable
+from pytest_hricdv.bdi import BdiError, BdiSyntaxError, Environment, ListTerm, Number, String, Structure, Term, Variable
 from pytest_hricdv.bdi.parser import parse_literal, parse_program, parse_term
 from pytest_hricdv.bdi.substitution import substitute_only
 from pytest_hricdv.bdi.terms import Arithmetic, in_order, order
@@ -61,6 +65,13 @@ def test_a_term_unifies_with_itself_without_binding(term: Term) -> None:
     bindings: dict[Variable, Term] = {}
     assert unify(term, term, bindings, [])
     assert bindings == {}
+
+
+@given(terms)
+def test_a_term_can_be_copied_and_pickled(term: Term) -> None:
+    for other in (copy.copy(term), copy.deepcopy(term), pickle.loads(pickle.dumps(term))):
+        assert other == term
+        assert (str(other), hash(other)) == (str(term), hash(term))
 
 
 @given(terms, terms)
@@ -156,3 +167,17 @@ def test_long_flat_programs_are_read() -> None:
 def test_a_percept_must_be_a_literal() -> None:
     with pytest.raises(BdiError, match="expected a literal, found 3"):
         parse_literal("3")
+
+
+@pytest.mark.parametrize(
+    ("percepts", "said"),
+    [
+        ("q(1)", r"the percepts of a are to be a list, also if it is one: \['q\(1\)'\]"),
+        (Structure("q"), r"the percepts of a are to be a list"),
+        ([3], r"a percept is a text or a structure, not 3 \(int\)"),
+        (["q(X)"], r"a percept has no variables: q\(X\)"),
+    ],
+)
+def test_what_cannot_be_perceived_is_refused(percepts: Any, said: str) -> None:
+    with pytest.raises(BdiError, match=said):
+        Environment().show("a", percepts)
