@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -140,6 +142,10 @@ def test_pytests_own_debugger_is_left_alone(lamps: pytest.Pytester, option: str)
     result.stdout.fnmatch_lines([f"  statements * unmeasured: {option} was given: *"])
 
 
+PATIENCE_S = 60
+"""For each thing that an IDE's debugger is asked."""
+
+
 class Client:
     """An IDE as a debug adapter sees it (Debug Adapter Protocol): counts where the program stops, and goes on."""
 
@@ -163,20 +169,19 @@ class Client:
                 yield json.loads(self._stream.read(int(header.split()[1])))
 
 
-def test_an_ides_debugger_stops_in_the_controller(lamps: pytest.Pytester) -> None:
+def test_an_ides_debugger_stops_in_the_controller(lamps: pytest.Pytester, tmp_path: Path) -> None:
     pytest.importorskip("debugpy")
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    endpoints = tmp_path / "endpoints.json"
+    told = {"DEBUGPY_ADAPTER_ENDPOINTS": str(endpoints), "DEBUGPY_PROCESS_SPAWN_TIMEOUT": str(PATIENCE_S)}
     run = ("-m", "pytest", "--hri-suite=by-hand", "--hri-tests=2")
-    arguments = (sys.executable, "-Xfrozen_modules=off", "-m", "debugpy", "--listen", str(port), "--wait-for-client")
+    arguments = (sys.executable, "-Xfrozen_modules=off", "-m", "debugpy", "--listen", "0", "--wait-for-client")
     with subprocess.Popen(
-        [*arguments, *run], cwd=lamps.path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        [*arguments, *run], cwd=lamps.path, env=os.environ | told, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     ) as program:
         try:
-            with _connected(port, program) as connection:
+            with socket.create_connection(_address(endpoints, program), timeout=PATIENCE_S) as connection:
                 stops = _stops(Client(connection), lamps.path / "lamps" / "guide.py", 19)
-        except TimeoutError:
+        except BaseException:
             program.kill()
             raise
         assert program.stdout is not None
@@ -185,12 +190,15 @@ def test_an_ides_debugger_stops_in_the_controller(lamps: pytest.Pytester) -> Non
     assert "unmeasured: the IDE's debugger (pydevd) is attached" in text
 
 
-def _connected(port: int, program: subprocess.Popen[bytes]) -> socket.socket:
+def _address(endpoints: Path, program: subprocess.Popen[bytes]) -> tuple[str, int]:
+    """Where the adapter waits for the IDE, once it has said so in a file; who comes sooner may be forgotten."""
     while program.poll() is None:
         try:
-            return socket.create_connection(("127.0.0.1", port), timeout=60)
-        except ConnectionRefusedError:
+            client = json.loads(endpoints.read_text())["client"]
+        except (FileNotFoundError, json.JSONDecodeError):
+            time.sleep(0.02)
             continue
+        return client["host"], client["port"]
     pytest.fail("the debugger did not start")
 
 
@@ -199,16 +207,18 @@ def _stops(client: Client, file: Path, line: int) -> list[tuple[str, int]]:
     client.ask("attach", justMyCode=True)
     stops = []
     for message in client.told():
+        assert message.get("success", True), message
         kind, body = message.get("event") or message.get("command"), message.get("body") or {}
         if kind == "initialized":
             client.ask("setBreakpoints", source={"path": str(file)}, breakpoints=[{"line": line}])
             client.ask("configurationDone")
         elif kind == "stopped":
-            client.ask("stackTrace", threadId=body["threadId"])
+            thread = body["threadId"]
+            client.ask("stackTrace", threadId=thread)
         elif kind == "stackTrace":
             top = body["stackFrames"][0]
             stops.append((top["name"], top["line"]))
-            client.ask("continue", threadId=1)
+            client.ask("continue", threadId=thread)
         elif kind == "terminated":
             break
     return stops
