@@ -78,7 +78,11 @@ class Run(Books):
         """An agent has something to do: in this round if it is yet to act in it, else in the next."""
         if not agent.awake:
             agent.awake = True
-            insort(self._ready, agent.place)
+            ready, place = self._ready, agent.place
+            if ready:
+                insort(ready, place)
+            else:
+                ready.append(place)
 
     def deliver(self, to: Participant, message: Message) -> None:
         """Put a message into its receiver's mailbox."""

@@ -86,10 +86,10 @@ class CompiledAgent(CompiledMind):
         mailbox = self.mailbox
         if not mailbox:
             return True
-        message = mailbox[0]
+        message = mailbox.popleft()
         if type(message) is not Letter:
+            mailbox.appendleft(message)
             return self._receive(message)
-        mailbox.popleft()
         if message.told:
             place = message.place
             store = None if place is None else self.p if place < 0 else self.tables[place]

@@ -16,6 +16,7 @@ from .activity import Activity, Args
 from .calm import CALM
 
 if TYPE_CHECKING:
+    from ..participant import Participant
     from .agent import CompiledAgent
 
 
@@ -37,8 +38,11 @@ def lettered(agent: CompiledAgent, force: str, form: int, content: Term) -> Mess
 
 def post(agent: CompiledAgent, receiver: str, message: Message) -> None:
     """Send a message."""
+    _put(agent, agent.run.agents[receiver], message)
+
+
+def _put(agent: CompiledAgent, to: Participant, message: Message) -> None:
     run = agent.run
-    to = run.agents[receiver]
     if to.takes_letters and type(message) is Letter:
         run.sent += 1
         run.progress += 1
@@ -61,8 +65,9 @@ def post_on(
     """
     if agent.ahead:
         return hold(agent, activity, pc, left)
-    calm = _calm(agent, receiver, message) if left > 1 and agent.goes_ahead and agent.run.held is None else 0
-    post(agent, receiver, message)
+    to = agent.run.agents[receiver]
+    calm = _calm(to, message) if left > 1 and agent.goes_ahead and agent.run.held is None else 0
+    _put(agent, to, message)
     if not calm:
         activity.pc = after
         agent.intentions.append(activity)
@@ -82,9 +87,8 @@ def hold(agent: CompiledAgent, activity: Activity, pc: int, left: int) -> int:
     return -left
 
 
-def _calm(agent: CompiledAgent, receiver: str, message: Message) -> int:
+def _calm(to: Participant, message: Message) -> int:
     """For how many cycles the receiver will keep to itself if it gets a message now."""
-    to = agent.run.agents[receiver]
     if to.awake or to.mailbox or type(message) is not Letter or not to.takes_letters:
         return 0
     event = message.event
