@@ -196,7 +196,7 @@ def _address(endpoints: Path, program: subprocess.Popen[bytes]) -> tuple[str, in
         try:
             client = json.loads(endpoints.read_text())["client"]
         except (FileNotFoundError, json.JSONDecodeError):
-            time.sleep(0.02)
+            time.sleep(0.02)  # it only asks again: what it waits for is the file
             continue
         return client["host"], client["port"]
     pytest.fail("the debugger did not start")
