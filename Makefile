@@ -1,7 +1,7 @@
 # make suite: learn tests from the BDI models and run each against the simulated world, on two workers.
 # make test:  the project's own tests (5 minutes), without the long ones; those are make slow (9 minutes).
 # make native: tests of the engines as a wheel brings them, compiled (2 minutes, the wheel included).
-# OPTIONS=... is handed on to pytest by all three.
+# OPTIONS=... is handed on to pytest by these.
 # make experiment: docs/experiment.md and docs/agreement.md, beside the paper's figures (5 minutes; agreement alone: 2).
 # make campaign: docs/campaign.md, 6,560 runs (45 minutes; ended at any time, it goes on where it was).
 # Each creates the environment in $(VENV) first, from nothing but Python 3.11, make and a compiler.
