@@ -2,7 +2,8 @@
 
 A wheel holds these modules twice: as Python, and compiled by mypyc and the machine's C compiler, which Python then
 prefers. Both do the same; compiled they take a third to a half of the time. An editable install, as in a checkout,
-stays Python: what is edited is what runs. So does a wheel that is built without a C compiler, or with ``HRICDV_PURE=1``.
+stays Python: what is edited is what runs. So does a wheel that is built without a C compiler, or with
+``HRICDV_PURE=1``.
 """
 
 from __future__ import annotations
