@@ -10,7 +10,7 @@ from .diagnosis import diagnose
 from .method import Context, draft_of
 from .policy import subsets
 from .qlearning import Learned, learn
-from .selection import Balance
+from .selection import GreedySelector
 from .suite import Generation, Suite
 
 if TYPE_CHECKING:
@@ -32,19 +32,19 @@ class ReinforcementLearning:
         """
         explorer, space = context.explorer(), context.beliefs
         count = context.tests or context.learning.suite_size
-        balance, rounds = Balance(), []
+        selector, rounds = GreedySelector(), []
         for number, parameters in enumerate(context.learning.in_rounds(count)):
             learned = learn(
-                explorer, space, parameters, context.seed, number=number, suite=balance.executed, start=context.start
+                explorer, space, parameters, context.seed, number=number, suite=selector.executed, start=context.start
             )
-            known = {each.beliefs for each in balance.chosen}
+            known = {each.beliefs for each in selector.chosen}
             wanted = parameters.suite_size * parameters.candidates
             walked = subsets(learned.q, space, parameters, wanted + len(known), context.seed, number)
             fresh = [subset for subset in walked if subset not in known][:wanted]
-            balance.choose(map(explorer.explore, fresh), parameters.suite_size)
+            selector.choose(map(explorer.explore, fresh), parameters.suite_size)
             rounds.append(learned)
         _save(rounds[-1], context)
-        drafts = [draft_of(exploration, space) for exploration in balance.chosen]
+        drafts = [draft_of(exploration, space) for exploration in selector.chosen]
         generation = replace(
             _generation(rounds, explorer, context),
             notes=(*explorer.notes(), *_notes(rounds, len(drafts), count, context)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import math
 from collections import Counter
 from collections.abc import Iterable
@@ -12,38 +13,42 @@ from .reward import Plan
 
 
 @dataclass
-class Balance:
-    """Chooses tests so that each plan of the model is executed by about as many of them; remembers what it chose.
+class GreedySelector:
+    """Chooses tests so that each plan of the model is executed by about as many of them.
 
-    The next one is always one that executes the plan executed least so far, rather with a text that is new, rather an
-    earlier one. Without this a suite has dozens of tests of what is common and hardly one of what is rare.
+    The next test always executes the plan that the chosen tests execute least. Among equals a test with a new text
+    goes first, then the earlier one. Without this a suite has dozens of tests of common plans and few of rare ones.
     """
 
     executed: Counter[Plan] = field(default_factory=Counter)
-    """How many of the tests chosen so far execute each plan."""
+    """How many of the chosen tests execute each plan."""
     chosen: list[Exploration] = field(default_factory=list)
 
     def choose(self, explorations: Iterable[Exploration], count: int) -> None:
-        """Choose up to `count` more, of these."""
+        """Choose up to `count` more, of these.
+
+        A heap with lazy updates: choosing a test can only move the others back in the order. So the first entry whose
+        rank is still the one it was queued with comes before all others.
+        """
         candidates = list(explorations)
         plans = [[(agent, plan) for agent, own in each.plans.items() for plan in own] for each in candidates]
         texts = {each.lines for each in self.chosen}
-        left = list(range(len(candidates)))
 
-        def order(place: int) -> tuple[float, bool, int]:
-            rarest = min((self.executed[plan] for plan in plans[place]), default=math.inf)
+        def rank(place: int) -> tuple[float, bool, int]:
+            rarest = min([self.executed[plan] for plan in plans[place]], default=math.inf)
             return rarest, candidates[place].lines in texts, place
 
-        for _ in range(min(count, len(left))):
-            place = min(left, key=order)
-            left.remove(place)
+        wanted = len(self.chosen) + min(count, len(candidates))
+        queue = [rank(place) for place in range(len(candidates))]
+        heapq.heapify(queue)
+        while len(self.chosen) < wanted:
+            queued = queue[0]
+            place = queued[-1]
+            now = rank(place)
+            if now != queued:
+                heapq.heapreplace(queue, now)
+                continue
+            heapq.heappop(queue)
             self.chosen.append(candidates[place])
             texts.add(candidates[place].lines)
             self.executed.update(plans[place])
-
-
-def balanced(explorations: Iterable[Exploration], count: int) -> tuple[Exploration, ...]:
-    """Up to `count` of the explorations, chosen as `Balance` does."""
-    balance = Balance()
-    balance.choose(explorations, count)
-    return tuple(balance.chosen)
