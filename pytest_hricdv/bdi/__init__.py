@@ -7,12 +7,13 @@ Example::
     result = MultiAgentSystem.load("models_bdi/table_assembly.mas2j", Environment()).run(max_rounds=1000)
 """
 
+from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, EvaluationError
+from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, Variable
+
 from .environment import Environment
-from .errors import BdiError, BdiSyntaxError, EvaluationError
 from .memo import TooLargeError
 from .result import Result
 from .system import MultiAgentSystem
-from .terms import ListTerm, Number, String, Structure, Term, Variable
 from .tracing import Step, Trace
 
 __all__ = [

@@ -6,7 +6,8 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from .errors import BdiError
+from pytest_hricdv.bdi.language.errors import BdiError
+
 from .jitter import MAX_JITTER
 from .result import Result
 from .system import MAX_ROUNDS, MultiAgentSystem

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.terms import Call, Structure, Term
+from pytest_hricdv.bdi.logic.substitution import Bindings, substitute
+from pytest_hricdv.bdi.logic.unify import Trail
+
 from . import communication, failure, perception, waiting
 from .actions import Invocation, call_action, function_value
 from .calling import hand_back, optimize_tail_recursion
 from .conditions import ask
-from .errors import EvaluationError
 from .execution import step_of
 from .intentions import Event, Frame, Intention, Message
 from .mind import Mind
 from .spinning import take_up
-from .substitution import Bindings, substitute
-from .terms import Call, Structure, Term
-from .unify import Trail
 
 
 class Agent(Mind):

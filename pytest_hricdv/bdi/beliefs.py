@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from .syntax import Rule
-from .terms import Key, Structure, Term
+from pytest_hricdv.bdi.language.syntax import Rule
+from pytest_hricdv.bdi.language.terms import Key, Structure, Term
 
 Entry = Structure | Rule
 Bucket = dict[tuple[Term, ...] | Rule, Entry]

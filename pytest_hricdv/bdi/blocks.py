@@ -6,10 +6,11 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.language.syntax import For, If, While
+from pytest_hricdv.bdi.logic.substitution import Bindings
+
 from .conditions import question_of, solutions_of
 from .intentions import Frame, Intention, Loop
-from .substitution import Bindings
-from .syntax import For, If, While
 
 if TYPE_CHECKING:
     from .agent import Agent

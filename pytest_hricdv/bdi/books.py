@@ -5,9 +5,10 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping
 
+from pytest_hricdv.bdi.language.terms import Variable
+
 from .environment import Environment
 from .intentions import TICKS_PER_MS, duration
-from .terms import Variable
 
 FIRST_FRESH = 100_000
 """Variables made in a run are numbered from here, those of the sources from 1."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_only
+
 from .intentions import Event, Frame, Intention
-from .substitution import Bindings, free_variables, substitute_only
 
 if TYPE_CHECKING:
     from .agent import Agent

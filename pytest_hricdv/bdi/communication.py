@@ -8,12 +8,22 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.terms import (
+    ListTerm,
+    Number,
+    String,
+    Structure,
+    Term,
+    ground_structure,
+    is_ground,
+    source,
+)
+from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_only
+from pytest_hricdv.bdi.logic.unify import undo, unify
+
 from . import failure
-from .errors import EvaluationError
 from .intentions import Message, Question
-from .substitution import Bindings, free_variables, substitute_only
-from .terms import ListTerm, Number, String, Structure, Term, ground_structure, is_ground, source
-from .unify import undo, unify
 
 if TYPE_CHECKING:
     from .agent import Agent

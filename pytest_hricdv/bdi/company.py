@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
-from .syntax import Act, Program, parts_of
-from .terms import Call, Quoted, Structure
+from pytest_hricdv.bdi.language.syntax import Act, Program, parts_of
+from pytest_hricdv.bdi.language.terms import Call, Quoted, Structure
 
 # fmt: off
 _BLIND = frozenset({

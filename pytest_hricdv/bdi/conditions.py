@@ -11,13 +11,14 @@ import operator
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from .comparison import compare
-from .formulas import And, Comparison, Formula, Not
-from .inference import first, solve
+from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not
+from pytest_hricdv.bdi.language.terms import Key, Number, Structure, Term, Variable, is_ground
+from pytest_hricdv.bdi.logic.comparison import compare
+from pytest_hricdv.bdi.logic.inference import first, solve
+from pytest_hricdv.bdi.logic.substitution import Bindings
+from pytest_hricdv.bdi.logic.unify import Trail, unify
+
 from .intentions import Frame
-from .substitution import Bindings
-from .terms import Key, Number, Structure, Term, Variable, is_ground
-from .unify import Trail, unify
 from .values import Value, value_of
 
 if TYPE_CHECKING:

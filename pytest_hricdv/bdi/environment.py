@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import Self
 
-from .errors import BdiError
-from .parser import parse_literal
-from .terms import SOURCE_PERCEPT, Structure
+from pytest_hricdv.bdi.language.errors import BdiError
+from pytest_hricdv.bdi.language.parser import parse_literal
+from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
 
 Perceived = tuple[str | int | Structure, ...]
 """Agents, each followed by how much it perceives, and by that, as it was given."""

@@ -9,16 +9,29 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from pytest_hricdv.bdi.language.formulas import Comparison
+from pytest_hricdv.bdi.language.syntax import (
+    Achieve,
+    Act,
+    Believe,
+    Check,
+    For,
+    If,
+    Internal,
+    Plan,
+    Statement,
+    Test,
+    While,
+)
+from pytest_hricdv.bdi.language.terms import Annotated, Quoted, Structure, Variable
+
 from . import failure
 from .actions import PREPARED, Invocation, call_action
 from .blocks import choose, for_each, repeat
 from .conditions import comparison_of, question_of
-from .formulas import Comparison
 from .instances import instantiate, literal_of, maker_of
 from .intentions import Frame, Intention
 from .spinning import leave_alone
-from .syntax import Achieve, Act, Believe, Check, For, If, Internal, Plan, Statement, Test, While
-from .terms import Annotated, Quoted, Structure, Variable
 from .updates import believe
 
 if TYPE_CHECKING:

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .errors import BdiError, Location
-from .formulas import Comparison
+from pytest_hricdv.bdi.language.errors import BdiError, Location
+from pytest_hricdv.bdi.language.formulas import Comparison
+from pytest_hricdv.bdi.language.syntax import Check, Internal, Test
+from pytest_hricdv.bdi.language.terms import Number, String, Structure, Term, Variable
+from pytest_hricdv.bdi.logic.unify import unify
+
 from .intentions import ROOT_OF_ADDED_GOALS, Event, Frame, Intention
-from .syntax import Check, Internal, Test
-from .terms import Number, String, Structure, Term, Variable
-from .unify import unify
 
 if TYPE_CHECKING:
     from .agent import Agent

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from .errors import EvaluationError
-from .formulas import GoalTerm
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.formulas import GoalTerm
+from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Structure, Variable, ground_structure, in_order, is_ground
+from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables
+
 from .intentions import Frame
-from .substitution import Bindings, free_variables
-from .terms import SOURCE_SELF, Structure, Variable, ground_structure, in_order, is_ground
 from .values import Arguments, Value, arguments_of, value_of
 
 if TYPE_CHECKING:

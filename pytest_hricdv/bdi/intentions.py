@@ -6,10 +6,10 @@ import math
 from collections import deque
 from typing import Any
 
-from .formulas import Formula
-from .substitution import Bindings
-from .syntax import Body, For, Plan, Statement, Trigger, While
-from .terms import Structure, Term
+from pytest_hricdv.bdi.language.formulas import Formula
+from pytest_hricdv.bdi.language.syntax import Body, For, Plan, Statement, Trigger, While
+from pytest_hricdv.bdi.language.terms import Structure, Term
+from pytest_hricdv.bdi.logic.substitution import Bindings
 
 TICKS_PER_MS = 10
 """Ticks of the virtual clock: one a round, which is what Jason itself takes for one, within a factor of two."""

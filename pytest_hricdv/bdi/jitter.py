@@ -12,12 +12,13 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator, Mapping
 
+from pytest_hricdv.bdi.language.errors import BdiError
+from pytest_hricdv.bdi.language.terms import Structure
+
 from .environment import Environment
-from .errors import BdiError
 from .intentions import Message
 from .participant import Participant
 from .scheduler import Run
-from .terms import Structure
 
 MAX_JITTER = 1000
 """Rounds that something may be late at most."""

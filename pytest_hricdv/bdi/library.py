@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from pytest_hricdv.bdi.language.syntax import SIGNS, EventKey, Plan
+from pytest_hricdv.bdi.language.terms import Key
+
 from .selection import Option, option_of
 from .spinning import is_steady
-from .syntax import SIGNS, EventKey, Plan
-from .terms import Key
 
 KQML_RECEIVED = (False, "kqml_received", 4)
 """The goals that messages are that are not acted on at once."""

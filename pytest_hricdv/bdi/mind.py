@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.language.errors import BdiError
+from pytest_hricdv.bdi.language.formulas import Formula
+from pytest_hricdv.bdi.language.syntax import Plan
+from pytest_hricdv.bdi.language.terms import Structure, Variable
+from pytest_hricdv.bdi.logic.inference import MAX_NESTED_QUERIES
+
 from .beliefs import BeliefBase
-from .errors import BdiError
-from .formulas import Formula
-from .inference import MAX_NESTED_QUERIES
 from .intentions import Event, Intention
 from .library import PlanLibrary
 from .participant import Participant
-from .syntax import Plan
-from .terms import Structure, Variable
 
 if TYPE_CHECKING:
     from .scheduler import Run

@@ -22,10 +22,12 @@ PACKAGE = "pytest_hricdv"
 GROUP = f"{PACKAGE}_bdi"
 """What the one extension module is called that holds all of them."""
 ENGINES = (
-    *("agent", "beliefs", "blocks", "books", "calling", "communication", "company", "comparison", "conditions"),
-    *("execution", "failure", "formulas", "inference", "instances", "intentions", "jitter", "library", "mind"),
-    *("numerals", "participant", "perception", "quiet", "scheduler", "selection", "spinning", "substitution", "syntax"),
-    *("terms", "traced", "unify", "updates", "values", "waiting", "whereabouts"),
+    *("agent", "beliefs", "blocks", "books", "calling", "communication", "company", "conditions"),
+    *("execution", "failure", "instances", "intentions", "jitter", "library", "mind"),
+    *("participant", "perception", "quiet", "scheduler", "selection", "spinning"),
+    *("traced", "updates", "values", "waiting", "whereabouts"),
+    *("language/formulas", "language/number_format", "language/syntax", "language/terms"),
+    *("logic/comparison", "logic/inference", "logic/substitution", "logic/unify"),
 )
 COMPILED = ("activity", "agent", "changes", "code", "effects", "handover", "mind", "posting", "program", "runtime")
 MEMO = ("diagram", "engine", "forwarding", "recording", "state", "steering", "survey", "watching")

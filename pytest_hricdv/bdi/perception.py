@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .terms import SOURCE_PERCEPT, Structure
+from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
 
 if TYPE_CHECKING:
     from .agent import Agent

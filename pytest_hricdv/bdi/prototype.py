@@ -6,19 +6,20 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
+from pytest_hricdv.bdi.language.options import given_beliefs, given_goals
+from pytest_hricdv.bdi.language.parser import read_program
+from pytest_hricdv.bdi.language.project import AgentEntry
+from pytest_hricdv.bdi.language.syntax import Plan, Program, Rule
+from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Structure, Variable
+from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_only
+
 from .agent import Agent
 from .beliefs import BeliefBase
 from .company import Company
 from .compiled import AgentCode, CompiledAgent, ProgramCode, compile_agent, compile_program
 from .library import PlanLibrary
-from .options import given_beliefs, given_goals
-from .parser import read_program
 from .participant import Participant
-from .project import AgentEntry
 from .scheduler import Run
-from .substitution import Bindings, free_variables, substitute_only
-from .syntax import Plan, Program, Rule
-from .terms import SOURCE_SELF, Structure, Variable
 from .traced import TracedAgent, TracedRun
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from .syntax import variables_of
-from .terms import Variable
+from pytest_hricdv.bdi.language.syntax import variables_of
+from pytest_hricdv.bdi.language.terms import Variable
 
 if TYPE_CHECKING:
     from .agent import Agent

@@ -12,17 +12,18 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, insort
 
+from pytest_hricdv.bdi.language.errors import BdiError
+from pytest_hricdv.bdi.language.syntax import Act, Plan
+from pytest_hricdv.bdi.language.terms import Structure
+from pytest_hricdv.bdi.logic.unify import unify
+
 from .agent import Agent
 from .books import Books
 from .environment import Environment
-from .errors import BdiError
 from .intentions import Message
 from .participant import Participant
 from .quiet import Quiet
 from .spinning import is_busy, make_up
-from .syntax import Act, Plan
-from .terms import Structure
-from .unify import unify
 
 
 class Run(Books):

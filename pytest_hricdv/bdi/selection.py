@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import takewhile
 
+from pytest_hricdv.bdi.language.formulas import And, Formula
+from pytest_hricdv.bdi.language.syntax import Plan, Trigger
+from pytest_hricdv.bdi.language.terms import Key, Number, String, Structure, Variable, is_ground
+from pytest_hricdv.bdi.logic.substitution import Bindings
+from pytest_hricdv.bdi.logic.unify import unify
+
 from .conditions import Condition, condition_of
-from .formulas import And, Formula
-from .substitution import Bindings
-from .syntax import Plan, Trigger
-from .terms import Key, Number, String, Structure, Variable, is_ground
-from .unify import unify
 
 Match = Callable[[Structure], Bindings | None]
 """Gives what a trigger's variables are bound to by the literal of an event; None if the trigger is not for it."""

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from .formulas import And, Comparison, Formula, Not, Or
-from .syntax import Plan
-from .terms import Structure, is_evaluable
+from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
+from pytest_hricdv.bdi.language.syntax import Plan
+from pytest_hricdv.bdi.language.terms import Structure, is_evaluable
 
 if TYPE_CHECKING:
     from .participant import Participant

@@ -7,20 +7,21 @@ from os import PathLike
 from pathlib import Path
 from typing import Literal, get_args
 
+from pytest_hricdv.bdi.language.errors import BdiError
+from pytest_hricdv.bdi.language.parser import parse_literal, read_program
+from pytest_hricdv.bdi.language.project import Project, read_project
+from pytest_hricdv.bdi.language.syntax import Plan, Program
+from pytest_hricdv.bdi.language.terms import Structure
+
 from .actions import check_calls
 from .company import Company
 from .environment import Environment
-from .errors import BdiError
 from .jitter import MAX_JITTER, JitteredRun
 from .library import PlanLibrary
 from .memo import Fold, Memo, Runs
-from .parser import parse_literal, read_program
-from .project import Project, read_project
 from .prototype import Prototype, compiled_prototypes, library_of, prototype_of
 from .result import Result
 from .scheduler import Run
-from .syntax import Plan, Program
-from .terms import Structure
 from .traced import TracedRun
 
 Engine = Literal["interpreter", "compiled", "memo"]

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pytest_hricdv.bdi.language.errors import BdiError, Location
+from pytest_hricdv.bdi.language.formulas import And, Formula
+from pytest_hricdv.bdi.language.syntax import Act, Plan
+from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
+from pytest_hricdv.bdi.logic.substitution import Bindings
+
 from .agent import Agent
 from .beliefs import BeliefBase
 from .environment import Environment
-from .errors import BdiError, Location
-from .formulas import And, Formula
 from .intentions import Event, Frame, Intention, Message
 from .jitter import JitteredRun
 from .library import PlanLibrary
 from .participant import Participant
-from .substitution import Bindings
-from .syntax import Act, Plan
-from .terms import SOURCE_PERCEPT, Structure
 from .tracing import Step
 
 

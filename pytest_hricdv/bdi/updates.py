@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .inference import first
+from pytest_hricdv.bdi.language.syntax import Believe
+from pytest_hricdv.bdi.language.terms import Structure
+from pytest_hricdv.bdi.logic.inference import first
+
 from .instances import Maker, maker_of
 from .intentions import Frame, Intention
-from .syntax import Believe
-from .terms import Structure
 
 if TYPE_CHECKING:
     from .agent import Agent

@@ -11,8 +11,17 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable
 
-from .substitution import OPERATIONS, Bindings
-from .terms import Arithmetic, Number, String, Structure, Term, Variable, ground_structure, is_ground
+from pytest_hricdv.bdi.language.terms import (
+    Arithmetic,
+    Number,
+    String,
+    Structure,
+    Term,
+    Variable,
+    ground_structure,
+    is_ground,
+)
+from pytest_hricdv.bdi.logic.substitution import OPERATIONS, Bindings
 
 Value = Callable[[Bindings], Term | None]
 """Gives the ground value of a term; None if it has none, or none that is plain to see."""

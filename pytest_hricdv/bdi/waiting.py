@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.language.syntax import Trigger
+from pytest_hricdv.bdi.language.terms import ListTerm, Number, Structure
+from pytest_hricdv.bdi.logic.inference import first
+from pytest_hricdv.bdi.logic.unify import Trail, undo, unify
+
 from .failure import fail
-from .inference import first
 from .intentions import TICKS_PER_MS, Wait
-from .syntax import Trigger
-from .terms import ListTerm, Number, Structure
-from .unify import Trail, undo, unify
 
 if TYPE_CHECKING:
     from .agent import Agent

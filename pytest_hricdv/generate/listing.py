@@ -17,8 +17,8 @@ def list_model(model: Model, root: Path) -> dict[str, Any]:
         GenerateError: a source cannot be read, or there is no such agent.
     """
     from pytest_hricdv.bdi import BdiError
-    from pytest_hricdv.bdi.parser import read_program
-    from pytest_hricdv.bdi.project import read_project
+    from pytest_hricdv.bdi.language.parser import read_program
+    from pytest_hricdv.bdi.language.project import read_project
 
     try:
         project = read_project(model.path)

@@ -11,16 +11,16 @@ from pytest_hricdv.bdi import Environment
 from pytest_hricdv.bdi.agent import Agent
 from pytest_hricdv.bdi.beliefs import BeliefBase
 from pytest_hricdv.bdi.conditions import question_of, solutions_of
-from pytest_hricdv.bdi.errors import EvaluationError
-from pytest_hricdv.bdi.formulas import Formula
-from pytest_hricdv.bdi.inference import first, solve
 from pytest_hricdv.bdi.intentions import Frame
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.formulas import Formula
+from pytest_hricdv.bdi.language.parser import parse_literal, parse_plan, parse_program
+from pytest_hricdv.bdi.language.syntax import Rule
+from pytest_hricdv.bdi.language.terms import Number, Variable
 from pytest_hricdv.bdi.library import PlanLibrary
-from pytest_hricdv.bdi.parser import parse_literal, parse_plan, parse_program
+from pytest_hricdv.bdi.logic.inference import first, solve
+from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.scheduler import Run
-from pytest_hricdv.bdi.substitution import Bindings
-from pytest_hricdv.bdi.syntax import Rule
-from pytest_hricdv.bdi.terms import Number, Variable
 from tests.bdi.models import prints_of
 
 _ATOMS = st.sampled_from(("1", "2", "a", '"s"'))

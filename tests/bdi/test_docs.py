@@ -19,7 +19,7 @@ import pytest
 from pytest_hricdv.bdi import MultiAgentSystem
 from pytest_hricdv.bdi.__main__ import main
 from pytest_hricdv.bdi.actions.registry import ACTIONS, FUNCTIONS
-from pytest_hricdv.bdi.parser import parse_program
+from pytest_hricdv.bdi.language.parser import parse_program
 
 DOCS = Path(__file__).parents[2] / "docs"
 _BLOCK = re.compile(r"^```(?P<kind>\w+)(?: (?P<name>\S+))?\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -9,7 +9,7 @@ import pytest
 from pytest_hricdv.bdi import Environment, MultiAgentSystem, Structure
 from pytest_hricdv.bdi.company import Company
 from pytest_hricdv.bdi.compiled.calm import CALM, CalmAnalysis
-from pytest_hricdv.bdi.parser import parse_program, parse_trigger
+from pytest_hricdv.bdi.language.parser import parse_program, parse_trigger
 from pytest_hricdv.bdi.prototype import library_of
 from tests.bdi.models import system_of
 

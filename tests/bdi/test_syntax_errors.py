@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.bdi import BdiError, BdiSyntaxError, MultiAgentSystem
-from pytest_hricdv.bdi.parser import parse_program
+from pytest_hricdv.bdi.language.parser import parse_program
 from tests.bdi.models import system_of
 
 

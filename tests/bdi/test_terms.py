@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.bdi import BdiError, BdiSyntaxError, Environment, ListTerm, Number, String, Structure, Term, Variable
-from pytest_hricdv.bdi.parser import parse_literal, parse_program, parse_term
-from pytest_hricdv.bdi.substitution import substitute_only
-from pytest_hricdv.bdi.terms import Arithmetic, in_order, order
-from pytest_hricdv.bdi.unify import unify
+from pytest_hricdv.bdi.language.parser import parse_literal, parse_program, parse_term
+from pytest_hricdv.bdi.language.terms import Arithmetic, in_order, order
+from pytest_hricdv.bdi.logic.substitution import substitute_only
+from pytest_hricdv.bdi.logic.unify import unify
 
 KEYWORDS = {"not", "div", "mod", "if", "else", "elif", "while", "for", "include"}
 names = st.from_regex(r"[a-z][a-zA-Z0-9_]{0,5}", fullmatch=True).filter(lambda name: name not in KEYWORDS)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ..inference import first, solve
+from pytest_hricdv.bdi.language.syntax import Rule
+from pytest_hricdv.bdi.language.terms import Call, Number, Structure, Term, order
+from pytest_hricdv.bdi.language.terms import ListTerm as List
+from pytest_hricdv.bdi.logic.inference import first, solve
+from pytest_hricdv.bdi.logic.unify import undo, unify
+
 from ..intentions import Frame, Intention
-from ..syntax import Rule
-from ..terms import Call, Number, Structure, Term, order
-from ..terms import ListTerm as List
-from ..unify import undo, unify
 from .registry import Invocation, Outcome, internal_action, prepared
 
 if TYPE_CHECKING:

@@ -7,10 +7,11 @@ import statistics
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from ..errors import EvaluationError
-from ..inference import solve
-from ..substitution import Bindings
-from ..terms import Call, ListTerm, Number, String, Term, is_ground
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.terms import Call, ListTerm, Number, String, Term, is_ground
+from pytest_hricdv.bdi.logic.inference import solve
+from pytest_hricdv.bdi.logic.substitution import Bindings
+
 from .registry import FUNCTIONS
 
 if TYPE_CHECKING:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.syntax import variables_of
+from pytest_hricdv.bdi.language.terms import ListTerm, Number, Quoted, Structure, Term
+from pytest_hricdv.bdi.logic.substitution import Bindings
+from pytest_hricdv.bdi.logic.unify import unify
+
 from .. import failure
-from ..errors import EvaluationError
 from ..intentions import Event, Frame, Intention
-from ..substitution import Bindings
-from ..syntax import variables_of
-from ..terms import ListTerm, Number, Quoted, Structure, Term
-from ..unify import unify
 from ..whereabouts import everywhere, take_out
 from .registry import MANY, Invocation, Outcome, internal_action
 

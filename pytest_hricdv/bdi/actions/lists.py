@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from ..errors import EvaluationError
-from ..terms import ListTerm, Number, String, Structure, Term, order
-from ..unify import undo, unify
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, order
+from pytest_hricdv.bdi.logic.unify import undo, unify
+
 from .registry import MANY, WRONG, Invocation, Outcome, internal_action
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.language.terms import Call, ListTerm, Structure, is_name
+
 from ..communication import send, text_of, with_source
 from ..intentions import Frame, Intention, Message, Question
-from ..terms import Call, ListTerm, Structure, is_name
 from ..values import Value, value_of
 from .registry import Invocation, Outcome, internal_action, prepared
 

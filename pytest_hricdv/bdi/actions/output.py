@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 
-from ..parser import parse_term
-from ..terms import String, Term, Variable
+from pytest_hricdv.bdi.language.parser import parse_term
+from pytest_hricdv.bdi.language.terms import String, Term, Variable
+
 from .registry import MANY, Invocation, Outcome, internal_action
 
 _EXPRESSION = re.compile(r"#\{([^}]*)\}")

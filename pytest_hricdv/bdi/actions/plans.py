@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..errors import BdiError, EvaluationError
-from ..parser import parse_plan, parse_trigger
-from ..syntax import Plan, Trigger
-from ..terms import ListTerm, Quoted, String, Structure, Term
-from ..unify import unify
+from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
+from pytest_hricdv.bdi.language.parser import parse_plan, parse_trigger
+from pytest_hricdv.bdi.language.syntax import Plan, Trigger
+from pytest_hricdv.bdi.language.terms import ListTerm, Quoted, String, Structure, Term
+from pytest_hricdv.bdi.logic.unify import unify
+
 from .registry import Invocation, Outcome, check_calls_of, internal_action
 
 

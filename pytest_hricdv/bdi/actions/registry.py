@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from ..errors import BdiError, BdiSyntaxError, EvaluationError
-from ..formulas import Formula
+from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, EvaluationError
+from pytest_hricdv.bdi.language.formulas import Formula
+from pytest_hricdv.bdi.language.syntax import Program, parts_of
+from pytest_hricdv.bdi.language.terms import Call, ListTerm, Number, String, Structure, Term, Variable
+from pytest_hricdv.bdi.logic.substitution import Bindings
+from pytest_hricdv.bdi.logic.unify import Trail, undo, unify
+
 from ..intentions import Intention
-from ..substitution import Bindings
-from ..syntax import Program, parts_of
-from ..terms import Call, ListTerm, Number, String, Structure, Term, Variable
-from ..unify import Trail, undo, unify
 
 if TYPE_CHECKING:
     from ..agent import Agent

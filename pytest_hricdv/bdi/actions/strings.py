@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..errors import EvaluationError
-from ..parser import parse_term
-from ..terms import Number, String
-from ..unify import undo
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.parser import parse_term
+from pytest_hricdv.bdi.language.terms import Number, String
+from pytest_hricdv.bdi.logic.unify import undo
+
 from .registry import WRONG, Invocation, Outcome, internal_action
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import count
 
+from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Variable, is_ground
+
 from ..communication import add_source, text_of
-from ..terms import ListTerm, Number, String, Structure, Variable, is_ground
 from .registry import Invocation, Outcome, internal_action
 
 

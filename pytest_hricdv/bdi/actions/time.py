@@ -6,12 +6,13 @@ import re
 from datetime import date, timedelta
 from typing import TYPE_CHECKING
 
-from ..errors import EvaluationError
-from ..inference import first
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.parser import parse_trigger
+from pytest_hricdv.bdi.language.syntax import Internal, Plan, Trigger
+from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Arithmetic, Call, Number, Quoted, String, Structure, Variable
+from pytest_hricdv.bdi.logic.inference import first
+
 from ..intentions import Frame, Intention, Wait
-from ..parser import parse_trigger
-from ..syntax import Internal, Plan, Trigger
-from ..terms import SOURCE_SELF, Arithmetic, Call, Number, Quoted, String, Structure, Variable
 from .registry import WRONG, Invocation, Outcome, internal_action, is_function, prepared
 
 if TYPE_CHECKING:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ..terms import Term
+from pytest_hricdv.bdi.language.terms import Term
+
 from .program import Annots, PlanCode, TriggerCode, Values
 
 Args = tuple[Term, ...]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.language.terms import Structure, in_order, source
+
 from ..intentions import Letter, Message
 from ..spinning import take_up
-from ..terms import Structure, in_order, source
 from .activity import Activity, begin, resumed
 from .changes import add
 from .handover import to_interpreter

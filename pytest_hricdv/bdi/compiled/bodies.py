@@ -9,9 +9,10 @@ intention.
 
 from __future__ import annotations
 
-from ..formulas import Formula
-from ..syntax import Body, Check, For, If, Plan, Test, While, posted
-from ..terms import Key, Structure, Variable, is_name, source
+from pytest_hricdv.bdi.language.formulas import Formula
+from pytest_hricdv.bdi.language.syntax import Body, Check, For, If, Plan, Test, While, posted
+from pytest_hricdv.bdi.language.terms import Key, Structure, Variable, is_name, source
+
 from .conditions import Conditions, binds
 from .layout import Layout, Numbered, blocks, number, variables_in
 from .program import LoopCode, PlanCode, ProgramCode

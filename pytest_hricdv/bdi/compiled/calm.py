@@ -6,12 +6,27 @@ concerns it. What counts is the shortest way through the plans to a statement th
 
 from __future__ import annotations
 
+from pytest_hricdv.bdi.language.formulas import Formula
+from pytest_hricdv.bdi.language.syntax import (
+    Achieve,
+    Act,
+    Believe,
+    Check,
+    EventKey,
+    For,
+    If,
+    Internal,
+    Plan,
+    Statement,
+    Test,
+    While,
+    parts_of,
+)
+from pytest_hricdv.bdi.language.terms import Call, Number, Structure
+
 from ..company import Company
-from ..formulas import Formula
 from ..intentions import duration
 from ..library import PlanLibrary
-from ..syntax import Achieve, Act, Believe, Check, EventKey, For, If, Internal, Plan, Statement, Test, While, parts_of
-from ..terms import Call, Number, Structure
 from .layout import Layout, blocks
 from .program import Calm
 

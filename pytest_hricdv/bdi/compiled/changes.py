@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from ..terms import Key, Structure, in_order
+from pytest_hricdv.bdi.language.terms import Key, Structure, in_order
+
 from .activity import Args
 from .program import Annots, Slot, Store, TriggerCode
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 
+from pytest_hricdv.bdi.language.syntax import Rule
+from pytest_hricdv.bdi.language.terms import Key, Structure, in_order, source
+
 from ..beliefs import BeliefBase
 from ..intentions import Letter
 from ..library import PlanLibrary
-from ..syntax import Rule
-from ..terms import Key, Structure, in_order, source
 from .activity import Args, Pending
 from .program import Annots, ProgramCode, Slot, proposition
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pytest_hricdv.bdi.language.syntax import Rule
+from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
+
 from ..beliefs import BeliefBase
 from ..company import Company
 from ..library import KQML_RECEIVED, PlanLibrary
-from ..syntax import Rule
-from ..terms import SOURCE_PERCEPT, Structure
 from . import changes, effects, posting
 from .calm import CalmAnalysis
 from .code import AgentCode

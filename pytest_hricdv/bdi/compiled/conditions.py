@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..formulas import And, Comparison, Formula, Not, Or
-from ..syntax import variables_of
-from ..terms import Arithmetic, Number, Structure, Term, Variable, is_name
-from ..terms import source as source_of
+from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
+from pytest_hricdv.bdi.language.syntax import variables_of
+from pytest_hricdv.bdi.language.terms import Arithmetic, Number, Structure, Term, Variable, is_name
+from pytest_hricdv.bdi.language.terms import source as source_of
+
 from .layout import variables_in
 from .program import proposition
 from .values import Scope, equality, number, value, values

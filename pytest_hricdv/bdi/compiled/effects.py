@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NoReturn
 
+from pytest_hricdv.bdi.language.syntax import Act, Plan
+from pytest_hricdv.bdi.language.terms import Structure
+
 from ..intentions import Wait
 from ..spinning import leave_alone
-from ..syntax import Act, Plan
-from ..terms import Structure
 from .activity import Activity, Args, Goal, begin, returned
 from .posting import hold
 from .program import Annots, TriggerCode

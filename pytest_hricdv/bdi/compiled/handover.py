@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.language.syntax import Body, For, If, While
+from pytest_hricdv.bdi.language.terms import Structure, Term, Variable
+from pytest_hricdv.bdi.logic.substitution import Bindings
+
 from ..agent import Agent
 from ..beliefs import BeliefBase
 from ..intentions import Event, Frame, Intention, Loop, Wait
-from ..substitution import Bindings
-from ..syntax import Body, For, If, While
-from ..terms import Structure, Term, Variable
 from .activity import Activity, Goal
 from .layout import blocks, number, size
 from .program import PlanCode, Values

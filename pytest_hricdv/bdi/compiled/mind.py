@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.language.terms import Key, Structure
+
 from ..environment import Environment
 from ..participant import Participant
-from ..terms import Key, Structure
 from .activity import Activity, Pending
 from .code import AgentCode
 from .program import Store

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.language.terms import Structure, Term
+
 from ..intentions import Letter, Message
-from ..terms import Structure, Term
 from .activity import Activity, Args
 from .calm import CALM
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, MutableMapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from ..syntax import EventKey, Plan
-from ..terms import Key, Structure, Term, Variable
+from pytest_hricdv.bdi.language.syntax import EventKey, Plan
+from pytest_hricdv.bdi.language.terms import Key, Structure, Term, Variable
 
 if TYPE_CHECKING:
     from .activity import Activity

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NoReturn
 
+from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, number_of
+from pytest_hricdv.bdi.logic.substitution import OPERATIONS
+
 from ..intentions import duration
-from ..substitution import OPERATIONS
-from ..terms import ListTerm, Number, String, Structure, Term, number_of
 from .program import Annots, Store
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from itertools import groupby
 
-from ..formulas import And, Formula
+from pytest_hricdv.bdi.language.formulas import And, Formula
+from pytest_hricdv.bdi.language.syntax import EventKey, Plan
+from pytest_hricdv.bdi.language.terms import Structure, Variable
+
 from ..spinning import is_steady
-from ..syntax import EventKey, Plan
-from ..terms import Structure, Variable
 from .bodies import BodyWriter
 from .conditions import Conditions, named_source, source_pattern
 from .program import PlanCode, ProgramCode

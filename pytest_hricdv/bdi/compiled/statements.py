@@ -6,10 +6,11 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from ..formulas import Formula
+from pytest_hricdv.bdi.language.formulas import Formula
+from pytest_hricdv.bdi.language.syntax import Achieve, Act, Believe, Check, For, If, Internal, Statement, Test, While
+from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Call, Number, String, Structure, is_ground, is_name
+
 from ..intentions import duration
-from ..syntax import Achieve, Act, Believe, Check, For, If, Internal, Statement, Test, While
-from ..terms import SOURCE_PERCEPT, Call, Number, String, Structure, is_ground, is_name
 from .bodies import FINISH, FINISH_ACTED, BodyWriter
 from .conditions import binds
 from .layout import blocks, variables_in

@@ -6,8 +6,9 @@ nothing can come between them, so that where the activity is need not be kept up
 
 from __future__ import annotations
 
-from ..syntax import Act, Believe, Internal, Statement
-from ..terms import SOURCE_PERCEPT, Structure
+from pytest_hricdv.bdi.language.syntax import Act, Believe, Internal, Statement
+from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
+
 from .bodies import FINISH, FINISH_ACTED, BodyWriter
 from .layout import Numbered
 from .program import proposition

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 
-from ..terms import Arithmetic, Number, String, Structure, Term, Variable, is_name
+from pytest_hricdv.bdi.language.terms import Arithmetic, Number, String, Structure, Term, Variable, is_name
+
 from .writer import UnsupportedError, Writer
 
 Scope = dict[Variable, str]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ..errors import Location
-from ..formulas import And, Comparison, Not, Or
-from ..syntax import (
+from pytest_hricdv.bdi.language.errors import Location
+from pytest_hricdv.bdi.language.formulas import And, Comparison, Not, Or
+from pytest_hricdv.bdi.language.syntax import (
     Achieve,
     Believe,
     Body,
@@ -20,7 +20,8 @@ from ..syntax import (
     While,
     children,
 )
-from ..terms import Annotated, Arithmetic, Call, ListTerm, String, Structure, Term, Variable
+from pytest_hricdv.bdi.language.terms import Annotated, Arithmetic, Call, ListTerm, String, Structure, Term, Variable
+
 from .model import SELF, Addition, AgentModel, Mention, Sent, sources_named
 from .sources import find
 

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-from ..errors import BdiSyntaxError, Location
+from pytest_hricdv.bdi.language.errors import BdiSyntaxError, Location
+
 from .model import System
 
 

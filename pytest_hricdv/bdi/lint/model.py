@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ..errors import Location
-from ..syntax import Plan, Rule
-from ..terms import Key, Structure, Term, Variable
+from pytest_hricdv.bdi.language.errors import Location
+from pytest_hricdv.bdi.language.syntax import Plan, Rule
+from pytest_hricdv.bdi.language.terms import Key, Structure, Term, Variable
 
 SELF = "self"
 PERCEPT = "percept"

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
+from pytest_hricdv.bdi.language.errors import BdiError, Location
+from pytest_hricdv.bdi.language.options import given_beliefs, given_goals
+from pytest_hricdv.bdi.language.parser import read_program
+from pytest_hricdv.bdi.language.project import read_project
+from pytest_hricdv.bdi.language.syntax import Program
+
 from ..actions import check_calls
-from ..errors import BdiError, Location
-from ..options import given_beliefs, given_goals
-from ..parser import read_program
-from ..project import read_project
-from ..syntax import Program
 from . import sources
 from .checks import CHECKS
 from .collect import collect

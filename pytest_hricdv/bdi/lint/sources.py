@@ -6,8 +6,8 @@ import re
 from functools import lru_cache
 from pathlib import Path
 
-from ..errors import Location
-from ..parser import read_text
+from pytest_hricdv.bdi.language.errors import Location
+from pytest_hricdv.bdi.language.parser import read_text
 
 _HIDDEN = re.compile(r"//[^\n]*|/\*[\s\S]*?\*/|\"[^\"\\]*(?:\\.[^\"\\]*)*\"")
 

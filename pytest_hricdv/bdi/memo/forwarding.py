@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from pytest_hricdv.bdi.language.syntax import For, Internal, Plan, Statement, parts_of
+from pytest_hricdv.bdi.language.terms import Key, Structure, Term, Variable
+
 from ..compiled.layout import variables_in
 from ..library import PlanLibrary
 from ..prototype import Prototype
-from ..syntax import For, Internal, Plan, Statement, parts_of
-from ..terms import Key, Structure, Term, Variable
 
 
 @dataclass(frozen=True, slots=True)

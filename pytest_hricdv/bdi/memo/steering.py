@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
+
 from ..environment import percept_of
-from ..terms import SOURCE_PERCEPT, Structure
 from .diagram import Node
 from .forwarding import Forwarding
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from pytest_hricdv.bdi.language.terms import Structure, source
+
 from ..compiled import CompiledAgent
 from ..compiled.code import AgentCode
 from ..compiled.program import Annots, Slot, Store
 from ..scheduler import Run
-from ..terms import Structure, source
 from .forwarding import Forwarding
 
 Settled = Iterable[tuple[str, Annots | None]]

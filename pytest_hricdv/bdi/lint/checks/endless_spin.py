@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...errors import Location
-from ...formulas import Formula
-from ...syntax import Achieve, Body, Internal, Plan, Statement, While, children
-from ...terms import Call, Key, Structure
-from ...unify import unify
+from pytest_hricdv.bdi.language.errors import Location
+from pytest_hricdv.bdi.language.formulas import Formula
+from pytest_hricdv.bdi.language.syntax import Achieve, Body, Internal, Plan, Statement, While, children
+from pytest_hricdv.bdi.language.terms import Call, Key, Structure
+from pytest_hricdv.bdi.logic.unify import unify
+
 from ..model import AgentModel, System
 
 ENDING = frozenset(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...errors import Location
-from ...substitution import Bindings, free_variables, substitute_only
-from ...terms import Structure, Term, Variable, is_evaluable
-from ...unify import unify
+from pytest_hricdv.bdi.language.errors import Location
+from pytest_hricdv.bdi.language.terms import Structure, Term, Variable, is_evaluable
+from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_only
+from pytest_hricdv.bdi.logic.unify import unify
+
 from ..model import AgentModel, Mention, System, name_of
 from ..names import nearest
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...errors import Location
-from ...terms import Structure
+from pytest_hricdv.bdi.language.errors import Location
+from pytest_hricdv.bdi.language.terms import Structure
+
 from ..model import AgentModel, System
 from ..names import nearest
 from . import goal_without_plan, unknown_belief

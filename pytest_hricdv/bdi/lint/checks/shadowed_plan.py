@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...errors import Location
-from ...formulas import And, Comparison, Formula, Not, Or
-from ...substitution import Bindings, substitute_only
-from ...syntax import Plan, variables_of
-from ...terms import Call, Structure, Term, Variable
-from ...unify import unify
+from pytest_hricdv.bdi.language.errors import Location
+from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
+from pytest_hricdv.bdi.language.syntax import Plan, variables_of
+from pytest_hricdv.bdi.language.terms import Call, Structure, Term, Variable
+from pytest_hricdv.bdi.logic.substitution import Bindings, substitute_only
+from pytest_hricdv.bdi.logic.unify import unify
+
 from ..model import System
 
 UNDECIDED = frozenset({".random", "math.random", ".time", "system.time"})

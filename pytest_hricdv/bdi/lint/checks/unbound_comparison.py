@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...errors import Location
-from ...formulas import And, Comparison, Formula, Not, Or
-from ...syntax import (
+from pytest_hricdv.bdi.language.errors import Location
+from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
+from pytest_hricdv.bdi.language.syntax import (
     Achieve,
     Act,
     Believe,
@@ -22,7 +22,8 @@ from ...syntax import (
     children,
     variables_of,
 )
-from ...terms import Arithmetic, Call, Number, Variable
+from pytest_hricdv.bdi.language.terms import Arithmetic, Call, Number, Variable
+
 from ..collect import FORMULA_ARGUMENTS
 from ..model import System
 from ..sources import find

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...errors import Location
+from pytest_hricdv.bdi.language.errors import Location
+
 from ..model import AgentModel, Mention, System, name_of, sources_named
 from ..names import nearest
 

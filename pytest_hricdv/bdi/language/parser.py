@@ -10,10 +10,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .errors import BdiError, BdiSyntaxError, Location
-from .nesting import MAX_NESTING, NestingError, NestingLimit
-from .syntax import Plan, Program, Rule, Trigger
-from .terms import Structure, Term
+from pytest_hricdv.bdi.language.depth_limit import MAX_NESTING, NestingError, NestingLimit
+from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
+from pytest_hricdv.bdi.language.syntax import Plan, Program, Rule, Trigger
+from pytest_hricdv.bdi.language.terms import Structure, Term
 
 if TYPE_CHECKING:
     from lark import Lark, Token
@@ -272,7 +272,7 @@ def _bad_character(text: str, position: int) -> str:
 def _grammar() -> tuple[Lark, Any]:
     from lark import Lark
 
-    from .treebuilder import TreeBuilder
+    from pytest_hricdv.bdi.language.transformer import TreeBuilder
 
     builder = TreeBuilder()
     grammar = (Path(__file__).parent / "agentspeak.lark").read_text(encoding="utf-8")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .errors import EvaluationError
-from .formulas import Comparison
-from .substitution import Bindings, substitute, walk
-from .terms import Arithmetic, ListTerm, Number, Structure, Term, order
-from .unify import Trail, unify
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.formulas import Comparison
+from pytest_hricdv.bdi.language.terms import Arithmetic, ListTerm, Number, Structure, Term, order
+from pytest_hricdv.bdi.logic.substitution import Bindings, substitute, walk
+from pytest_hricdv.bdi.logic.unify import Trail, unify
 
 if TYPE_CHECKING:
-    from .agent import Agent
+    from pytest_hricdv.bdi.agent import Agent
 
 
 def compare(agent: Agent, comparison: Comparison, env: Bindings, trail: Trail) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .terms import Annotated, Call, Structure, Term, Variable
+from pytest_hricdv.bdi.language.terms import Annotated, Call, Structure, Term, Variable
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .numerals import number_text
+from pytest_hricdv.bdi.language.number_format import number_text
 
 
 class Number(float):

@@ -7,8 +7,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from .errors import BdiSyntaxError, Location
-from .parser import read_text
+from pytest_hricdv.bdi.language.errors import BdiSyntaxError, Location
+from pytest_hricdv.bdi.language.parser import read_text
 
 _TOKEN = re.compile(
     r"(?P<skip>\s+|//[^\n]*|/\*.*?\*/)|(?P<string>\"[^\"\\\n]*(?:\\.[^\"\\\n]*)*\")"

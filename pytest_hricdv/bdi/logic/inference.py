@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from .comparison import compare
-from .errors import BdiError, EvaluationError
-from .formulas import And, Comparison, Formula, Not, Or
-from .substitution import Bindings, substitute, substitute_only
-from .syntax import Rule
-from .terms import Arithmetic, Call, Structure, Term, Variable, is_ground
-from .unify import Trail, match_annotations, undo, unify
+from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
+from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
+from pytest_hricdv.bdi.language.syntax import Rule
+from pytest_hricdv.bdi.language.terms import Arithmetic, Call, Structure, Term, Variable, is_ground
+from pytest_hricdv.bdi.logic.comparison import compare
+from pytest_hricdv.bdi.logic.substitution import Bindings, substitute, substitute_only
+from pytest_hricdv.bdi.logic.unify import Trail, match_annotations, undo, unify
 
 if TYPE_CHECKING:
-    from .agent import Agent
+    from pytest_hricdv.bdi.agent import Agent
 
 MAX_CHOICES = 50_000
 """Open choices of one query; a rule that calls itself for ever reaches it in a fraction of a second."""

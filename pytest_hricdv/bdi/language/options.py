@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from .parser import parse_program
-from .project import AgentEntry
-from .syntax import Program, Rule
-from .terms import Structure
+from pytest_hricdv.bdi.language.parser import parse_program
+from pytest_hricdv.bdi.language.project import AgentEntry
+from pytest_hricdv.bdi.language.syntax import Program, Rule
+from pytest_hricdv.bdi.language.terms import Structure
 
 
 def given_beliefs(entry: AgentEntry) -> tuple[Structure | Rule, ...]:

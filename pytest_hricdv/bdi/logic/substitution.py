@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from .errors import EvaluationError
-from .terms import (
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.terms import (
     Annotated,
     Arithmetic,
     Call,
@@ -104,7 +104,9 @@ def _substitute_annotated(term: Annotated, bindings: Bindings, functions: Functi
 
 
 def _substitute_quoted(term: Quoted, bindings: Bindings, functions: Functions) -> Term:
-    from .quoting import with_values  # Its statements are made of terms: they are not known here.
+    from pytest_hricdv.bdi.language.plan_terms import (
+        with_values,  # Its statements are made of terms: they are not known here.
+    )
 
     return with_values(term, lambda part: substitute(part, bindings, functions))
 
@@ -203,7 +205,7 @@ def _free_variables(term: Term) -> list[Variable]:
 
 
 def _variables_in(term: Quoted) -> dict[Variable, None]:
-    from .syntax import variables_of
+    from pytest_hricdv.bdi.language.syntax import variables_of
 
     return dict.fromkeys(sorted(variables_of(term)))
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from .substitution import Bindings, free_variables, no_functions, substitute, walk
-from .terms import Annotated, ListTerm, Structure, Term, Variable, is_ground
+from pytest_hricdv.bdi.language.terms import Annotated, ListTerm, Structure, Term, Variable, is_ground
+from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, no_functions, substitute, walk
 
 Trail = list[Variable]
 """The variables bound so far, in order: undoing a trail takes its bindings back."""

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from .syntax import Act, Statement, children_names, variables_of
-from .terms import Annotated, Arithmetic, Call, ListTerm, Quoted, Structure, Term, Variable
+from pytest_hricdv.bdi.language.syntax import Act, Statement, children_names, variables_of
+from pytest_hricdv.bdi.language.terms import Annotated, Arithmetic, Call, ListTerm, Quoted, Structure, Term, Variable
 
 Valuation = Callable[[Term], Term]
 """Gives the value of a term, with its variables replaced."""

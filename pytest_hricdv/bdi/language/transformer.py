@@ -12,11 +12,10 @@ from lark import v_args
 from lark.tree import Meta
 from lark.visitors import Transformer_NonRecursive
 
-from .errors import BdiSyntaxError, EvaluationError, Location
-from .formulas import FORMULAS, And, Comparison, Formula, GoalTerm, Not, Or
-from .parser import Include, InitialGoal
-from .substitution import substitute
-from .syntax import (
+from pytest_hricdv.bdi.language.errors import BdiSyntaxError, EvaluationError, Location
+from pytest_hricdv.bdi.language.formulas import FORMULAS, And, Comparison, Formula, GoalTerm, Not, Or
+from pytest_hricdv.bdi.language.parser import Include, InitialGoal
+from pytest_hricdv.bdi.language.syntax import (
     NOWHERE,
     TRUE,
     Achieve,
@@ -35,7 +34,7 @@ from .syntax import (
     While,
     variables_of,
 )
-from .terms import (
+from pytest_hricdv.bdi.language.terms import (
     Annotated,
     Arithmetic,
     Call,
@@ -49,6 +48,7 @@ from .terms import (
     is_name,
     source,
 )
+from pytest_hricdv.bdi.logic.substitution import substitute
 
 _ESCAPES = {"n": "\n", "t": "\t", "r": "\r"}
 _FORMULA_ONLY = (And, Or, Not, Comparison)

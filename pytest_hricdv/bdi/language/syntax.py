@@ -6,12 +6,23 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from .errors import Location
-from .formulas import And, Comparison, Formula, GoalTerm, Not, Or
-from .terms import SOURCE_SELF, Annotated, Arithmetic, Call, Key, ListTerm, Quoted, Structure, Term, Variable
+from pytest_hricdv.bdi.language.errors import Location
+from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, GoalTerm, Not, Or
+from pytest_hricdv.bdi.language.terms import (
+    SOURCE_SELF,
+    Annotated,
+    Arithmetic,
+    Call,
+    Key,
+    ListTerm,
+    Quoted,
+    Structure,
+    Term,
+    Variable,
+)
 
 if TYPE_CHECKING:
-    from .execution import Step
+    from pytest_hricdv.bdi.execution import Step
 
 NOWHERE = Location("<text>", 1, 1)
 """The place of what was not read from a file."""

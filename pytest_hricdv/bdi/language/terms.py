@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from .errors import Location
-from .scalars import Number as Number
-from .scalars import Variable as Variable
+from pytest_hricdv.bdi.language.errors import Location
+from pytest_hricdv.bdi.language.scalars import Number as Number
+from pytest_hricdv.bdi.language.scalars import Variable as Variable
 
 Key = tuple[bool, str, int]
 """What beliefs and plans are indexed by: strongly negated?, functor, arity."""
