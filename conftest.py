@@ -1,4 +1,4 @@
-"""The table-assembly testbench, handed to the plugin: copy this file and change it for your own robot."""
+"""The testbench of the table assembly. For your own robot, copy the testbench in docs/tutorial.md."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from pytest_hricdv.case import Run
-    from pytest_hricdv.testbench import Camera, Outcome, Testbench
+    from pytest_hricdv.testbench import Camera, Outcome, Run, Testbench
     from sim.world import World
 
 HERE = Path(__file__).parent
@@ -85,6 +84,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         units={"leg_offset": "m", "hand_distance": "m", "hand_contact_force": "N", "arm_speed": "rad/s"},
         code=("controller",),
         run=run,
+        outcome_label="legs",
         by_hand=HERE / "tests" / "hri" / "by_hand.toml",
         requires=("sim.engine",),
         film=Film(

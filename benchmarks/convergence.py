@@ -125,7 +125,7 @@ def figures(test: ConcreteTest) -> dict[str, Any]:
     margins = {verdict.requirement: verdict.margin for verdict in result.verdicts}
     return {
         "verdicts": " ".join(result.verdict(each).verdict for each in REQUIREMENTS),
-        "legs": ", ".join(result.outcome.legs),
+        "legs": ", ".join(result.outcome.outcomes),
         "fastest": largest(result, "arm_speed"),
         "margin_r3": margins["R3"],
         "margin_r1": margins["R1"],

@@ -91,7 +91,7 @@ def run(test: ConcreteTest, measurement: Measurement) -> Pace:
         began_s = time.thread_time()
         result = bench.run(test, measurement)
         cpu_s = time.thread_time() - began_s
-    return Pace(result.sim_s, result.sim_s - result.outcome.frozen_s, cpu_s, sum(spent))
+    return Pace(result.sim_s, result.sim_s - result.outcome.skipped_s, cpu_s, sum(spent))
 
 
 @contextmanager

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,8 +13,9 @@ from pytest_hricdv.cover.debugger import debugger
 from pytest_hricdv.cover.measure import Measurement
 from pytest_hricdv.cover.source import Bits, CoverError
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.concrete import UNIFORM, ConcreteAction, ConcreteTest, Concretization, concretize
+from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, Concretization, concretize
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Verdict, Vocabulary, explained
+from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Bus, Kernel, Record, Recorder
 from pytest_hricdv.runtime.record import Value
 from pytest_hricdv.testbench import Outcome, Testbench, TestbenchError
@@ -40,54 +41,6 @@ class MonitorFeed:
         if name not in self._signals:
             raise KeyError(f"signal {name!r} is recorded but not declared in the testbench's signals")
         self._monitors.signal(time_s, name, value)
-
-
-@dataclass
-class Run:
-    """What the testbench's `run` works with: virtual time, bus, record, and the test to enact."""
-
-    test: ConcreteTest
-    kernel: Kernel
-    bus: Bus
-    recorder: Recorder
-    measured: Callable[[Callable[[], None]], Callable[[], None]]
-    """Wrap the body of the node that is the code under test: it is measured in its own greenlet."""
-    monitors: MonitorSet = field(repr=False)
-    filming: Callable[[Run], AbstractContextManager[None]] | None = None
-    """What goes on around a run that is filmed."""
-    acted_s: list[float] = field(default_factory=list)
-    """When each action began (s of simulated time), as far as `actions` or `acting` were told."""
-
-    def actions(self) -> Iterator[ConcreteAction]:
-        """The test's actions, one after the other; that the next one is taken says that it begins now."""
-        for number, action in enumerate(self.test.actions):
-            self.acting(number)
-            yield action
-
-    def acting(self, number: int) -> None:
-        """Says that action `number` (from 0, in order) begins now, so that a failure can be told together with it."""
-        if number == len(self.acted_s) < len(self.test.actions):
-            self.acted_s.append(self.kernel.now_s)
-
-    def go(self, limit_s: float) -> str:
-        """Run the nodes up to `limit_s`, then on until no monitor has an open deadline; then end all nodes.
-
-        Returns:
-            Why it ended: what was given to `kernel.stop`, "idle", or "limit".
-        """
-        with nullcontext() if self.filming is None else self.filming(self):
-            try:
-                ended = self.kernel.run(limit_s)
-                while (deadline_s := self._open_deadline_s()) is not None:
-                    if self.kernel.run(deadline_s) == "idle":
-                        self.kernel.skip(deadline_s)
-            finally:
-                self.kernel.close()
-        return ended
-
-    def _open_deadline_s(self) -> float | None:
-        deadline_s = self.monitors.next_deadline_s()
-        return deadline_s if deadline_s is not None and self.kernel.now_s < deadline_s else None
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import Any, get_type_hints
 
 from pytest_hricdv.cover.cross import Bin, CrossProduct
 from pytest_hricdv.film.film import Camera, Film
@@ -17,11 +17,8 @@ from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
 from pytest_hricdv.monitor import Requirement, Vocabulary
+from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import topic_of
-
-if TYPE_CHECKING:
-    from pytest_hricdv.case import Run
-
 
 __all__ = [
     "BeliefSpace",
@@ -35,6 +32,7 @@ __all__ = [
     "Outcome",
     "QLearning",
     "Range",
+    "Run",
     "Testbench",
     "TestbenchError",
     "checked",
@@ -53,16 +51,16 @@ class Outcome:
 
     Args:
         ended: why it ended, for instance "table done".
-        legs: how each turn ended, in order.
-        frozen_s: simulated seconds that passed without physics steps.
+        outcomes: how each turn ended, in order.
+        skipped_s: simulated seconds for which the physics was not stepped.
         cross: the bins that the run hit, by the name of the declared cross product: one bin for each coordinate, but
             none for those that are named after a requirement.
         fidelity: how the world was simulated, where there are several ways; every report shows it.
     """
 
     ended: str
-    legs: tuple[str, ...] = ()
-    frozen_s: float = 0.0
+    outcomes: tuple[str, ...] = ()
+    skipped_s: float = 0.0
     cross: Mapping[str, Sequence[Bin]] = field(default_factory=dict, hash=False)
     fidelity: str = ""
 
@@ -89,6 +87,7 @@ class Testbench:
         film: how runs are filmed; None where they are not.
         learning: the constants of Q-learning, for the suite `rl`.
         lengths: fewest and most actions of a test of the suite `pseudorandom`.
+        outcome_label: what the outcomes of a run's turns are called in reports, for instance "legs".
     """
 
     __test__ = False
@@ -109,6 +108,7 @@ class Testbench:
     learning: QLearning = field(default_factory=QLearning)
     lengths: tuple[int, int] = LENGTHS
     units: Mapping[str, str] = field(default_factory=dict, hash=False)
+    outcome_label: str = "outcomes"
 
     def vocabulary(self) -> Vocabulary:
         """The names that requirements may use: signals, topics, and the bool and numeric fields of messages."""

@@ -55,9 +55,9 @@ def measured(result: CaseResult | None, code: CodeMap | None, requirements: Sequ
     return {
         "requirements": {verdict.requirement: _verdict(verdict) for verdict in result.verdicts},
         "acted_s": [round(time_s, 3) for time_s in result.acted_s],
-        "legs": list(result.outcome.legs),
+        "legs": list(result.outcome.outcomes),
         "sim_s": result.sim_s,
-        "frozen_s": result.outcome.frozen_s,
+        "frozen_s": result.outcome.skipped_s,
         "fidelity": result.outcome.fidelity,
         "ended": result.outcome.ended,
         "record_sha256": result.record.sha256,

@@ -7,8 +7,12 @@ from pytest_hricdv.report import totals
 from pytest_hricdv.report.figure import natural, share
 
 
-def properties(test: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
-    """Name and value pairs for `item.user_properties`: suite, id, seed, verdicts, coverage, fidelity, legs.
+def properties(test: Mapping[str, Any], outcome_label: str = "outcomes") -> tuple[tuple[str, str], ...]:
+    """Name and value pairs for `item.user_properties`: suite, id, seed, verdicts, coverage, fidelity, outcomes.
+
+    Args:
+        test: its entry in the report.
+        outcome_label: what the testbench calls the outcomes of a run's turns.
 
     What a test does not have, such as the coverage of unmeasured code or an outcome while it still runs, has no
     property: an empty one would read as zero somewhere.
@@ -26,7 +30,7 @@ def properties(test: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
     pairs.append(("hri.statements_percent", _tenths(code.get("percent"))))
     pairs.append(("hri.simulated_s", _tenths(test["sim_s"])))
     pairs.append(("hri.fidelity", test.get("fidelity") or None))
-    pairs.append(("hri.legs", " ".join(test["legs"])))
+    pairs.append((f"hri.{outcome_label}", " ".join(test["legs"])))
     pairs.append(("hri.record_sha256", test.get("record_sha256") or None))
     return tuple((name, str(value)) for name, value in pairs if value is not None)
 

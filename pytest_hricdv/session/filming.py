@@ -13,7 +13,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv.case import CaseResult, Run, execute
+from pytest_hricdv.case import CaseResult, execute
 from pytest_hricdv.cover.measure import NoMeasurement
 from pytest_hricdv.film.film import Film
 from pytest_hricdv.film.reel import Alarm, Filmed, Reel
@@ -22,6 +22,7 @@ from pytest_hricdv.film.video import FRAMES_PER_S, Video, aside, video
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.report.explanation import violation
 from pytest_hricdv.report.figure import plural
+from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
 from pytest_hricdv.testbench import Testbench, TestbenchError
 

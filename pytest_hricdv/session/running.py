@@ -132,7 +132,8 @@ class Running:
             self._see_that_it_was_checked(case)
         finally:
             case.runner = case.judge = None
-            item.user_properties.extend(junit.properties(self._entry(case, item.nodeid)))
+            entry, label = self._entry(case, item.nodeid), self.collecting.testbench.outcome_label
+            item.user_properties.extend(junit.properties(entry, label))
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self, item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:

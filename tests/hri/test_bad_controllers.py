@@ -20,7 +20,7 @@ def fails(state: str, body: machine.StateFunction, text: str, monkeypatch: pytes
         patch.setitem(machine.STATES, state, body)
         with pytest.raises(KernelError, match=text):
             bench.run(LEG)
-    assert bench.run(LEG).outcome.legs == ("released",)
+    assert bench.run(LEG).outcome.outcomes == ("released",)
 
 
 def raises(robot: Robot) -> str:
@@ -79,7 +79,7 @@ def test_a_controller_that_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(KernelError, match=r"ended without a table; it last said LegReady\(turn=1\)"):
         bench.run(LEG)
     monkeypatch.undo()
-    assert bench.run(LEG).outcome.legs == ("released",)
+    assert bench.run(LEG).outcome.outcomes == ("released",)
 
 
 def test_a_pose_out_of_reach_ends_the_turn_and_not_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -88,6 +88,6 @@ def test_a_pose_out_of_reach_ends_the_turn_and_not_the_run(monkeypatch: pytest.M
         find_way((0.0,) * 9, beyond)
     monkeypatch.setattr("controller.fetching.TO_PICKUP", beyond)
     result = bench.run(LEG)
-    assert result.outcome.legs == ("discarded",)
+    assert result.outcome.outcomes == ("discarded",)
     assert result.outcome.ended == "nobody asks any more"
     assert not bench.times(result, "leg_ready")

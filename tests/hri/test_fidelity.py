@@ -39,7 +39,7 @@ def test_the_story_and_the_verdicts_are_those_of_the_dynamic_world(
     test: ConcreteTest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     dynamic, plans_only = bench.run(test), kinematic(test, monkeypatch)
-    assert plans_only.outcome.legs == dynamic.outcome.legs
+    assert plans_only.outcome.outcomes == dynamic.outcome.outcomes
     assert plans_only.outcome.ended == dynamic.outcome.ended
     assert [each.verdict for each in plans_only.verdicts] == [each.verdict for each in dynamic.verdicts]
     assert story(plans_only) == story(dynamic)

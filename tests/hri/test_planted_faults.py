@@ -68,7 +68,7 @@ def test_a_robot_that_never_releases_fails_r1_at_the_deadline(monkeypatch: pytes
     assert (verdict.attempts, verdict.failures, violation.margin) == (1, 1, 0.0)
     assert [violation.trigger_s] == bench.times(result, "reading", gaze=True, pressure=True, location=True)
     assert violation.time_s == pytest.approx(violation.trigger_s + DEADLINE_S)
-    assert result.outcome.legs == ("discarded",)
+    assert result.outcome.outcomes == ("discarded",)
     assert verdicts(result) == "Failed NC Passed Passed"
 
 
@@ -100,7 +100,7 @@ def test_a_good_table_that_is_called_late_too_early_fails_r5(
     monkeypatch.setattr("controller.settings.Settings", partial(Settings, on_time_s=on_time_s))
     result = bench.run(bench.concrete(bench.leg() * 4, seed=4))
     r5 = result.verdict("R5")
-    assert result.outcome.legs == ("released",) * 4
+    assert result.outcome.outcomes == ("released",) * 4
     assert (r5.verdict, r5.attempts) == (verdict, 1)
     if verdict == "Failed":
         (violation,) = r5.violations
@@ -140,7 +140,7 @@ def test_a_person_who_grips_hand_and_leg_for_long_makes_a_release_miss_its_deadl
     (sensed_s,) = bench.times(result, "reading")
     falls = [at for at, held in zip(*result.record.signals["leg_held"], strict=True) if not held and at > sensed_s]
     assert falls[0] - sensed_s == pytest.approx(grip_s, abs=0.5)
-    assert result.outcome.legs == ("released",)
+    assert result.outcome.outcomes == ("released",)
     if verdict == "Failed":
         (violation,) = r1.violations
         assert violation.time_s == pytest.approx(sensed_s + DEADLINE_S)

@@ -103,7 +103,7 @@ def run(run):
     run.kernel.spawn("guide", run.measured(robot))
     ended = run.go(LIMIT_S)
     levels = [command.split()[-1] for command in commands if command.startswith("set_lamp")]
-    return Outcome(ended, legs=("released",), cross={"light": [(place, level) for level in levels or ["none"]]})
+    return Outcome(ended, outcomes=("released",), cross={"light": [(place, level) for level in levels or ["none"]]})
 '''
 
 HOST_TEST = '''

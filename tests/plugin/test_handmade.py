@@ -20,7 +20,7 @@ def test_glare(hri_run):
     assert result.failed == ("R2",)
     assert result.verdict("R1").verdict == "Passed"
     assert result.record.signals["lamp_level"][-1][1] == 100.0
-    assert result.outcome.legs == ("released",)
+    assert result.outcome.outcomes == ("released",)
 
 
 def test_no_glare_in_the_cellar(hri_run):
@@ -88,7 +88,7 @@ def test_check_fails_with_the_explanation_and_how_to_run_it_again(lamps: pytest.
 
 def test_a_failed_assertion_is_shown_with_what_happened(lamps: pytest.Pytester) -> None:
     (lamps.path / "test_mine.py").write_text(
-        "def test_mine(hri_run):\n    assert hri_run('enter hall').outcome.legs == ()\n", encoding="utf-8"
+        "def test_mine(hri_run):\n    assert hri_run('enter hall').outcome.outcomes == ()\n", encoding="utf-8"
     )
     result = lamps.runpytest_inprocess("test_mine.py")
     result.stdout.fnmatch_lines(

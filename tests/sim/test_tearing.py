@@ -88,7 +88,7 @@ def test_the_robot_discards_what_was_torn_away_and_that_is_no_release(
     result = bench.run(bench.concrete(bench.leg(), pull_n=25.0))
     assert list(result.record.signals["leg_torn"][1]) == [False, True]
     assert bench.times(result, "reading", pressure=False)
-    assert result.outcome.legs == ("discarded",)
+    assert result.outcome.outcomes == ("discarded",)
     assert (result.verdict("R1").verdict, result.verdict("R2").verdict) == ("NC", "Passed")
 
 
