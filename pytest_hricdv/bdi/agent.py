@@ -190,7 +190,7 @@ class Agent(Mind):
             self.intentions.append(intention)
             if not plan.builtin:
                 self.executed.append(plan.label)
-            if plan.spins:
+            if plan.is_busy_wait:
                 self.looked = self.run.rounds
             if plan.atomic:
                 self._atomic = intention

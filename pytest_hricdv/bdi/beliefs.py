@@ -72,8 +72,8 @@ class BeliefBase:
             new = tuple(annot for annot in belief.annots if annot not in held.annots)
             if not new:
                 return None
-            bucket[args] = held.annotated(held.annots + new)
-            belief = belief if len(new) == len(belief.annots) else belief.annotated(new)
+            bucket[args] = held.with_annotations(held.annots + new)
+            belief = belief if len(new) == len(belief.annots) else belief.with_annotations(new)
         if not belief.ground:
             self.open.add(key)
         self.version += 1
@@ -110,7 +110,7 @@ class BeliefBase:
         if held.annots != belief.annots:
             if not all(annot in held.annots for annot in belief.annots):
                 return False
-            left = held.annotated(tuple(annot for annot in held.annots if annot not in belief.annots))
+            left = held.with_annotations(tuple(annot for annot in held.annots if annot not in belief.annots))
             if left.has_source():
                 bucket[args] = left
                 self.version += 1

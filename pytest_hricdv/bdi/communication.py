@@ -45,7 +45,7 @@ def with_source(literal: Structure, sender: str) -> Structure:
     """A literal as it is received from an agent."""
     if literal.ground and not literal.annots:
         return ground_structure(literal.key, literal.args, (source(sender),))
-    return literal.annotated((*literal.annots, source(sender)))
+    return literal.with_annotations((*literal.annots, source(sender)))
 
 
 def send(agent: Agent, receiver: str, force: str, content: Term, reply_to: str = "") -> str:

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
-from pytest_hricdv.bdi.language.syntax import Act, Program, parts_of
-from pytest_hricdv.bdi.language.terms import Call, Quoted, Structure
+from pytest_hricdv.bdi.language.syntax import ExternalAction, Program, parts_of
+from pytest_hricdv.bdi.language.terms import Call, PlanTerm, Structure
 
 # fmt: off
 _BLIND = frozenset({
@@ -44,18 +44,18 @@ class Company:
     def of(cls, programs: Mapping[str, Program]) -> Self:
         """The agents with these programs, by their names."""
         parts = {name: list(parts_of((program.beliefs, program.plans))) for name, program in programs.items()}
-        acting = sum(any(isinstance(part, Act) for part in found) for found in parts.values())
+        acting = sum(any(isinstance(part, ExternalAction) for part in found) for found in parts.values())
         printing = sum(any(_prints(part) for part in found) for found in parts.values())
         private = all(_is_blind(part) for found in parts.values() for part in found)
         return cls(frozenset(programs), private, acting < 2, printing < 2)
 
 
 def _prints(part: object) -> bool:
-    return isinstance(part, Quoted) or (isinstance(part, Call) and part.name in _PRINTS)
+    return isinstance(part, PlanTerm) or (isinstance(part, Call) and part.name in _PRINTS)
 
 
 def _is_blind(part: object) -> bool:
-    if isinstance(part, Quoted):
+    if isinstance(part, PlanTerm):
         return False
     if not isinstance(part, Call):
         return True

@@ -155,4 +155,4 @@ def percept_of(literal: str | Structure) -> Structure:
         raise BdiError(f"a percept is a text or a structure, not {literal!r} ({type(literal).__name__})")
     if not literal.ground:
         raise BdiError(f"a percept has no variables: {literal}")
-    return literal.annotated((*literal.annots, SOURCE_PERCEPT))
+    return literal.with_annotations((*literal.annots, SOURCE_PERCEPT))

@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv.bdi.language.formulas import Comparison
 from pytest_hricdv.bdi.language.syntax import (
-    Achieve,
-    Act,
-    Believe,
-    Check,
+    AchievementGoal,
+    BeliefUpdate,
+    ConditionStatement,
+    ExternalAction,
     For,
     If,
-    Internal,
+    InternalActionCall,
     Plan,
     Statement,
-    Test,
+    TestGoal,
     While,
 )
-from pytest_hricdv.bdi.language.terms import Annotated, Quoted, Structure, Variable
+from pytest_hricdv.bdi.language.terms import AnnotatedVariable, PlanTerm, Structure, Variable
 
 from . import failure
 from .actions import PREPARED, Invocation, call_action
@@ -49,15 +49,15 @@ cannot go on."""
 def step_of(statement: Statement, plan: Plan) -> Step:
     """How a statement of a plan is executed."""
     if statement.step is None:
-        step = _again(plan) if plan.spins else _MAKERS[type(statement)](statement)
+        step = _again(plan) if plan.is_busy_wait else _MAKERS[type(statement)](statement)
         object.__setattr__(statement, "step", step)
     return statement.step  # type: ignore[return-value]
 
 
-def _achieve(statement: Achieve) -> Step:
-    if statement.apart:
+def _achieve(statement: AchievementGoal) -> Step:
+    if statement.new_intention:
         return _achieve_apart(statement)
-    ready, make = statement.ready, maker_of(statement.literal)
+    ready, make = statement.event_literal, maker_of(statement.literal)
 
     def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
         agent.post("+!", ready or make(agent, frame), intention)
@@ -69,8 +69,8 @@ def _achieve(statement: Achieve) -> Step:
 def _again(plan: Plan) -> Step:
     """The step of a plan that does nothing but pursue its own goal again."""
     (statement,) = plan.body
-    assert isinstance(statement, Achieve)
-    goal = statement.ready
+    assert isinstance(statement, AchievementGoal)
+    goal = statement.event_literal
     assert goal is not None
 
     def step(agent: Agent, intention: Intention, frame: Frame) -> None:
@@ -81,22 +81,22 @@ def _again(plan: Plan) -> Step:
     return step
 
 
-def _achieve_apart(statement: Achieve) -> Step:
+def _achieve_apart(statement: AchievementGoal) -> Step:
     def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
-        agent.post_goal(statement.ready or instantiate(agent, statement.literal, frame))
+        agent.post_goal(statement.event_literal or instantiate(agent, statement.literal, frame))
         return True
 
     return step
 
 
-def _test(statement: Test) -> Step:
+def _test(statement: TestGoal) -> Step:
     formula = statement.formula
     holds = question_of(formula)
 
     def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
         if holds(agent, frame):
             return True
-        if isinstance(formula, (Structure, Variable, Annotated)):
+        if isinstance(formula, (Structure, Variable, AnnotatedVariable)):
             literal = instantiate(agent, formula, frame)
             if agent.library.relevant("+?", literal.key):
                 agent.post("+?", literal, intention)
@@ -107,7 +107,7 @@ def _test(statement: Test) -> Step:
     return step
 
 
-def _act(statement: Act) -> Step:
+def _act(statement: ExternalAction) -> Step:
     written = statement.action
     if isinstance(written, Variable):
         return _perform(statement, written)
@@ -121,12 +121,12 @@ def _act(statement: Act) -> Step:
     return step
 
 
-def _perform(statement: Act, variable: Variable) -> Step:
+def _perform(statement: ExternalAction, variable: Variable) -> Step:
     """For a variable: the action, or the body, that it stands for."""
 
     def step(agent: Agent, intention: Intention, frame: Frame) -> bool | None:
         value = agent.value(variable, frame.unifier)
-        if isinstance(value, Quoted) and isinstance(value.plan, tuple):
+        if isinstance(value, PlanTerm) and isinstance(value.plan, tuple):
             frame.enter(value.plan, None)
             return step_of(frame.statement, frame.plan)(agent, intention, frame)
         action = literal_of(agent, variable, frame.unifier)
@@ -137,7 +137,7 @@ def _perform(statement: Act, variable: Variable) -> Step:
     return step
 
 
-def _internal(statement: Internal) -> Step:
+def _internal(statement: InternalActionCall) -> Step:
     call = statement.call
 
     def step(agent: Agent, intention: Intention, frame: Frame) -> None:
@@ -156,7 +156,7 @@ def _internal(statement: Internal) -> Step:
     return step if prepare is None else prepare(call, step)
 
 
-def _check(statement: Check) -> Step:
+def _check(statement: ConditionStatement) -> Step:
     formula = statement.formula
     if isinstance(formula, Comparison):
         compared = comparison_of(formula)
@@ -164,7 +164,7 @@ def _check(statement: Check) -> Step:
     return _checked(statement, question_of(formula))
 
 
-def _checked(statement: Check, holds: Callable[[Agent, Frame], bool]) -> Step:
+def _checked(statement: ConditionStatement, holds: Callable[[Agent, Frame], bool]) -> Step:
     def step(agent: Agent, intention: Intention, frame: Frame) -> bool:
         if holds(agent, frame):
             return True
@@ -175,12 +175,12 @@ def _checked(statement: Check, holds: Callable[[Agent, Frame], bool]) -> Step:
 
 
 _MAKERS: dict[type, Callable[[Any], Step]] = {
-    Achieve: _achieve,
-    Test: _test,
-    Believe: believe,
-    Act: _act,
-    Internal: _internal,
-    Check: _check,
+    AchievementGoal: _achieve,
+    TestGoal: _test,
+    BeliefUpdate: believe,
+    ExternalAction: _act,
+    InternalActionCall: _internal,
+    ConditionStatement: _check,
     If: choose,
     While: repeat,
     For: for_each,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv.bdi.language.errors import BdiError, Location
 from pytest_hricdv.bdi.language.formulas import Comparison
-from pytest_hricdv.bdi.language.syntax import Check, Internal, Test
+from pytest_hricdv.bdi.language.syntax import ConditionStatement, InternalActionCall, TestGoal
 from pytest_hricdv.bdi.language.terms import Number, String, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.unify import unify
 
@@ -47,7 +47,7 @@ def fail(agent: Agent, intention: Intention, error: str, message: str, extra: tu
     annots = tuple(annot for annot in annots if annot.functor not in given)
     if frame.sign in ROOT_OF_ADDED_GOALS and _handle(agent, intention, len(intention.frames) - 1, annots + extra):
         return
-    goal = f"{frame.sign}{frame.literal.plain()}"
+    goal = f"{frame.sign}{frame.literal.without_annotations()}"
     agent.run.warn(f"{agent.name}: {place}: {message}: no failure plan, the intention of {goal} is dropped")
     agent.note_end(intention)
 
@@ -64,16 +64,16 @@ def _told(error: str, message: str, frame: Frame) -> str:
 def _code(agent: Agent, frame: Frame) -> Term:
     """What a plan was about to do, as a term where it is one, else as text."""
     statement = None if frame.finished else frame.statement
-    if isinstance(statement, Internal):
+    if isinstance(statement, InternalActionCall):
         # Not as a call, which would be taken for a function and evaluated.
         done: object = Structure(statement.call.name, statement.call.args)  # type: ignore[arg-type]
     else:
         done = getattr(statement, "literal", None) or getattr(statement, "action", None)
-        done = statement.formula if isinstance(statement, Test) else done
+        done = statement.formula if isinstance(statement, TestGoal) else done
     try:
         if isinstance(done, (Structure, Variable)):
             return agent.value(done, frame.unifier)
-        if isinstance(statement, Check) and isinstance(statement.formula, Comparison):
+        if isinstance(statement, ConditionStatement) and isinstance(statement.formula, Comparison):
             left, right = (
                 agent.value(side, frame.unifier) for side in (statement.formula.left, statement.formula.right)
             )
@@ -103,11 +103,11 @@ def no_applicable_plan(agent: Agent, event: Event) -> bool:
         known = bool(agent.library.relevant(event.sign, event.literal.key))
         error = "no_applicable" if known else "no_relevant"
         kind = "applicable" if known else "relevant"
-        message = f"no {kind} plan for {event.sign}{event.literal.plain()}"
+        message = f"no {kind} plan for {event.sign}{event.literal.without_annotations()}"
         told = f"Found a goal for which there is no {kind} plan:{event}"
         fail_goal(agent, intention or agent.new_intention(), event.sign, event.literal, error, message, told)
     else:
-        what = f"{event.sign}{event.literal.plain()}{_reason(event)}"
+        what = f"{event.sign}{event.literal.without_annotations()}{_reason(event)}"
         agent.run.warn(f"{agent.name}: no applicable plan for {what}: the intention is dropped")
         if intention is not None:
             agent.note_end(intention)
@@ -167,7 +167,7 @@ def _handle(agent: Agent, intention: Intention, start: int, annots: tuple[Term, 
 
 def _post(agent: Agent, sign: str, literal: Structure, annots: tuple[Term, ...], intention: Intention) -> None:
     agent.run.progress += 1
-    agent.post(sign, literal.annotated(literal.annots + annots), intention)
+    agent.post(sign, literal.with_annotations(literal.annots + annots), intention)
 
 
 def drop_goal(agent: Agent, intention: Intention, goal: Term, succeeded: bool) -> bool:

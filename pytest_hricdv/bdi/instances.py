@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.formulas import GoalTerm
-from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Structure, Variable, ground_structure, in_order, is_ground
+from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Structure, Variable, ground_structure, is_ground, sorted_terms
 from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables
 
 from .intentions import Frame
@@ -35,7 +35,7 @@ def maker_of(term: GoalTerm) -> Maker:
 def _with_argument(literal: Structure, value: Value) -> Maker:
     """For the commonest literals with arguments: with one."""
     key = literal.key
-    annots = literal.annots if literal.has_source() else in_order((*literal.annots, SOURCE_SELF))
+    annots = literal.annots if literal.has_source() else sorted_terms((*literal.annots, SOURCE_SELF))
 
     def make(agent: Agent, frame: Frame) -> Structure:
         arg = value(frame.unifier)
@@ -46,7 +46,7 @@ def _with_argument(literal: Structure, value: Value) -> Maker:
 
 def _with_arguments(literal: Structure, arguments: Arguments) -> Maker:
     key = literal.key
-    annots = literal.annots if literal.has_source() else in_order((*literal.annots, SOURCE_SELF))
+    annots = literal.annots if literal.has_source() else sorted_terms((*literal.annots, SOURCE_SELF))
 
     def make(agent: Agent, frame: Frame) -> Structure:
         args = arguments(frame.unifier)
@@ -67,7 +67,7 @@ def instantiate(agent: Agent, term: GoalTerm, frame: Frame) -> Structure:
             if not agent.run.is_fresh(variable):
                 frame.unifier[variable] = agent.fresh()
         literal = literal_of(agent, literal, frame.unifier)
-    return literal if literal.has_source() else literal.annotated((*literal.annots, SOURCE_SELF))
+    return literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))
 
 
 def literal_of(agent: Agent, term: GoalTerm, bindings: Bindings) -> Structure:

@@ -18,7 +18,7 @@ def perceive(agent: Agent) -> None:
     agent.run.progress += 1
     listed = agent.run.environment.percepts(agent.name)
     before, agent.listed = agent.listed, listed
-    believed = [belief.plain() for belief in agent.beliefs.with_annotation(SOURCE_PERCEPT)]
+    believed = [belief.without_annotations() for belief in agent.beliefs.with_annotation(SOURCE_PERCEPT)]
     if believed:
         _forget(agent, believed, before, listed)
     for percept in listed:
@@ -32,8 +32,8 @@ def _forget(
 
     In the order in which they were listed before; last what the agent itself has taken for a percept.
     """
-    still_perceived = {percept.plain() for percept in listed}
-    listed_before = {percept.plain(): place for place, percept in enumerate(before)}
+    still_perceived = {percept.without_annotations() for percept in listed}
+    listed_before = {percept.without_annotations(): place for place, percept in enumerate(before)}
     for plain in sorted(believed, key=lambda plain: listed_before.get(plain, len(listed_before))):
         if plain not in still_perceived:
             agent.disbelieve(Structure(plain.functor, plain.args, (SOURCE_PERCEPT,), plain.negated))

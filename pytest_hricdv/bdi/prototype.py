@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
-from pytest_hricdv.bdi.language.options import given_beliefs, given_goals
+from pytest_hricdv.bdi.language.options import option_beliefs, option_goals
 from pytest_hricdv.bdi.language.parser import read_program
 from pytest_hricdv.bdi.language.project import AgentEntry
 from pytest_hricdv.bdi.language.syntax import Plan, Program, Rule
@@ -68,8 +68,8 @@ def prototype_of(entry: AgentEntry, program: Program, library: PlanLibrary) -> P
     beliefs = [*program.beliefs]
     goals = [*program.goals]
     # What the project gives comes before what the source gives: the beliefs are older, the goals earlier.
-    beliefs += reversed(given_beliefs(entry))
-    goals = [*given_goals(entry), *goals]
+    beliefs += reversed(option_beliefs(entry))
+    goals = [*option_goals(entry), *goals]
     base = BeliefBase()
     events: list[tuple[str, Structure]] = []
     # Added from the last to the first: the first is then the newest, and queries find it first.
@@ -92,7 +92,7 @@ def _with_own_variables(goal: Structure) -> Structure:
 
 
 def _own(literal: Structure) -> Structure:
-    return literal if literal.has_source() else literal.annotated((*literal.annots, SOURCE_SELF))
+    return literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))
 
 
 def compiled_prototypes(prototypes: list[Prototype], company: Company) -> list[Prototype]:

@@ -13,7 +13,7 @@ import math
 from bisect import bisect_left, insort
 
 from pytest_hricdv.bdi.language.errors import BdiError
-from pytest_hricdv.bdi.language.syntax import Act, Plan
+from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.logic.unify import unify
 
@@ -91,7 +91,7 @@ class Run(Books):
         self.wake(to)
         self.progress += 1
 
-    def act(self, agent: str, action: Structure, plan: Plan, statement: Act) -> bool:
+    def act(self, agent: str, action: Structure, plan: Plan, statement: ExternalAction) -> bool:
         """Let the environment execute an action; whether it succeeded.
 
         Raises:

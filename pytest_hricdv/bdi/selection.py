@@ -22,7 +22,7 @@ unless it is for every event with its key; and its context, if it has one."""
 
 def option_of(plan: Plan) -> Option:
     """A plan, ready to be selected."""
-    match = None if plan.plain else _match(plan.trigger)
+    match = None if plan.matches_every_event else _match(plan.trigger)
     if plan.context is None:
         return plan, frozenset(), match, None
     return plan, _needed(plan.context), match, condition_of(plan.context)

@@ -118,7 +118,7 @@ class MultiAgentSystem:
         Raises:
             KeyError: there is no such agent.
         """
-        return tuple(plan.label for plan in self.plans(agent) if plan.labelled)
+        return tuple(plan.label for plan in self.plans(agent) if plan.has_label)
 
     def program(self, agent: str) -> Program:
         """An agent's source as a syntax tree.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pytest_hricdv.bdi.language.errors import BdiError, Location
 from pytest_hricdv.bdi.language.formulas import And, Formula
-from pytest_hricdv.bdi.language.syntax import Act, Plan
+from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
 from pytest_hricdv.bdi.logic.substitution import Bindings
 
@@ -50,7 +50,7 @@ class TracedRun(JitteredRun):
     def _cause(self) -> Step | None:
         return None if self.acting is None else self.acting.cause
 
-    def act(self, agent: str, action: Structure, plan: Plan, statement: Act) -> bool:
+    def act(self, agent: str, action: Structure, plan: Plan, statement: ExternalAction) -> bool:
         """Note an action and execute it."""
         self.note(agent, "action", str(action), self._cause)
         return super().act(agent, action, plan, statement)
@@ -144,7 +144,7 @@ class TracedAgent(Agent):
         self.cause = None if intention is None else self._frames.get(id(intention.frames[-1]))
 
     def _note_plan(self, plan: Plan, bindings: Bindings) -> Step:
-        text = f"@{plan.label} {plan.trigger}" if plan.labelled else str(plan.trigger)
+        text = f"@{plan.label} {plan.trigger}" if plan.has_label else str(plan.trigger)
         beliefs = () if plan.context is None else self._found(plan.context, bindings)
         return self.notes.note(
             self.name, "plan", text, self.cause, plan=plan.label, place=_place(plan.location), beliefs=beliefs

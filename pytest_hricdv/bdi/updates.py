@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pytest_hricdv.bdi.language.syntax import Believe
+from pytest_hricdv.bdi.language.syntax import BeliefUpdate
 from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.logic.inference import first
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from .execution import Step
 
 
-def believe(statement: Believe) -> Step:
+def believe(statement: BeliefUpdate) -> Step:
     """How to update a belief: a change posts an event that the intention waits for; otherwise it goes on by itself."""
-    ready = statement.ready
+    ready = statement.event_literal
     make: Maker = maker_of(statement.literal) if ready is None else lambda agent, frame: ready
     return _UPDATES[statement.sign](make)
 
@@ -91,7 +91,7 @@ def _delete_any(agent: Agent, literal: Structure) -> None:
                 agent.disbelieve(held)
                 return
             if all(annot in held.annots for annot in annots):
-                agent.disbelieve(held.annotated(annots))
+                agent.disbelieve(held.with_annotations(annots))
                 return
 
 

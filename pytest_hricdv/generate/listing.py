@@ -30,7 +30,7 @@ def list_model(model: Model, root: Path) -> dict[str, Any]:
             listed[agent] = {
                 "file": Path(os.path.relpath(path, root)).as_posix(),
                 "source": path.read_text(encoding="utf-8"),
-                "plans": {plan.label: plan.location.line for plan in plans if plan.labelled},
+                "plans": {plan.label: plan.location.line for plan in plans if plan.has_label},
             }
     except (BdiError, OSError, UnicodeDecodeError) as error:
         raise GenerateError(f"BDI model {model.path}: {error}") from error

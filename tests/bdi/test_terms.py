@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.bdi import BdiError, BdiSyntaxError, Environment, ListTerm, Number, String, Structure, Term, Variable
 from pytest_hricdv.bdi.language.parser import parse_literal, parse_program, parse_term
-from pytest_hricdv.bdi.language.terms import Arithmetic, in_order, order
+from pytest_hricdv.bdi.language.terms import Arithmetic, sorted_terms, term_order
 from pytest_hricdv.bdi.logic.substitution import substitute_only
 from pytest_hricdv.bdi.logic.unify import unify
 
@@ -27,7 +27,7 @@ leaves: st.SearchStrategy[Term] = numbers | strings | variables | names.map(Stru
 def _compound(parts: st.SearchStrategy[Term]) -> st.SearchStrategy[Term]:
     several = st.lists(parts, max_size=3).map(tuple)
     structures = st.builds(
-        lambda functor, args, annots, negated: Structure(functor, args, in_order(annots), negated),
+        lambda functor, args, annots, negated: Structure(functor, args, sorted_terms(annots), negated),
         names,
         several,
         several,
@@ -56,7 +56,7 @@ def test_a_term_printed_parses_back_to_an_equal_term(term: Term) -> None:
 
 @given(st.lists(terms, max_size=6))
 def test_any_terms_have_an_order(several: list[Term]) -> None:
-    keys = [order(term) for term in several]
+    keys = [term_order(term) for term in several]
     assert all(left <= right or right <= left for left in keys for right in keys)
 
 
@@ -88,7 +88,7 @@ def test_term_order_is_numbers_strings_lists_literals_negated_literals_variables
     text = '[4,"x",[],[a],[c],[a,b],[b,c],a,b,a(3),a(10)[5],a(10)[30],b(3),b(4),a(d,e),a(e,f),b(1,1),~a(3),A,C]'
     ordered = parse_term(text)
     assert isinstance(ordered, ListTerm)
-    assert [str(term) for term in sorted(set(ordered.items), key=order)] == [str(term) for term in ordered.items]
+    assert [str(term) for term in sorted(set(ordered.items), key=term_order)] == [str(term) for term in ordered.items]
 
 
 def test_number_is_printed_without_fraction_when_it_has_none() -> None:

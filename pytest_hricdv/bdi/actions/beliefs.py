@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.bdi.language.syntax import Rule
-from pytest_hricdv.bdi.language.terms import Call, Number, Structure, Term, order
+from pytest_hricdv.bdi.language.terms import Call, Number, Structure, Term, term_order
 from pytest_hricdv.bdi.language.terms import ListTerm as List
 from pytest_hricdv.bdi.logic.inference import first, solve
 from pytest_hricdv.bdi.logic.unify import undo, unify
@@ -37,7 +37,7 @@ def _findall(invocation: Invocation) -> Outcome:
 
 @internal_action("setof", 3)
 def _setof(invocation: Invocation) -> Outcome:
-    return invocation.unify(2, List(tuple(sorted(set(_found(invocation)), key=order))))
+    return invocation.unify(2, List(tuple(sorted(set(_found(invocation)), key=term_order))))
 
 
 @internal_action("count", 2)

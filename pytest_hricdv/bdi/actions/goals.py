@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.syntax import variables_of
-from pytest_hricdv.bdi.language.terms import ListTerm, Number, Quoted, Structure, Term
+from pytest_hricdv.bdi.language.terms import ListTerm, Number, PlanTerm, Structure, Term
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import unify
 
@@ -200,7 +200,7 @@ def _current_intention(invocation: Invocation) -> Outcome:
 
 def _rest(agent: Agent, frame: Frame) -> Term:
     """What is left of a plan, as a term of its own: with other variables."""
-    rest = Quoted(frame.body[frame.pc :])
+    rest = PlanTerm(frame.body[frame.pc :])
     own: Bindings = {name: agent.fresh() for name in variables_of(rest) if name not in frame.unifier}
     return agent.value(rest, frame.unifier | own)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, order
+from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, term_order
 from pytest_hricdv.bdi.logic.unify import undo, unify
 
 from .registry import MANY, WRONG, Invocation, Outcome, internal_action
@@ -13,7 +13,7 @@ from .registry import MANY, WRONG, Invocation, Outcome, internal_action
 
 def _ordered_set(items: Iterable[Term]) -> list[Term]:
     distinct: list[Term] = []
-    for item in sorted(items, key=order):
+    for item in sorted(items, key=term_order):
         if not distinct or distinct[-1] != item:
             distinct.append(item)
     return distinct
@@ -72,18 +72,18 @@ def _nth(invocation: Invocation) -> Iterator[object]:
 @internal_action("max", 2)
 def _max(invocation: Invocation) -> Outcome:
     items = invocation.items(0)
-    return bool(items) and invocation.unify(1, max(items, key=order))
+    return bool(items) and invocation.unify(1, max(items, key=term_order))
 
 
 @internal_action("min", 2)
 def _min(invocation: Invocation) -> Outcome:
     items = invocation.items(0)
-    return bool(items) and invocation.unify(1, min(items, key=order))
+    return bool(items) and invocation.unify(1, min(items, key=term_order))
 
 
 @internal_action("sort", 2)
 def _sort(invocation: Invocation) -> Outcome:
-    return invocation.unify(1, ListTerm(tuple(sorted(invocation.items(0), key=order))))
+    return invocation.unify(1, ListTerm(tuple(sorted(invocation.items(0), key=term_order))))
 
 
 @internal_action("reverse", 2)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_plan, parse_trigger
 from pytest_hricdv.bdi.language.syntax import Plan, Trigger
-from pytest_hricdv.bdi.language.terms import ListTerm, Quoted, String, Structure, Term
+from pytest_hricdv.bdi.language.terms import ListTerm, PlanTerm, String, Structure, Term
 from pytest_hricdv.bdi.logic.unify import unify
 
 from .registry import Invocation, Outcome, check_calls_of, internal_action
@@ -16,7 +16,7 @@ from .registry import Invocation, Outcome, check_calls_of, internal_action
 def _plan(invocation: Invocation, term: Term) -> Plan:
     if isinstance(term, String):
         return invocation.read(term.value, parse_plan)
-    if isinstance(term, Quoted) and isinstance(term.plan, Plan):
+    if isinstance(term, PlanTerm) and isinstance(term.plan, Plan):
         return term.plan
     raise EvaluationError(f"{term} is not a plan")
 
@@ -32,7 +32,7 @@ def _add_plan(invocation: Invocation) -> Outcome:
             check_calls_of(plan)
         except BdiError as error:
             raise BdiError(f"{invocation.call.location}: in the plan that is added here: {error}") from None
-        if not plan.labelled:
+        if not plan.has_label:
             plan = replace(plan, label=f"_added{len(agent.library.plans) + 1}")
         agent.library = agent.library.with_plan(plan, at_the_beginning=first)
         agent.run.progress += 1
@@ -52,13 +52,13 @@ def _remove_plan(invocation: Invocation) -> Outcome:
 @internal_action("relevant_plans", 2, 3)
 def _relevant_plans(invocation: Invocation) -> Outcome:
     value = invocation.value(0)
-    if isinstance(value, Quoted):
+    if isinstance(value, PlanTerm):
         trigger = _plan(invocation, value).trigger
     else:
         trigger = invocation.read(invocation.text(0), parse_trigger)
     plans = [plan for plan in invocation.agent.library.plans if not plan.builtin and _is_for(plan, trigger)]
     labels = ListTerm(tuple(Structure(plan.label) for plan in plans))
-    return invocation.unify(1, ListTerm(tuple(Quoted(plan) for plan in plans))) and (
+    return invocation.unify(1, ListTerm(tuple(PlanTerm(plan) for plan in plans))) and (
         len(invocation) == 2 or invocation.unify(2, labels)
     )
 
@@ -72,5 +72,5 @@ def _plan_label(invocation: Invocation) -> Outcome:
     label = str(invocation.value(1))
     for plan in invocation.agent.library.plans:
         if plan.label == label:
-            return invocation.unify(0, Quoted(plan))
+            return invocation.unify(0, PlanTerm(plan))
     return False

@@ -50,7 +50,7 @@ def _literal(invocation: Invocation) -> Outcome:
 @internal_action("add_annot", 3)
 def _add_annot(invocation: Invocation) -> Outcome:
     literal = invocation.literal(0)
-    return invocation.unify(2, literal.annotated((*literal.annots, invocation.value(1))))
+    return invocation.unify(2, literal.with_annotations((*literal.annots, invocation.value(1))))
 
 
 @internal_action("add_nested_source", 3)

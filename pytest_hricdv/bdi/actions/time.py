@@ -8,8 +8,17 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_trigger
-from pytest_hricdv.bdi.language.syntax import Internal, Plan, Trigger
-from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Arithmetic, Call, Number, Quoted, String, Structure, Variable
+from pytest_hricdv.bdi.language.syntax import InternalActionCall, Plan, Trigger
+from pytest_hricdv.bdi.language.terms import (
+    SOURCE_SELF,
+    Arithmetic,
+    Call,
+    Number,
+    PlanTerm,
+    String,
+    Structure,
+    Variable,
+)
 from pytest_hricdv.bdi.logic.inference import first
 
 from ..intentions import Frame, Intention, Wait
@@ -36,7 +45,7 @@ def _wait(invocation: Invocation) -> Outcome:
     wait = Wait(intention, run.ticks)
     if isinstance(value, Number):
         wait.deadline = run.after(value)
-    elif isinstance(value, (String, Quoted)):
+    elif isinstance(value, (String, PlanTerm)):
         wait.trigger = _trigger(invocation, value)
     else:
         solution = first(agent, what, invocation.bindings)
@@ -83,14 +92,14 @@ def _at(invocation: Invocation) -> Outcome:
     if when is None or unit not in _UNITS_MS:
         raise EvaluationError(f'{invocation.call}: the time is not of the form "now +3 s"', WRONG)
     event = invocation.value(1)
-    if not isinstance(event, (String, Quoted)):
+    if not isinstance(event, (String, PlanTerm)):
         raise EvaluationError(f"{invocation.call}: argument 2 is not an event but {event}", WRONG)
     trigger = _trigger(invocation, event)
     delay_ms = float(when[1] or 0) * _UNITS_MS[unit]
     if not delay_ms:
         return _cause(agent, trigger)
     # An intention of its own, whose first statement it waits at.
-    later = Internal(Call(".at", (String("now"), event), place), place)
+    later = InternalActionCall(Call(".at", (String("now"), event), place), place)
     plan = Plan("_at", Trigger("+", _AT), None, (later, later), place, builtin=True)
     intention = agent.new_intention()
     intention.frames.append(Frame(plan, "+", _AT, {}))
@@ -104,7 +113,7 @@ def _cause(agent: Agent, trigger: Trigger) -> bool:
     literal = trigger.literal
     if not isinstance(literal, Structure):
         raise EvaluationError(f"{trigger} is not an event", WRONG)
-    own = literal if literal.has_source() else literal.annotated((*literal.annots, SOURCE_SELF))
+    own = literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))
     if trigger.sign == "+!":
         agent.post_goal(own)
     else:
@@ -113,12 +122,12 @@ def _cause(agent: Agent, trigger: Trigger) -> bool:
 
 
 def _is_value(what: object) -> bool:
-    return isinstance(what, (Number, String, Quoted, Variable, Arithmetic)) or (
+    return isinstance(what, (Number, String, PlanTerm, Variable, Arithmetic)) or (
         isinstance(what, Call) and is_function(what)
     )
 
 
-def _trigger(invocation: Invocation, value: String | Quoted) -> Trigger:
+def _trigger(invocation: Invocation, value: String | PlanTerm) -> Trigger:
     if isinstance(value, String):
         return invocation.read(value.value, parse_trigger)
     if not isinstance(value.plan, Plan):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pytest_hricdv.bdi.language.terms import Structure, in_order, source
+from pytest_hricdv.bdi.language.terms import Structure, sorted_terms, source
 
 from ..intentions import Letter, Message
 from ..spinning import take_up
@@ -183,7 +183,7 @@ class CompiledAgent(CompiledMind):
         sender = message.sender
         annots: Annots = _SENT[sender] if sender in _SENT else _SENT.setdefault(sender, (source(sender),))
         if content.annots:
-            annots = in_order(content.annots + annots)
+            annots = sorted_terms(content.annots + annots)
         if message.force == "tell":
             self.mailbox.popleft()
             self._believe(content, annots)

@@ -10,7 +10,16 @@ intention.
 from __future__ import annotations
 
 from pytest_hricdv.bdi.language.formulas import Formula
-from pytest_hricdv.bdi.language.syntax import Body, Check, For, If, Plan, Test, While, posted
+from pytest_hricdv.bdi.language.syntax import (
+    Body,
+    ConditionStatement,
+    For,
+    If,
+    Plan,
+    TestGoal,
+    While,
+    ground_event_literal,
+)
 from pytest_hricdv.bdi.language.terms import Key, Structure, Variable, is_name, source
 
 from .conditions import Conditions, binds
@@ -49,7 +58,7 @@ class BodyWriter:
     ) -> None:
         self._forgotten = forgotten
         self.writer = writer
-        self._spins = steady and plan.spins
+        self._spins = steady and plan.is_busy_wait
         self.program = program
         self.plan = plan
         self.receivers = receivers
@@ -57,7 +66,7 @@ class BodyWriter:
         self.layout = Layout(plan)
         self.names = {variable: f"x{place}" for place, variable in enumerate(self.layout.variables)}
         self._values = [*self.names.values(), *(f"l{pc}" for pc in self.layout.loops)]
-        binding = (Check, For, Test, While)
+        binding = (ConditionStatement, For, TestGoal, While)
         self._binds = any(isinstance(statement, binding) for _, statement in self.layout.statements)
         """Whether what variables stand for changes while the body is executed."""
         self.spare = ""
@@ -255,7 +264,7 @@ class BodyWriter:
         """A literal, and the expressions for its arguments and its annotations as its event carries them."""
         if not isinstance(literal, Structure) or literal.annots_tail is not None:
             raise UnsupportedError(f"{literal} is not compiled")
-        ready = posted(Structure(literal.functor, (), literal.annots, literal.negated))
+        ready = ground_event_literal(Structure(literal.functor, (), literal.annots, literal.negated))
         if ready is None:
             raise UnsupportedError(f"the annotations of {literal} are not compiled")
         annots = tuple(

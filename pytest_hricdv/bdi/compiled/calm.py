@@ -8,17 +8,17 @@ from __future__ import annotations
 
 from pytest_hricdv.bdi.language.formulas import Formula
 from pytest_hricdv.bdi.language.syntax import (
-    Achieve,
-    Act,
-    Believe,
-    Check,
+    AchievementGoal,
+    BeliefUpdate,
+    ConditionStatement,
     EventKey,
+    ExternalAction,
     For,
     If,
-    Internal,
+    InternalActionCall,
     Plan,
     Statement,
-    Test,
+    TestGoal,
     While,
     parts_of,
 )
@@ -86,25 +86,25 @@ class CalmAnalysis:
     ) -> int:
         after = layout.after[pc]
         then = cycles.get(after, 0)
-        if isinstance(statement, Achieve):
+        if isinstance(statement, AchievementGoal):
             return self._of_goal(statement, is_open or after != layout.end)
-        if isinstance(statement, Believe):
+        if isinstance(statement, BeliefUpdate):
             return 1 if self._has_plans(statement.sign.replace("++", "+"), statement.literal) else 1 + then
-        if isinstance(statement, Act):
+        if isinstance(statement, ExternalAction):
             # A variable could stand for a body.
             return 1 + then if self._company.one_acts and isinstance(statement.action, Structure) else 0
-        if isinstance(statement, Internal):
+        if isinstance(statement, InternalActionCall):
             return self._of_internal(statement.call, then)
-        if isinstance(statement, (Check, Test)):
-            asks = isinstance(statement, Test) and any(plan.trigger.sign == "+?" for plan in self._plans)
+        if isinstance(statement, (ConditionStatement, TestGoal)):
+            asks = isinstance(statement, TestGoal) and any(plan.trigger.sign == "+?" for plan in self._plans)
             return 0 if asks or _calls(statement.formula) else 1 + then
         if not isinstance(statement, (If, While, For)) or _calls(statement.condition):
             return 0
         starts = [cycles[first] for block, first in blocks(statement, pc) if block]
         return 1 + min([then, *starts])
 
-    def _of_goal(self, statement: Achieve, is_open: bool) -> int:
-        if statement.apart or not isinstance(statement.literal, Structure):
+    def _of_goal(self, statement: AchievementGoal, is_open: bool) -> int:
+        if statement.new_intention or not isinstance(statement.literal, Structure):
             return 1
         # Without any plan for it the goal fails, and with it what waits for it.
         return 1 + self._triggers.get((("+!", statement.literal.key), is_open), CALM)

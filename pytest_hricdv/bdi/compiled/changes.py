@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from pytest_hricdv.bdi.language.terms import Key, Structure, in_order
+from pytest_hricdv.bdi.language.terms import Key, Structure, sorted_terms
 
 from .activity import Args
 from .program import Annots, Slot, Store, TriggerCode
@@ -25,7 +25,7 @@ def add(agent: CompiledAgent, store: Store, slot: Slot, annots: Annots) -> Annot
         added = tuple(annot for annot in annots if annot not in held)
         if not added:
             return None
-        store[slot] = in_order(held + added)
+        store[slot] = sorted_terms(held + added)
         annots = added
     agent.run.progress += 1
     return annots

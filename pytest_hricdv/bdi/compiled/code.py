@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 
 from pytest_hricdv.bdi.language.syntax import Rule
-from pytest_hricdv.bdi.language.terms import Key, Structure, in_order, source
+from pytest_hricdv.bdi.language.terms import Key, Structure, sorted_terms, source
 
 from ..beliefs import BeliefBase
 from ..intentions import Letter
@@ -85,7 +85,7 @@ class AgentCode:
         sender = "self" if to == self.name else self.name
         annots: Annots = (source(sender),)
         if literal.annots:
-            annots = in_order(literal.annots + annots)
+            annots = sorted_terms(literal.annots + annots)
         if to not in self._codes:
             return Letter(sender, told, literal, annots, None, (), None)
         program = self._codes[to].program

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NoReturn
 
-from pytest_hricdv.bdi.language.syntax import Act, Plan
+from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.terms import Structure
 
 from ..intentions import Wait
@@ -109,7 +109,13 @@ def pause_for(
 
 
 def act(
-    agent: CompiledAgent, activity: Activity, pc: int, action: Structure, plan: Plan, statement: Act, left: int
+    agent: CompiledAgent,
+    activity: Activity,
+    pc: int,
+    action: Structure,
+    plan: Plan,
+    statement: ExternalAction,
+    left: int,
 ) -> int:
     """Do an external action.
 

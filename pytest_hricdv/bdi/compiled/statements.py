@@ -7,7 +7,18 @@ from collections.abc import Callable
 from typing import Any
 
 from pytest_hricdv.bdi.language.formulas import Formula
-from pytest_hricdv.bdi.language.syntax import Achieve, Act, Believe, Check, For, If, Internal, Statement, Test, While
+from pytest_hricdv.bdi.language.syntax import (
+    AchievementGoal,
+    BeliefUpdate,
+    ConditionStatement,
+    ExternalAction,
+    For,
+    If,
+    InternalActionCall,
+    Statement,
+    TestGoal,
+    While,
+)
 from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Call, Number, String, Structure, is_ground, is_name
 
 from ..intentions import duration
@@ -30,10 +41,10 @@ def write_statement(body: BodyWriter, pc: int, statement: Statement, scope: Scop
     return _WRITE[type(statement)](body, pc, statement, scope)
 
 
-def _achieve(body: BodyWriter, pc: int, statement: Achieve, scope: Scope) -> Scope:
+def _achieve(body: BodyWriter, pc: int, statement: AchievementGoal, scope: Scope) -> Scope:
     literal, args, annots = body.posted(statement.literal, scope)
     body.mark_for(pc, args)
-    if statement.apart:
+    if statement.new_intention:
         goal = body.goal(body.trigger("+!", literal), args, annots)
         body.writer.line(f"a.events.append(({goal}, None))")
         body.stop(pc)
@@ -42,7 +53,7 @@ def _achieve(body: BodyWriter, pc: int, statement: Achieve, scope: Scope) -> Sco
     return scope
 
 
-def _believe(body: BodyWriter, pc: int, statement: Believe, scope: Scope) -> Scope:
+def _believe(body: BodyWriter, pc: int, statement: BeliefUpdate, scope: Scope) -> Scope:
     literal, args, annots = body.posted(statement.literal, scope)
     if SOURCE_PERCEPT in literal.annots or statement.sign == "++":
         raise UnsupportedError(f"{statement} is not compiled")
@@ -85,7 +96,7 @@ def _wait_for_event(body: BodyWriter, pc: int, sign: str, literal: Structure, ar
     writer.line(f"pc = {after}")
 
 
-def _act(body: BodyWriter, pc: int, statement: Act, scope: Scope) -> Scope:
+def _act(body: BodyWriter, pc: int, statement: ExternalAction, scope: Scope) -> Scope:
     action, writer, names = statement.action, body.writer, body.writer.names
     if not isinstance(action, Structure):
         raise UnsupportedError(f"{statement} is not compiled")
@@ -106,11 +117,11 @@ def _act(body: BodyWriter, pc: int, statement: Act, scope: Scope) -> Scope:
     return scope
 
 
-def _check(body: BodyWriter, pc: int, statement: Check, scope: Scope) -> Scope:
+def _check(body: BodyWriter, pc: int, statement: ConditionStatement, scope: Scope) -> Scope:
     return _first(body, pc, statement.formula, scope)
 
 
-def _test(body: BodyWriter, pc: int, statement: Test, scope: Scope) -> Scope:
+def _test(body: BodyWriter, pc: int, statement: TestGoal, scope: Scope) -> Scope:
     return _first(body, pc, statement.formula, scope)
 
 
@@ -187,7 +198,7 @@ def _leave_loop(body: BodyWriter, pc: int) -> None:
     body.writer.line(f"pc = {body.layout.after[pc]}")
 
 
-def _internal(body: BodyWriter, pc: int, statement: Internal, scope: Scope) -> Scope:
+def _internal(body: BodyWriter, pc: int, statement: InternalActionCall, scope: Scope) -> Scope:
     call = statement.call
     write = _INTERNAL.get((call.name, len(call.args))) or _INTERNAL.get((call.name, -1))
     if write is None:
@@ -275,12 +286,12 @@ _INTERNAL: dict[tuple[str, int], Callable[[BodyWriter, int, Call, Scope], None]]
 }
 """Internal actions by name and number of arguments, -1 for any."""
 _WRITE: dict[type, Callable[[BodyWriter, int, Any, Scope], Scope]] = {
-    Achieve: _achieve,
-    Test: _test,
-    Believe: _believe,
-    Act: _act,
-    Internal: _internal,
-    Check: _check,
+    AchievementGoal: _achieve,
+    TestGoal: _test,
+    BeliefUpdate: _believe,
+    ExternalAction: _act,
+    InternalActionCall: _internal,
+    ConditionStatement: _check,
     If: _if,
     While: _while,
     For: _for,

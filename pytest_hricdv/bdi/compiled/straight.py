@@ -6,7 +6,7 @@ nothing can come between them, so that where the activity is need not be kept up
 
 from __future__ import annotations
 
-from pytest_hricdv.bdi.language.syntax import Act, Believe, Internal, Statement
+from pytest_hricdv.bdi.language.syntax import BeliefUpdate, ExternalAction, InternalActionCall, Statement
 from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
 
 from .bodies import FINISH, FINISH_ACTED, BodyWriter
@@ -44,7 +44,7 @@ class StraightWriter:
         """
         count = len(self._numbered)
         for done, (pc, statement) in enumerate(self._numbered):
-            if not isinstance(statement, Act) or not self._is_constant(statement):
+            if not isinstance(statement, ExternalAction) or not self._is_constant(statement):
                 self._note_actions()
             self._statement(pc, done, statement)
         self._note_actions()
@@ -52,7 +52,7 @@ class StraightWriter:
         first, last = self._numbered[0][0], self._numbered[-1][0]
         self._go_on(last, self._numbered[-1][1])
         conditions = [f"pc == {first}", f"n > {count}", *(f"type({name}) is Number" for name in self._numbers)]
-        if any(isinstance(each, Act) for _, each in self._numbered):
+        if any(isinstance(each, ExternalAction) for _, each in self._numbered):
             conditions.append("a.acts_alone")
         with self._body.writer.block(f"if {' and '.join(conditions)}:"):
             self._body.save_values()
@@ -60,11 +60,11 @@ class StraightWriter:
 
     def write_actions(self) -> bool:
         """Write the statements one by one if all are actions that are always the same; whether they are."""
-        if not all(isinstance(each, Act) and self._is_constant(each) for _, each in self._numbered):
+        if not all(isinstance(each, ExternalAction) and self._is_constant(each) for _, each in self._numbered):
             return False
         writer, plan = self._body.writer, self._body.plan
         first, last = self._numbered[0][0], self._numbered[-1][0]
-        actions = [(each.action, plan, each) for _, each in self._numbered if isinstance(each, Act)]
+        actions = [(each.action, plan, each) for _, each in self._numbered if isinstance(each, ExternalAction)]
         where = "pc" if first == 0 else f"pc - {first}"
         self._body.save_values()
         with writer.block(f"while pc <= {last}:"):
@@ -79,23 +79,23 @@ class StraightWriter:
         after = self._body.layout.after[pc]
         if after != self._body.layout.end:
             self._writer.line(f"pc = {after}")
-        elif isinstance(statement, Act):
+        elif isinstance(statement, ExternalAction):
             self._writer.line(f"return {FINISH_ACTED}")
         else:
             self._writer.line(f"return {FINISH}")
 
     def _statement(self, pc: int, done: int, statement: Statement) -> None:
-        if isinstance(statement, Act):
+        if isinstance(statement, ExternalAction):
             self._act(pc, done, statement)
-        elif isinstance(statement, Believe):
+        elif isinstance(statement, BeliefUpdate):
             self._believe(pc, done, statement)
-        elif isinstance(statement, Internal) and statement.call.name in _PRINTS:
+        elif isinstance(statement, InternalActionCall) and statement.call.name in _PRINTS:
             from .statements import printed
 
             text = self._with_numbers(printed(self._body, statement.call, self._scope))
             self._mark_for(pc, done, text)
             self._writer.line(text)
-        elif isinstance(statement, Internal):
+        elif isinstance(statement, InternalActionCall):
             (pattern,) = statement.call.args
             assert isinstance(pattern, Structure)
             self._writer.line(f"abolish(a, p, ({proposition(pattern)!r},), {self._body.trigger('-', pattern)})")
@@ -112,10 +112,10 @@ class StraightWriter:
             self._writer.line(f"i.pc = {pc}")
             self._writer.line(f"i.left = n - {done}" if done else "i.left = n")
 
-    def _is_constant(self, statement: Act) -> bool:
+    def _is_constant(self, statement: ExternalAction) -> bool:
         return isinstance(statement.action, Structure) and statement.action.ground
 
-    def _act(self, pc: int, done: int, statement: Act) -> None:
+    def _act(self, pc: int, done: int, statement: ExternalAction) -> None:
         if self._is_constant(statement):
             self._texts.append(str(statement.action))
             return
@@ -130,7 +130,7 @@ class StraightWriter:
             self._texts = []
             self._writer.line(f"note(a, {len(lines) - 1})")
 
-    def _believe(self, pc: int, done: int, statement: Believe) -> None:
+    def _believe(self, pc: int, done: int, statement: BeliefUpdate) -> None:
         body, writer, sign = self._body, self._writer, statement.sign
         literal, args, annots = body.posted(statement.literal, self._scope)
         if not literal.args:
@@ -154,16 +154,16 @@ def straight_run(body: BodyWriter, numbered: tuple[Numbered, ...]) -> tuple[Numb
 
 
 def _is_straight(body: BodyWriter, pc: int, statement: Statement) -> bool:
-    if isinstance(statement, Act):
+    if isinstance(statement, ExternalAction):
         return isinstance(statement.action, Structure)
-    if isinstance(statement, Believe):
+    if isinstance(statement, BeliefUpdate):
         literal, signs = statement.literal, statement.sign
         if not isinstance(literal, Structure) or signs == "++" or SOURCE_PERCEPT in literal.annots:
             return False
         # At the end of a plan it makes a difference whether there is an event, as it does where plans are for it.
         is_last = body.layout.after[pc] == body.layout.end
         return not is_last and not any(body.has_plans(sign, literal) for sign in signs)
-    if not isinstance(statement, Internal):
+    if not isinstance(statement, InternalActionCall):
         return False
     call = statement.call
     if call.name == ".abolish" and len(call.args) == 1:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pytest_hricdv.bdi.language.terms import Annotated, Call, Structure, Term, Variable
+from pytest_hricdv.bdi.language.terms import AnnotatedVariable, Call, Structure, Term, Variable
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class Comparison:
         return f"({self.left} {self.operator} {self.right})"
 
 
-Formula = Structure | Variable | Annotated | Call | And | Or | Not | Comparison
-FORMULAS = (Structure, Variable, Annotated, Call, And, Or, Not, Comparison)
-GoalTerm = Structure | Variable | Annotated
+Formula = Structure | Variable | AnnotatedVariable | Call | And | Or | Not | Comparison
+FORMULAS = (Structure, Variable, AnnotatedVariable, Call, And, Or, Not, Comparison)
+GoalTerm = Structure | Variable | AnnotatedVariable
 """What may be achieved, tested or believed: a literal, or a variable that will hold one."""

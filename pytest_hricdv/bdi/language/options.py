@@ -8,7 +8,7 @@ from pytest_hricdv.bdi.language.syntax import Program, Rule
 from pytest_hricdv.bdi.language.terms import Structure
 
 
-def given_beliefs(entry: AgentEntry) -> tuple[Structure | Rule, ...]:
+def option_beliefs(entry: AgentEntry) -> tuple[Structure | Rule, ...]:
     """The beliefs of the option ``beliefs``, in the order written.
 
     Raises:
@@ -17,7 +17,7 @@ def given_beliefs(entry: AgentEntry) -> tuple[Structure | Rule, ...]:
     return _read(entry, entry.beliefs, "beliefs", "").beliefs
 
 
-def given_goals(entry: AgentEntry) -> tuple[Structure, ...]:
+def option_goals(entry: AgentEntry) -> tuple[Structure, ...]:
     """The goals of the option ``goals``, in the order written.
 
     Raises:

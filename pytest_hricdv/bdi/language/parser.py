@@ -177,7 +177,7 @@ def _with_automatic_labels(plans: list[Plan]) -> tuple[Plan, ...]:
     from dataclasses import replace
 
     return tuple(
-        plan if plan.labelled else replace(plan, label=f"_plan{number}") for number, plan in enumerate(plans, start=1)
+        plan if plan.has_label else replace(plan, label=f"_plan{number}") for number, plan in enumerate(plans, start=1)
     )
 
 

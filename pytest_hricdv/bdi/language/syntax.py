@@ -10,12 +10,12 @@ from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, GoalTerm, Not, Or
 from pytest_hricdv.bdi.language.terms import (
     SOURCE_SELF,
-    Annotated,
+    AnnotatedVariable,
     Arithmetic,
     Call,
     Key,
     ListTerm,
-    Quoted,
+    PlanTerm,
     Structure,
     Term,
     Variable,
@@ -24,15 +24,15 @@ from pytest_hricdv.bdi.language.terms import (
 if TYPE_CHECKING:
     from pytest_hricdv.bdi.execution import Step
 
-NOWHERE = Location("<text>", 1, 1)
+NO_LOCATION = Location("<text>", 1, 1)
 """The place of what was not read from a file."""
 
 
-def posted(literal: GoalTerm) -> Structure | None:
-    """A ground literal as its event carries it, with a source; None if it has to be instantiated first."""
+def ground_event_literal(literal: GoalTerm) -> Structure | None:
+    """The literal of the event that a statement posts, with a source; None if it has variables."""
     if not isinstance(literal, Structure) or not literal.ground:
         return None
-    return literal if literal.has_source() else literal.annotated((*literal.annots, SOURCE_SELF))
+    return literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,23 +43,23 @@ class Executable:
 
 
 @dataclass(frozen=True, slots=True)
-class Achieve(Executable):
-    """``!g``, or ``!!g`` when it is to be pursued ``apart``, as an intention of its own."""
+class AchievementGoal(Executable):
+    """``!g``, or ``!!g``, which starts a new intention."""
 
     literal: GoalTerm
-    apart: bool
+    new_intention: bool
     location: Location = field(compare=False)
-    ready: Structure | None = field(init=False, compare=False, repr=False)
+    event_literal: Structure | None = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "ready", posted(self.literal))
+        object.__setattr__(self, "event_literal", ground_event_literal(self.literal))
 
     def __str__(self) -> str:
-        return f"{'!!' if self.apart else '!'}{self.literal}"
+        return f"{'!!' if self.new_intention else '!'}{self.literal}"
 
 
 @dataclass(frozen=True, slots=True)
-class Test(Executable):
+class TestGoal(Executable):
     """``?f``: the formula must hold, and binds variables."""
 
     formula: Formula
@@ -70,23 +70,23 @@ class Test(Executable):
 
 
 @dataclass(frozen=True, slots=True)
-class Believe(Executable):
-    """A belief update; ``sign`` is ``+``, ``-``, ``-+``, or ``++`` (``+`` in an intention of its own)."""
+class BeliefUpdate(Executable):
+    """A belief update; ``sign`` is ``+``, ``-``, ``-+``, or ``++`` (``+`` whose plan runs in a new intention)."""
 
     sign: str
     literal: GoalTerm
     location: Location = field(compare=False)
-    ready: Structure | None = field(init=False, compare=False, repr=False)
+    event_literal: Structure | None = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "ready", posted(self.literal))
+        object.__setattr__(self, "event_literal", ground_event_literal(self.literal))
 
     def __str__(self) -> str:
         return f"{self.sign}{self.literal}"
 
 
 @dataclass(frozen=True, slots=True)
-class Act(Executable):
+class ExternalAction(Executable):
     """An external action, executed by the environment."""
 
     action: GoalTerm
@@ -97,7 +97,7 @@ class Act(Executable):
 
 
 @dataclass(frozen=True, slots=True)
-class Internal(Executable):
+class InternalActionCall(Executable):
     """An internal action as a statement."""
 
     call: Call
@@ -108,7 +108,7 @@ class Internal(Executable):
 
 
 @dataclass(frozen=True, slots=True)
-class Check(Executable):
+class ConditionStatement(Executable):
     """A comparison or other condition as a statement: ``X = Y + 1``."""
 
     formula: Formula
@@ -156,7 +156,17 @@ class For(Executable):
         return f"for ({self.condition}) {block_text(self.body)}"
 
 
-Statement = Achieve | Test | Believe | Act | Internal | Check | If | While | For
+Statement = (
+    AchievementGoal
+    | TestGoal
+    | BeliefUpdate
+    | ExternalAction
+    | InternalActionCall
+    | ConditionStatement
+    | If
+    | While
+    | For
+)
 Body = tuple[Statement, ...]
 
 
@@ -204,34 +214,34 @@ class Plan:
     annots: tuple[Term, ...] = ()
     builtin: bool = False
     atomic: bool = field(init=False, compare=False)
-    plain: bool = field(init=False, compare=False)
-    """Whether every event with its trigger's key is one that the plan is for."""
-    spins: bool = field(init=False, compare=False)
-    """Whether it does nothing but pursue its own goal again: ``+!w : not x <- !w``."""
+    matches_every_event: bool = field(init=False, compare=False)
+    """Whether the plan is relevant for every event with the key of its trigger."""
+    is_busy_wait: bool = field(init=False, compare=False)
+    """Whether it only pursues its own goal again, ``+!w : not x <- !w``."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "atomic", Structure("atomic") in self.annots)
         wanted = self.trigger.literal
-        plain = isinstance(wanted, Structure) and wanted.ground and not wanted.args and not wanted.annots
-        object.__setattr__(self, "plain", plain)
-        object.__setattr__(self, "spins", not self.atomic and self._only_pursues_itself())
+        is_plain_atom = isinstance(wanted, Structure) and wanted.ground and not wanted.args and not wanted.annots
+        object.__setattr__(self, "matches_every_event", is_plain_atom)
+        object.__setattr__(self, "is_busy_wait", not self.atomic and self._only_pursues_itself())
 
     def _only_pursues_itself(self) -> bool:
         goal = self.trigger.literal
         if self.trigger.sign != "+!" or len(self.body) != 1 or not isinstance(goal, Structure):
             return False
         (again,) = self.body
-        is_same = isinstance(again, Achieve) and not again.apart and again.literal == goal
+        is_same = isinstance(again, AchievementGoal) and not again.new_intention and again.literal == goal
         return is_same and goal.ground and not goal.annots
 
     @property
-    def labelled(self) -> bool:
+    def has_label(self) -> bool:
         """Whether its author gave it a label."""
         return not self.label.startswith("_")
 
     def __str__(self) -> str:
         annots = f"[{','.join(map(str, self.annots))}]" if self.annots else ""
-        label = f"@{self.label}{annots} " if self.labelled else ""
+        label = f"@{self.label}{annots} " if self.has_label else ""
         context = f" : {self.context}" if self.context not in (None, TRUE) else ""
         body = f" <- {'; '.join(map(str, self.body))}" if self.body else ""
         return f"{label}{self.trigger}{context}{body}"
@@ -281,31 +291,31 @@ def children(node: object) -> tuple[object, ...]:
     """The parts of a term, formula or statement, one level down."""
     if isinstance(node, tuple):
         return node
-    return tuple(value for name in children_names(node) if (value := getattr(node, name)) is not None)
+    return tuple(value for name in child_fields(node) if (value := getattr(node, name)) is not None)
 
 
-def children_names(node: object) -> tuple[str, ...]:
+def child_fields(node: object) -> tuple[str, ...]:
     """The attributes that hold the parts of a term, formula or statement."""
     return _CHILDREN.get(type(node), ())
 
 
 _CHILDREN: dict[type, tuple[str, ...]] = {
     Structure: ("args", "annots", "annots_tail"),
-    Annotated: ("variable", "annots", "annots_tail"),
+    AnnotatedVariable: ("variable", "annots", "annots_tail"),
     Call: ("args",),
     ListTerm: ("items", "tail"),
     Arithmetic: ("operands",),
-    Quoted: ("plan",),
+    PlanTerm: ("plan",),
     And: ("parts",),
     Or: ("parts",),
     Not: ("part",),
     Comparison: ("left", "right"),
-    Achieve: ("literal",),
-    Test: ("formula",),
-    Believe: ("literal",),
-    Act: ("action",),
-    Internal: ("call",),
-    Check: ("formula",),
+    AchievementGoal: ("literal",),
+    TestGoal: ("formula",),
+    BeliefUpdate: ("literal",),
+    ExternalAction: ("action",),
+    InternalActionCall: ("call",),
+    ConditionStatement: ("formula",),
     If: ("condition", "then", "otherwise"),
     While: ("condition", "body"),
     For: ("condition", "body"),

@@ -94,15 +94,15 @@ class Structure:
         self._hash: int | None = None
         self._text: str | None = None
 
-    def plain(self) -> Structure:
+    def without_annotations(self) -> Structure:
         """The same literal without annotations."""
         if not self.annots and self.annots_tail is None:
             return self
         return Structure(self.functor, self.args, (), self.negated)
 
-    def annotated(self, annots: tuple[Term, ...], tail: Variable | None = None) -> Structure:
+    def with_annotations(self, annots: tuple[Term, ...], tail: Variable | None = None) -> Structure:
         """The same literal with exactly these annotations, which are put in order."""
-        return Structure(self.functor, self.args, in_order(annots), self.negated, tail)
+        return Structure(self.functor, self.args, sorted_terms(annots), self.negated, tail)
 
     def has_source(self) -> bool:
         """Whether some annotation is a ``source(...)``."""
@@ -233,7 +233,7 @@ class Call:
         return Call, (self.name, self.args, self.location)
 
 
-class Annotated:
+class AnnotatedVariable:
     """A variable with annotations, ``X[source(S)]``: stands for a literal once X is bound."""
 
     __slots__ = ("annots", "annots_tail", "negated", "variable")
@@ -251,7 +251,7 @@ class Annotated:
         self.negated = negated
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Annotated) and str(self) == str(other)
+        return isinstance(other, AnnotatedVariable) and str(self) == str(other)
 
     def __hash__(self) -> int:
         return hash((self.variable, self.annots))
@@ -264,13 +264,13 @@ class Annotated:
         return f"{sign}{self.variable}[{','.join(map(str, self.annots))}{tail}]"
 
     def __repr__(self) -> str:
-        return f"Annotated({self})"
+        return f"AnnotatedVariable({self})"
 
     def __reduce__(self) -> tuple[object, ...]:
-        return Annotated, (self.variable, self.annots, self.annots_tail, self.negated)
+        return AnnotatedVariable, (self.variable, self.annots, self.annots_tail, self.negated)
 
 
-class Quoted:
+class PlanTerm:
     """A plan or event as a term, ``{ +!g : c <- b }``, or a body, ``{ a; b }``; ``plan`` is its syntax tree."""
 
     __slots__ = ("plan",)
@@ -279,7 +279,7 @@ class Quoted:
         self.plan = plan
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Quoted) and self.plan == other.plan
+        return isinstance(other, PlanTerm) and self.plan == other.plan
 
     def __hash__(self) -> int:
         return hash(("quoted", self.plan))
@@ -289,13 +289,13 @@ class Quoted:
         return f"{{ {text} }}"
 
     def __repr__(self) -> str:
-        return f"Quoted({self})"
+        return f"PlanTerm({self})"
 
     def __reduce__(self) -> tuple[object, ...]:
-        return Quoted, (self.plan,)
+        return PlanTerm, (self.plan,)
 
 
-Term = Number | String | Variable | Structure | ListTerm | Arithmetic | Call | Annotated | Quoted
+Term = Number | String | Variable | Structure | ListTerm | Arithmetic | Call | AnnotatedVariable | PlanTerm
 
 
 def is_ground(term: Term) -> bool:
@@ -350,18 +350,18 @@ def ground_structure(key: Key, args: tuple[Term, ...], annots: tuple[Term, ...])
     return Structure(key[1], args, annots, key[0], None, True)
 
 
-def in_order(terms: tuple[Term, ...]) -> tuple[Term, ...]:
+def sorted_terms(terms: tuple[Term, ...]) -> tuple[Term, ...]:
     """The terms in term order, each once."""
     if len(terms) < 2:
         return terms
     ordered: list[Term] = []
-    for term in sorted(terms, key=order):
+    for term in sorted(terms, key=term_order):
         if not ordered or ordered[-1] != term:
             ordered.append(term)
     return tuple(ordered)
 
 
-def order(term: Term) -> tuple[object, ...]:
+def term_order(term: Term) -> tuple[object, ...]:
     """Sort key of Jason's term order: numbers, strings, lists, literals, negated literals, variables.
 
     Lists go by length, then by their items; literals by arity, functor, arguments, annotations.
@@ -371,8 +371,8 @@ def order(term: Term) -> tuple[object, ...]:
     if isinstance(term, String):
         return (1, term.value)
     if isinstance(term, ListTerm):
-        return (2, len(term.items), *map(order, term.items))
+        return (2, len(term.items), *map(term_order, term.items))
     if isinstance(term, Structure):
-        annots = tuple(map(order, term.annots))
-        return (4 if term.negated else 3, len(term.args), term.functor, tuple(map(order, term.args)), annots)
+        annots = tuple(map(term_order, term.annots))
+        return (4 if term.negated else 3, len(term.args), term.functor, tuple(map(term_order, term.args)), annots)
     return (6 if isinstance(term, Variable) else 5, str(term))

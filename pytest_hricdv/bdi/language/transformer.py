@@ -16,31 +16,31 @@ from pytest_hricdv.bdi.language.errors import BdiSyntaxError, EvaluationError, L
 from pytest_hricdv.bdi.language.formulas import FORMULAS, And, Comparison, Formula, GoalTerm, Not, Or
 from pytest_hricdv.bdi.language.parser import Include, InitialGoal
 from pytest_hricdv.bdi.language.syntax import (
-    NOWHERE,
+    NO_LOCATION,
     TRUE,
-    Achieve,
-    Act,
-    Believe,
+    AchievementGoal,
+    BeliefUpdate,
     Body,
-    Check,
+    ConditionStatement,
+    ExternalAction,
     For,
     If,
-    Internal,
+    InternalActionCall,
     Plan,
     Rule,
     Statement,
-    Test,
+    TestGoal,
     Trigger,
     While,
     variables_of,
 )
 from pytest_hricdv.bdi.language.terms import (
-    Annotated,
+    AnnotatedVariable,
     Arithmetic,
     Call,
     ListTerm,
     Number,
-    Quoted,
+    PlanTerm,
     String,
     Structure,
     Term,
@@ -59,7 +59,7 @@ Children = list[Any]
 class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
     """One method a grammar rule; each gets the place of its text and the values of its parts."""
 
-    _NOTHING = Check(TRUE, NOWHERE)
+    _NOTHING = ConditionStatement(TRUE, NO_LOCATION)
 
     def __init__(self) -> None:
         super().__init__()
@@ -152,26 +152,26 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
     body_text = body
 
     def achieve(self, meta: Meta, items: Children) -> Statement:
-        return Achieve(items[0], False, self._at(meta))
+        return AchievementGoal(items[0], False, self._at(meta))
 
     def achieve_later(self, meta: Meta, items: Children) -> Statement:
-        return Achieve(items[0], True, self._at(meta))
+        return AchievementGoal(items[0], True, self._at(meta))
 
     def test(self, meta: Meta, items: Children) -> Statement:
-        return Test(self._formula(meta, items[0]), self._at(meta))
+        return TestGoal(self._formula(meta, items[0]), self._at(meta))
 
     def believe(self, meta: Meta, items: Children) -> Statement:
-        return Believe(str(items[0]), items[1], self._at(meta))
+        return BeliefUpdate(str(items[0]), items[1], self._at(meta))
 
     def perform(self, meta: Meta, items: Children) -> Statement:
         what = self._formula(meta, items[0])
         place = self._at(meta)
         if isinstance(what, Call):
-            return Internal(what, place)
+            return InternalActionCall(what, place)
         truth = isinstance(what, Structure) and what.functor in ("true", "false") and not what.args
-        if isinstance(what, (Structure, Variable, Annotated)) and not truth:
-            return Act(what, place)
-        return Check(what, place)
+        if isinstance(what, (Structure, Variable, AnnotatedVariable)) and not truth:
+            return ExternalAction(what, place)
+        return ConditionStatement(what, place)
 
     def if_block(self, meta: Meta, items: Children) -> Statement:
         condition, then, otherwise = items
@@ -246,7 +246,7 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
         return items[0]
 
     def quoted(self, meta: Meta, items: Children) -> Term:
-        return Quoted(items[0])
+        return PlanTerm(items[0])
 
     def literal(self, meta: Meta, items: Children) -> Structure:
         negation, functor, arguments, annotations = items
@@ -255,7 +255,7 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
         if functor == "source" and not annotations and not negation and len(args) == 1 and is_name(args[0]):
             # The one object that messages and beliefs carry: it is compared in no time.
             return source(str(args[0]))
-        return Structure(str(functor), args, (), negation is not None).annotated(annots, tail)
+        return Structure(str(functor), args, (), negation is not None).with_annotations(annots, tail)
 
     def variable(self, meta: Meta, items: Children) -> GoalTerm:
         negation, token, annotations = items
@@ -266,7 +266,7 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
         annots, tail = annotations or ((), None)
         if negation is None and annotations is None:
             return Variable(name)
-        return Annotated(Variable(name), annots, tail, negation is not None)
+        return AnnotatedVariable(Variable(name), annots, tail, negation is not None)
 
     def arguments(self, meta: Meta, items: Children) -> Children:
         return items

@@ -5,22 +5,31 @@ from __future__ import annotations
 from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.formulas import And, Comparison, Not, Or
 from pytest_hricdv.bdi.language.syntax import (
-    Achieve,
-    Believe,
+    AchievementGoal,
+    BeliefUpdate,
     Body,
-    Check,
+    ConditionStatement,
     For,
     If,
-    Internal,
+    InternalActionCall,
     Plan,
     Program,
     Rule,
     Statement,
-    Test,
+    TestGoal,
     While,
     children,
 )
-from pytest_hricdv.bdi.language.terms import Annotated, Arithmetic, Call, ListTerm, String, Structure, Term, Variable
+from pytest_hricdv.bdi.language.terms import (
+    AnnotatedVariable,
+    Arithmetic,
+    Call,
+    ListTerm,
+    String,
+    Structure,
+    Term,
+    Variable,
+)
 
 from .model import SELF, Addition, AgentModel, Mention, Sent, sources_named
 from .sources import find
@@ -74,20 +83,20 @@ def _body(model: AgentModel, body: Body, plan: Plan) -> None:
 
 def _statement(model: AgentModel, statement: Statement, plan: Plan) -> None:
     place = statement.location
-    if isinstance(statement, Achieve):
+    if isinstance(statement, AchievementGoal):
         if isinstance(statement.literal, Structure):
             model.goals.append(Mention(statement.literal, find(statement.literal.functor, place), plan))
-    elif isinstance(statement, Believe):
+    elif isinstance(statement, BeliefUpdate):
         _believe(model, statement, plan)
-    elif isinstance(statement, Internal):
+    elif isinstance(statement, InternalActionCall):
         _call(model, statement.call, place, plan)
-    elif isinstance(statement, (Test, Check)):
+    elif isinstance(statement, (TestGoal, ConditionStatement)):
         _formula(model, statement.formula, place, "", plan)
     elif isinstance(statement, (If, While, For)):
         _formula(model, statement.condition, place, "", plan)
 
 
-def _believe(model: AgentModel, statement: Believe, plan: Plan) -> None:
+def _believe(model: AgentModel, statement: BeliefUpdate, plan: Plan) -> None:
     literal, place = statement.literal, statement.location
     if not isinstance(literal, Structure):
         if statement.sign != "-":
@@ -102,7 +111,7 @@ def _believe(model: AgentModel, statement: Believe, plan: Plan) -> None:
 
 def _names_sources(literal: Term) -> bool:
     """Whether a variable's annotations say who it comes from."""
-    return isinstance(literal, Annotated) and bool(literal.annots)
+    return isinstance(literal, AnnotatedVariable) and bool(literal.annots)
 
 
 def _added(literal: Structure, place: Location, later: bool) -> list[Addition]:
@@ -151,7 +160,7 @@ def _call(model: AgentModel, call: Call, place: Location, plan: Plan | None) -> 
 
 
 def _from_anybody(literal: Structure) -> Structure:
-    return literal.annotated((*literal.annots, Structure("source", (Variable("_Anybody"),))))
+    return literal.with_annotations((*literal.annots, Structure("source", (Variable("_Anybody"),))))
 
 
 def _message(model: AgentModel, call: Call) -> None:

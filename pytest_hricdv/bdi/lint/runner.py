@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 
 from pytest_hricdv.bdi.language.errors import BdiError, Location
-from pytest_hricdv.bdi.language.options import given_beliefs, given_goals
+from pytest_hricdv.bdi.language.options import option_beliefs, option_goals
 from pytest_hricdv.bdi.language.parser import read_program
 from pytest_hricdv.bdi.language.project import read_project
 from pytest_hricdv.bdi.language.syntax import Program
@@ -86,8 +86,8 @@ def _agents(path: Path) -> tuple[tuple[AgentModel, ...], bool]:
         program = _checked(read_program(entry.source, entry.location, project.text))
         given = replace(
             program,
-            beliefs=(*program.beliefs, *given_beliefs(entry)),
-            goals=(*program.goals, *given_goals(entry)),
+            beliefs=(*program.beliefs, *option_beliefs(entry)),
+            goals=(*program.goals, *option_goals(entry)),
         )
         agents.append(collect(entry.name, str(entry.source), given))
     return tuple(agents), True

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.formulas import Comparison
-from pytest_hricdv.bdi.language.terms import Arithmetic, ListTerm, Number, Structure, Term, order
+from pytest_hricdv.bdi.language.terms import Arithmetic, ListTerm, Number, Structure, Term, term_order
 from pytest_hricdv.bdi.logic.substitution import Bindings, substitute, walk
 from pytest_hricdv.bdi.logic.unify import Trail, unify
 
@@ -34,7 +34,7 @@ def compare(agent: Agent, comparison: Comparison, env: Bindings, trail: Trail) -
     if isinstance(left, Number) and isinstance(right, Number):
         below, above = left < right, left > right
     else:
-        below, above = order(left) < order(right), order(left) > order(right)
+        below, above = term_order(left) < term_order(right), term_order(left) > term_order(right)
     if operator == "<":
         return below
     if operator == ">":
@@ -56,6 +56,6 @@ def _univ(left: Term, right: Term, env: Bindings, trail: Trail) -> bool:
     if isinstance(right, ListTerm) and len(right.items) == 3:
         functor, args, annots = (walk(item, env) for item in right.items)
         if isinstance(functor, Structure) and isinstance(args, ListTerm) and isinstance(annots, ListTerm):
-            built = Structure(functor.functor, args.items, (), functor.negated).annotated(annots.items)
+            built = Structure(functor.functor, args.items, (), functor.negated).with_annotations(annots.items)
             return unify(left, built, env, trail)
     raise EvaluationError(f"neither side of {left} =.. {right} is known")

@@ -7,12 +7,12 @@ from collections.abc import Callable
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.terms import (
-    Annotated,
+    AnnotatedVariable,
     Arithmetic,
     Call,
     ListTerm,
     Number,
-    Quoted,
+    PlanTerm,
     String,
     Structure,
     Term,
@@ -64,9 +64,9 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
         return _evaluate(term, [substitute(operand, bindings, functions) for operand in term.operands])
     if isinstance(term, Call):
         return functions(term, bindings)
-    if isinstance(term, Annotated):
+    if isinstance(term, AnnotatedVariable):
         return _substitute_annotated(term, bindings, functions)
-    if isinstance(term, Quoted):
+    if isinstance(term, PlanTerm):
         return _substitute_quoted(term, bindings, functions)
     return term
 
@@ -76,11 +76,11 @@ def _substitute_structure(term: Structure, bindings: Bindings, functions: Functi
     if not term.annots and term.annots_tail is None:
         return Structure(term.functor, args, (), term.negated)
     annots, tail = _substitute_annots(term, bindings, functions)
-    return Structure(term.functor, args, (), term.negated).annotated(annots, tail)
+    return Structure(term.functor, args, (), term.negated).with_annotations(annots, tail)
 
 
 def _substitute_annots(
-    term: Structure | Annotated, bindings: Bindings, functions: Functions
+    term: Structure | AnnotatedVariable, bindings: Bindings, functions: Functions
 ) -> tuple[tuple[Term, ...], Variable | None]:
     annots = tuple(substitute(annot, bindings, functions) for annot in term.annots)
     tail = term.annots_tail
@@ -92,18 +92,18 @@ def _substitute_annots(
     return annots, tail
 
 
-def _substitute_annotated(term: Annotated, bindings: Bindings, functions: Functions) -> Term:
+def _substitute_annotated(term: AnnotatedVariable, bindings: Bindings, functions: Functions) -> Term:
     value = substitute(term.variable, bindings, functions)
     annots, tail = _substitute_annots(term, bindings, functions)
     if isinstance(value, Structure):
         negated = value.negated != term.negated
-        return Structure(value.functor, value.args, (), negated).annotated(value.annots + annots, tail)
+        return Structure(value.functor, value.args, (), negated).with_annotations(value.annots + annots, tail)
     if isinstance(value, Variable):
-        return Annotated(value, annots, tail, term.negated)
+        return AnnotatedVariable(value, annots, tail, term.negated)
     return value
 
 
-def _substitute_quoted(term: Quoted, bindings: Bindings, functions: Functions) -> Term:
+def _substitute_quoted(term: PlanTerm, bindings: Bindings, functions: Functions) -> Term:
     from pytest_hricdv.bdi.language.plan_terms import (
         with_values,  # Its statements are made of terms: they are not known here.
     )
@@ -175,11 +175,11 @@ def substitute_only(term: Term, bindings: Bindings) -> Term:
         return ListTerm(items, None if term.tail is None else substitute_only(term.tail, bindings))
     if isinstance(term, Arithmetic):
         return Arithmetic(term.operator, tuple(substitute_only(operand, bindings) for operand in term.operands))
-    if isinstance(term, Annotated):
+    if isinstance(term, AnnotatedVariable):
         value = bindings.get(term.variable, term.variable)
         annots = tuple(substitute_only(annot, bindings) for annot in term.annots)
         variable = value if isinstance(value, Variable) else term.variable
-        return Annotated(variable, annots, term.annots_tail, term.negated)
+        return AnnotatedVariable(variable, annots, term.annots_tail, term.negated)
     return term
 
 
@@ -197,14 +197,14 @@ def _free_variables(term: Term) -> list[Variable]:
             pending.extend((part.tail, *reversed(part.items)))
         elif isinstance(part, Arithmetic):
             pending.extend(reversed(part.operands))
-        elif isinstance(part, Annotated):
+        elif isinstance(part, AnnotatedVariable):
             pending.extend((part.annots_tail, *reversed(part.annots), part.variable))
-        elif isinstance(part, Quoted):
+        elif isinstance(part, PlanTerm):
             found.update(_variables_in(part))
     return list(found)
 
 
-def _variables_in(term: Quoted) -> dict[Variable, None]:
+def _variables_in(term: PlanTerm) -> dict[Variable, None]:
     from pytest_hricdv.bdi.language.syntax import variables_of
 
     return dict.fromkeys(sorted(variables_of(term)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pytest_hricdv.bdi.language.terms import Annotated, ListTerm, Structure, Term, Variable, is_ground
+from pytest_hricdv.bdi.language.terms import AnnotatedVariable, ListTerm, Structure, Term, Variable, is_ground
 from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, no_functions, substitute, walk
 
 Trail = list[Variable]
@@ -31,10 +31,10 @@ def unify(pattern: Term, target: Term, bindings: Bindings, trail: Trail) -> bool
         return pattern == target or _bind(pattern, target, bindings, trail)  # type: ignore[arg-type]
     if other is Variable:
         return _bind(target, pattern, bindings, trail)  # type: ignore[arg-type]
-    if isinstance(pattern, Annotated):
+    if isinstance(pattern, AnnotatedVariable):
         return _unify_annotated(pattern, target, bindings, trail)
     if kind is not other:
-        return isinstance(target, Annotated) and _unify_annotated(target, pattern, bindings, trail)
+        return isinstance(target, AnnotatedVariable) and _unify_annotated(target, pattern, bindings, trail)
     if isinstance(pattern, Structure) and isinstance(target, Structure):
         return _unify_structures(pattern, target, bindings, trail)
     if isinstance(pattern, ListTerm) and isinstance(target, ListTerm):
@@ -74,7 +74,7 @@ def _unify_structures(pattern: Structure, target: Structure, bindings: Bindings,
 
 
 def match_annotations(
-    pattern: Structure | Annotated, annots: tuple[Term, ...], bindings: Bindings, trail: Trail
+    pattern: Structure | AnnotatedVariable, annots: tuple[Term, ...], bindings: Bindings, trail: Trail
 ) -> Iterator[bool]:
     """Every way in which the annotations of the pattern are among ``annots``; the tail takes the rest."""
     return _match(pattern.annots, pattern.annots_tail, annots, bindings, trail)
@@ -96,14 +96,14 @@ def _match(
         undo(bindings, trail, mark)
 
 
-def _unify_annotated(pattern: Annotated, target: Term, bindings: Bindings, trail: Trail) -> bool:
+def _unify_annotated(pattern: AnnotatedVariable, target: Term, bindings: Bindings, trail: Trail) -> bool:
     value = walk(pattern.variable, bindings)
     if not isinstance(target, Structure) or target.negated < pattern.negated:
         return False
     if not next(match_annotations(pattern, target.annots, bindings, trail), False):
         return False
     used = {substitute(annot, bindings, no_functions) for annot in pattern.annots}
-    rest = target.annotated(tuple(a for a in target.annots if a not in used))
+    rest = target.with_annotations(tuple(a for a in target.annots if a not in used))
     if isinstance(value, Variable):
         return _bind(value, rest, bindings, trail)
     return unify(value, rest, bindings, trail)

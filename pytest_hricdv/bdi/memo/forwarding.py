@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pytest_hricdv.bdi.language.syntax import For, Internal, Plan, Statement, parts_of
+from pytest_hricdv.bdi.language.syntax import For, InternalActionCall, Plan, Statement, parts_of
 from pytest_hricdv.bdi.language.terms import Key, Structure, Term, Variable
 
 from ..compiled.layout import variables_in
@@ -67,7 +67,7 @@ def _forwarded(library: PlanLibrary, key: Key) -> tuple[set[str], set[str]] | No
         sends = [statement for statement in _statements(loop.body) if _forwards(statement, variable)]
         if _count(loop.body, variable) != len(sends):
             return None
-        receivers |= {str(send.call.args[0]) for send in sends if isinstance(send, Internal)}
+        receivers |= {str(send.call.args[0]) for send in sends if isinstance(send, InternalActionCall)}
         if any(_count(plan, variable) > _count(loop, variable) for plan in plans if loop in _statements(plan.body)):
             return None
     mentions = sum(_mentions(plan, key) for plan in plans)
@@ -86,7 +86,7 @@ def _asks(loop: For, key: Key) -> bool:
 
 def _forwards(statement: Statement, variable: Term) -> bool:
     """Whether a statement tells an agent known beforehand what a variable stands for."""
-    if not isinstance(statement, Internal) or statement.call.name != ".send" or len(statement.call.args) != 3:
+    if not isinstance(statement, InternalActionCall) or statement.call.name != ".send" or len(statement.call.args) != 3:
         return False
     receiver, force, content = statement.call.args
     return isinstance(receiver, Structure) and str(force) == "tell" and content == variable

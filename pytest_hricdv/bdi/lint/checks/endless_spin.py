@@ -6,7 +6,15 @@ from collections.abc import Iterator
 
 from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.formulas import Formula
-from pytest_hricdv.bdi.language.syntax import Achieve, Body, Internal, Plan, Statement, While, children
+from pytest_hricdv.bdi.language.syntax import (
+    AchievementGoal,
+    Body,
+    InternalActionCall,
+    Plan,
+    Statement,
+    While,
+    children,
+)
 from pytest_hricdv.bdi.language.terms import Call, Key, Structure
 from pytest_hricdv.bdi.logic.unify import unify
 
@@ -60,11 +68,11 @@ def _only_repeats(plan: Plan) -> bool:
     if plan.trigger.sign != "+!" or not plan.body:
         return False
     *before, last = plan.body
-    return isinstance(last, Achieve) and last.literal == plan.trigger.literal and all(map(_only_waits, before))
+    return isinstance(last, AchievementGoal) and last.literal == plan.trigger.literal and all(map(_only_waits, before))
 
 
 def _only_waits(statement: Statement) -> bool:
-    return isinstance(statement, Internal) and statement.call.name == ".wait"
+    return isinstance(statement, InternalActionCall) and statement.call.name == ".wait"
 
 
 def _loops(body: Body) -> Iterator[While]:

@@ -29,7 +29,7 @@ class ShadowedPlan:
             for index, plan in enumerate(agent.plans):
                 hiding = next((earlier for earlier in agent.plans[:index] if hides(earlier, plan)), None)
                 if hiding is not None:
-                    which = f"@{hiding.label}" if hiding.labelled else "the plan"
+                    which = f"@{hiding.label}" if hiding.has_label else "the plan"
                     yield plan.location, f"{which} in line {hiding.location.line} is always applicable when this one is"
 
 

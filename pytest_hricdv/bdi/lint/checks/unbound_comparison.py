@@ -7,17 +7,17 @@ from collections.abc import Iterator
 from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
 from pytest_hricdv.bdi.language.syntax import (
-    Achieve,
-    Act,
-    Believe,
+    AchievementGoal,
+    BeliefUpdate,
     Body,
-    Check,
+    ConditionStatement,
+    ExternalAction,
     For,
     If,
-    Internal,
+    InternalActionCall,
     Plan,
     Statement,
-    Test,
+    TestGoal,
     While,
     children,
     variables_of,
@@ -107,10 +107,10 @@ class _Walk:
             inside = set(bound)
             yield from self.formula(statement.condition, inside)
             yield from self.body(statement.body, inside)
-        elif isinstance(statement, (Test, Check)):
+        elif isinstance(statement, (TestGoal, ConditionStatement)):
             yield from self.formula(statement.formula, bound)
-        elif isinstance(statement, (Achieve, Internal, Act, Believe)):
-            if not isinstance(statement, Internal):
+        elif isinstance(statement, (AchievementGoal, InternalActionCall, ExternalAction, BeliefUpdate)):
+            if not isinstance(statement, InternalActionCall):
                 yield from self._computed(statement, bound)
             bound.update(variables_of(statement))
 
