@@ -1,0 +1,1 @@
+"""What the tests covered: code, plans, requirements and cross products, and what no test covers."""

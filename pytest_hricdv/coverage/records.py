@@ -1,0 +1,302 @@
+"""Coverage as a report holds it: the records of code, plans, cross products and gaps.
+
+These are msgspec structs: frozen like frozen dataclasses, but they are also their own JSON codec. See
+`pytest_hricdv.results.model` for the rules that all records follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+from msgspec import Meta, Struct
+
+Number = int | float
+"""A JSON number. Both types are named so that reading and writing a report keeps `0` and `0.0` apart."""
+Count = Annotated[int, Meta(ge=0)]
+NotNegative = Annotated[int, Meta(ge=0)] | Annotated[float, Meta(ge=0)]
+Percent = Annotated[int, Meta(ge=0, le=100)] | Annotated[float, Meta(ge=0, le=100)]
+Names = tuple[str, ...]
+ArcRecord = tuple[int, int]
+"""From line, to line; a negative line is the exit of a function."""
+
+
+class Record(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """Base of all records of a report: immutable, built by keywords; a field that has its default is not written."""
+
+
+# Code
+
+
+class WaiverRecord(Record, frozen=True, kw_only=True):
+    """A statement that its author declared unreachable, and why."""
+
+    file: str
+    line: Count
+    reason: str
+
+
+class MappedFile(Record, frozen=True, kw_only=True):
+    """A file of the code under test. Bits of tests number all files' statements in this order; branches likewise."""
+
+    file: str
+    statements: tuple[Count, ...]
+    branches: tuple[ArcRecord, ...]
+    source: str
+
+
+class FileCoverage(Record, frozen=True, kw_only=True):
+    """What all tests together covered of a file."""
+
+    file: str
+    statements: Count
+    covered: Count
+    missing_lines: tuple[Count, ...]
+    missing_branches: tuple[ArcRecord, ...]
+
+
+class CodeUnderTest(Record, frozen=True, kw_only=True):
+    """The code under test: what there is to cover, and what all tests covered.
+
+    `reason` says why it was not measured, or not completely; empty where it was.
+    """
+
+    packages: Names
+    sha256: str
+    waivers: tuple[WaiverRecord, ...]
+    map: tuple[MappedFile, ...]
+    measured: bool
+    reason: str
+    files: tuple[FileCoverage, ...]
+
+
+class CodeShare(Record, frozen=True, kw_only=True):
+    """What one test covered of the code; `bits` are statements and branches as hexadecimal numbers.
+
+    Branches are None where only lines were measured.
+    """
+
+    statements: Count
+    percent: Percent
+    bits: tuple[str, str | None]
+
+
+class CodeCoverage(Record, frozen=True, kw_only=True):
+    """Covered statements (or branches) of a suite. `reachable` is the total less the waived ones."""
+
+    covered: Count
+    total: Count
+    reachable: Count
+    percent: Percent
+    percent_reachable: Percent
+
+
+class SuiteCode(Record, frozen=True, kw_only=True):
+    """Code coverage of a suite; None where it was not measured."""
+
+    statements: CodeCoverage | None
+    branches: CodeCoverage | None
+
+
+# Plans and requirements
+
+
+class PlanReach(Record, frozen=True, kw_only=True):
+    """How a plan is reached: by how many tests and belief sets, the smallest of these, and a test that has it."""
+
+    tests: Count
+    belief_sets: Count
+    shortest: Names
+    test: str
+
+
+class PlanCoverage(Record, frozen=True, kw_only=True):
+    """The plans of one agent. `declared` are all, in source order; `reached` leaves out plans without a test."""
+
+    covered: Names
+    missing: Names
+    total: Count
+    declared: Names
+    reached: Mapping[str, PlanReach]
+
+
+class RequirementTally(Record, frozen=True, kw_only=True):
+    """One requirement over the tests of a suite.
+
+    `passed`, `failed`, `nc` count tests by verdict. `triggers` counts attempts: `passes`, `failures` and `pending`
+    ones. `vacuous` counts runs in which the antecedent never held.
+    """
+
+    passed: Count
+    failed: Count
+    nc: Count
+    triggers: Count
+    passes: Count
+    failures: Count
+    vacuous: Count
+    pending: Count
+
+
+# Cross products
+
+
+class Coordinate(Record, frozen=True, kw_only=True):
+    """A coordinate of a cross product, with its bins."""
+
+    name: str
+    bins: Names
+
+
+class ImpossibleBin(Record, frozen=True, kw_only=True):
+    """A bin that cannot be hit: by declaration, or because the model cannot."""
+
+    bin: Names
+    reason: str
+    by: Literal["declared", "model"]
+
+
+class IllegalBin(Record, frozen=True, kw_only=True):
+    """A bin that must not be hit."""
+
+    bin: Names
+    reason: str
+
+
+class Proof(Record, frozen=True, kw_only=True):
+    """Whether all runs of the model were explored; every field is None for a product without a model."""
+
+    status: Literal["proven", "not proven"] | None = None
+    reason: str | None = None
+    runs: Count | None = None
+
+
+class ProductDeclaration(Record, frozen=True, kw_only=True):
+    """A cross product as the testbench declared it, with what the model rules out."""
+
+    coordinates: tuple[Coordinate, ...]
+    impossible: tuple[ImpossibleBin, ...]
+    illegal: tuple[IllegalBin, ...]
+    proof: Proof
+
+
+class BinHits(Record, frozen=True, kw_only=True):
+    """A bin that was hit: by how many tests, and how often."""
+
+    bin: Names
+    tests: Count
+    hits: Count
+
+
+class ProductCoverage(Record, frozen=True, kw_only=True):
+    """What a suite hit of one cross product. `missing` bins are possible, legal and not hit."""
+
+    bins: Count
+    hit: Count
+    impossible: Count
+    illegal: Count
+    hits: tuple[BinHits, ...]
+    missing: tuple[Names, ...]
+
+
+class CrossCoverage(Record, frozen=True, kw_only=True):
+    """What a suite hit of all cross products: sums, missing bins as text, and each product."""
+
+    bins: Count
+    hit: Count
+    impossible: Count
+    illegal: Count
+    missing: Names
+    products: Mapping[str, ProductCoverage]
+
+    @property
+    def possible(self) -> int:
+        """How many bins there are to cover."""
+        return self.bins - self.impossible - self.illegal
+
+
+class PlannedBin(Record, frozen=True, kw_only=True):
+    """Bins of the first coordinates that a run of the model aims at, and the smallest belief set that leads to it."""
+
+    bin: Names
+    beliefs: Names
+
+
+class Exploration(Record, frozen=True, kw_only=True):
+    """What exploring all runs of the model has shown; every field is None where nothing was explored.
+
+    `plans` is agent -> plan -> the smallest belief set found that reaches it. `bins` is by cross product.
+    """
+
+    status: Literal["proven", "not proven"] | None = None
+    reason: str | None = None
+    runs: Count | None = None
+    plans: Mapping[str, Mapping[str, Names]] | None = None
+    bins: Mapping[str, tuple[PlannedBin, ...]] | None = None
+
+
+# Over all kinds of coverage
+
+
+class CurvePoint(Record, frozen=True, kw_only=True):
+    """Coverage after so many tests."""
+
+    tests: Count
+    statements: Count
+    branches: Count
+    plans: Count
+
+
+class MinimalStep(Record, frozen=True, kw_only=True):
+    """A test of the minimal suite: points new with it; points and simulated time up to it."""
+
+    nodeid: str
+    id: str
+    gain: Count
+    points: Count
+    sim_s: NotNegative
+
+
+class Gap(Record, frozen=True, kw_only=True):
+    """Something that no test covers.
+
+    Args:
+        kind: of what is missing.
+        place: where: a file and function, an agent, a cross product, a requirement.
+        items: what: lines, branches as `30->31`, a plan, a bin.
+        reason: why it is not covered, as far as that is known.
+        suggestion: what is likely to cover it; empty where nothing is known.
+        test: the id of the test that came nearest; may be empty.
+        beliefs: the belief set that is likely to cover it; may be empty.
+    """
+
+    kind: Literal["statements", "branches", "plans", "bins", "requirements"]
+    place: str
+    items: Names
+    reason: str
+    suggestion: str
+    test: str
+    beliefs: Names
+
+
+class Closure(Record, frozen=True, kw_only=True):
+    """What tests cover together, of all kinds of coverage, and which of them suffice for it.
+
+    A point is a statement, a branch, a plan, a bin, or a verdict (Passed, Failed) of a requirement.
+
+    Args:
+        points: covered by all tests.
+        sim_s: simulated time of all tests.
+        growth: simulated time and points so far, at each test that adds a point, in the order of the tests.
+        minimal: tests that suffice for all points, those first that add most per simulated second.
+        adds_nothing: node ids of the other tests.
+        unique: node id -> points that no other test covers; tests without one are left out.
+        gaps: of the whole report; None for a suite.
+    """
+
+    points: Count
+    sim_s: NotNegative
+    growth: tuple[tuple[NotNegative, Count], ...]
+    minimal: tuple[MinimalStep, ...]
+    adds_nothing: Names
+    unique: Mapping[str, Count]
+    gaps: tuple[Gap, ...] | None = None

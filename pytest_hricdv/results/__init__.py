@@ -1,0 +1,1 @@
+"""Results: typed records of tests and reports, built once, serialized once, and read by every view."""

@@ -1,0 +1,380 @@
+"""The result of a test, and the report of a session, as typed records.
+
+The records are msgspec structs. A struct is an immutable data class whose decoder checks every value against its type
+and says where a fault is (`$.tests[3].outcome`), so the types are the contract of `report.json`; no second description
+of it is needed in code. The rules:
+
+- A field without a default is always written, and has to be there when a report is read.
+- A field with a default is not written while it has this default. So keys that only some reports have (`film`,
+  `shrunk`, `shard`, ...) stay absent. `None` is such a default; where null is a value of its own, the default is UNSET,
+  which is false.
+- Sequences are tuples and mappings are read-only by type, so records can be shared.
+- The Python name can differ from the key: `outcomes` is written as `legs`, `skipped_s` as `frozen_s`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, Literal
+
+from msgspec import UNSET, UnsetType, field
+
+from pytest_hricdv.coverage.records import (
+    Closure,
+    CodeShare,
+    CodeUnderTest,
+    Count,
+    CrossCoverage,
+    CurvePoint,
+    Exploration,
+    Names,
+    NotNegative,
+    Number,
+    PlanCoverage,
+    ProductDeclaration,
+    Record,
+    RequirementTally,
+    SuiteCode,
+)
+
+SCHEMA = "hricdv-report/1"
+TestOutcome = Literal["passed", "failed", "known-violation", "error", "not-run"]
+SearchEnd = Literal["done", "runs", "seconds", "interrupted"]
+"""Why shrinking or searching ended: nothing left to do, or the budget of runs or seconds was used up, or Ctrl-C."""
+
+
+# Verdicts
+
+
+class ReportedViolation(Record, frozen=True, kw_only=True):
+    """One violation of a requirement: when it was triggered and violated (s), with the values at that time."""
+
+    trigger_s: Number | None
+    time_s: Number | None
+    values: Mapping[str, bool | int | float]
+    margin: Number | None
+
+
+class ReportedNearMiss(Record, frozen=True, kw_only=True):
+    """When the antecedent of a requirement came nearest to holding (s), and which conjuncts were false.
+
+    `distance` says how far the only false one was from holding; None where it compares nothing.
+    """
+
+    time_s: Number
+    missing: Names
+    distance: Number | None
+
+
+class RequirementResult(Record, frozen=True, kw_only=True):
+    """The verdict on one requirement in one test, with the numbers of attempts.
+
+    `margin_time_s` and `nearest_miss` are UNSET where no run came to an end.
+    """
+
+    verdict: Literal["Passed", "Failed", "NC"]
+    triggers: Count
+    passes: Count
+    failures: Count
+    vacuous: Count
+    pending: Count
+    violations: tuple[ReportedViolation, ...]
+    margin: Number | None
+    margin_time_s: Number | UnsetType | None = UNSET
+    nearest_miss: ReportedNearMiss | UnsetType | None = UNSET
+
+
+# Tests
+
+
+class ActionParameters(Record, frozen=True, kw_only=True):
+    """An action of the human with its sampled parameters."""
+
+    command: str
+    parameters: Mapping[str, Number]
+
+
+class ConcreteParameters(Record, frozen=True, kw_only=True):
+    """All sampled parameters of a test: of its actions, and of the whole run."""
+
+    actions: tuple[ActionParameters, ...]
+    run: Mapping[str, Number]
+
+
+class Timeline(Record, frozen=True, kw_only=True):
+    """What happened in a run, thinned to what a picture can show.
+
+    Args:
+        end_s: when the run ended.
+        messages: time (s), sender, topic and the fields as JSON, separated by tabs.
+        signals: name -> "time value time value ...", each value from its time (s) on.
+        attempts: requirement -> "begin-end begin-end! begin-end?" (s), `!` where it failed, `?` where it is pending.
+    """
+
+    end_s: NotNegative
+    messages: Names
+    signals: Mapping[str, str]
+    attempts: Mapping[str, str]
+
+
+class ShrunkTest(Record, frozen=True, kw_only=True):
+    """The shortest test found that fails a requirement for the same reason.
+
+    `id` and `replay` are None where nothing could be removed; `note` says why the test was not shrunk at all.
+    """
+
+    id: str | None
+    replay: str | None
+    abstract: Names
+    concrete: Names
+    actions_before: Count
+    runs: Count
+    wall_s: NotNegative
+    ended: SearchEnd
+    reason: Names
+    note: str
+
+
+class ReplayComparison(Record, frozen=True, kw_only=True):
+    """How the run of a replayed test compares with the recorded one. `changed` lists what it depends on and changed."""
+
+    file: str
+    expected_sha256: str | None
+    same: bool
+    changed: Names
+
+
+class FilmResult(Record, frozen=True, kw_only=True):
+    """The film of a failed test, with paths relative to the report; `note` says why there is none, or what is wrong."""
+
+    video: str | None
+    strip: str | None
+    seconds: NotNegative | None
+    frames: Count
+    note: str
+
+
+class TestResult(Record, frozen=True, kw_only=True):
+    """One test and its result.
+
+    Args:
+        aim: what generation aimed at.
+        name: what a person calls it; may be empty.
+        abstract: the abstract test, an action a line.
+        skipped_s: simulated time without physics steps (s); written as `frozen_s`.
+        ended: why the run ended, in the testbench's words.
+        outcomes: how each interaction ended, in order; written as `legs`.
+        failure: the text of the failure, or why the test was not run.
+        unmeasured: why the code was not measured, or not completely.
+        timeline: None where no run came to an end, as are `acted_s`, `cross` and `record_sha256`.
+        acted_s: when each action began (s); shorter than `abstract` where the run was over before.
+        cross: cross product -> the bins that the run hit, one for each hit.
+        replay: what to give to `--hri-replay` to run this test again.
+        shrunk: requirement -> the shortest test found that fails it.
+        repeats: of a merged report: the runs that differ from this one, which is the worst.
+    """
+
+    __test__: ClassVar[bool] = False
+
+    nodeid: str
+    suite: str
+    id: str
+    aim: str
+    name: str
+    beliefs: Names
+    abstract: Names
+    concrete: ConcreteParameters
+    seed: int
+    plans: Mapping[str, Names]
+    outcome: TestOutcome
+    wall_s: NotNegative | None
+    sim_s: NotNegative
+    skipped_s: NotNegative = field(name="frozen_s")
+    fidelity: str
+    ended: str
+    outcomes: Names = field(name="legs")
+    requirements: Mapping[str, RequirementResult]
+    code: CodeShare | None
+    timeline: Timeline | None
+    failure: str
+    unmeasured: str
+    acted_s: tuple[NotNegative, ...] | None = None
+    cross: Mapping[str, tuple[Names, ...]] | None = None
+    record_sha256: str | None = None
+    replay: str | None = None
+    replayed: ReplayComparison | None = None
+    film: FilmResult | None = None
+    shrunk: Mapping[str, ShrunkTest] = {}
+    repeats: tuple[TestResult, ...] = ()
+
+    @property
+    def runs(self) -> tuple[TestResult, ...]:
+        """All runs of the test: one, except in a merged report with runs that differ."""
+        return (self, *self.repeats)
+
+
+# Suites
+
+
+class LastNewPlan(Record, frozen=True, kw_only=True):
+    """The iteration of learning, and the number of the test, after which no new plan was executed."""
+
+    iteration: Count | None
+    test: Count
+
+
+class Diagnosis(Record, frozen=True, kw_only=True):
+    """How varied a suite is, before any test has run; `plans_executed` is agent -> number of plans."""
+
+    distinct_subsets: Count
+    belief_entropy_bits: NotNegative
+    belief_entropy_most_bits: NotNegative
+    plans_executed: Mapping[str, Count]
+    last_new_plan: LastNewPlan
+
+
+class GenerationResult(Record, frozen=True, kw_only=True):
+    """How a suite was generated. `q_delta` is the largest change of a cell of Q, one number an iteration."""
+
+    wall_s: NotNegative
+    cached: bool
+    bdi_runs: Count
+    iterations: Count
+    converged_at: Count | None
+    q_delta: tuple[NotNegative, ...]
+    distinct_texts: Count
+    reward: str
+    diagnosis: Diagnosis
+    notes: Names
+
+
+class SuiteResult(Record, frozen=True, kw_only=True):
+    """A suite and what its tests covered. `size` counts its tests, selected or not; `tests` the selected ones."""
+
+    name: str
+    seed: int
+    size: Count
+    generation: GenerationResult
+    tests: Count
+    fidelity: str
+    requirements: Mapping[str, RequirementTally]
+    code: SuiteCode
+    plans: Mapping[str, PlanCoverage]
+    cross: CrossCoverage
+    curve: tuple[CurvePoint, ...]
+    closure: Closure
+
+
+# The report
+
+
+class RequirementText(Record, frozen=True, kw_only=True):
+    """A requirement for people: title, source (a standard, a paper), and the formula that the monitor checks."""
+
+    title: str
+    source: str
+    text: str
+
+
+class ModelSource(Record, frozen=True, kw_only=True):
+    """The AgentSpeak source of an agent whose plans are covered; `plans` is label -> line."""
+
+    file: str
+    source: str
+    plans: Mapping[str, Count]
+
+
+class RerunOptions(Record, frozen=True, kw_only=True):
+    """What `--hri-suite` was given, and the other options that a test needs to be run again."""
+
+    suite: str
+    options: Names
+
+
+class SessionSummary(Record, frozen=True, kw_only=True):
+    """One of the sessions that a report was merged from; `sha256` is of its report.json."""
+
+    sha256: str
+    wall_s: NotNegative
+    workers: Count
+    selected: Count
+    reported: Count
+    shard: str
+
+
+class GateResult(Record, frozen=True, kw_only=True):
+    """What failed the session beside its tests, and what improved on the baseline, a sentence each."""
+
+    failed: Names
+    improved: Names
+
+
+class SearchResult(Record, frozen=True, kw_only=True):
+    """How near a search came to violating a requirement.
+
+    Args:
+        suite_margin: the least margin of the suite's own tests.
+        margin: the least margin found.
+        test: the id of the test that the search started from.
+        id: of the test that violates the requirement; `replay` is its file and `abstract` its lines.
+    """
+
+    status: Literal["violated", "not violated", "violated by the suite", "never triggered"]
+    suite_margin: Number | None
+    margin: Number | None
+    test: str | None
+    runs: Count
+    wall_s: NotNegative
+    ended: SearchEnd
+    id: str | None
+    replay: str | None
+    abstract: Names
+    shrunk: ShrunkTest | None = None
+
+
+class Report(Record, frozen=True, kw_only=True):
+    """All of `report.json`.
+
+    Args:
+        known_violations: requirement -> the reason why its violation is known.
+        known_until: requirement -> the last day (YYYY-MM-DD) on which its violation is known.
+        strict: the list of known violations was ignored.
+        state: the message and field that tell the robot's state, as `topic.field`.
+        models: agent -> source, of the agents whose plans are covered.
+        closure: over the tests of all suites.
+        units: signal -> unit; a merged report has none.
+        outcome_label: what the testbench calls the outcomes of interactions.
+        shard: of a session that ran one part of the suites: which, as in 2/3.
+        sessions: of a merged report: the sessions it was merged from.
+        search: requirement -> result, where a search was asked for.
+        gates: None where the session did not come to its end, or ran a shard.
+    """
+
+    schema: Literal["hricdv-report/1"]
+    version: str
+    testbench: str
+    selected: Count
+    reported: Count
+    not_run: Count
+    not_run_tests: Names
+    wall_s: NotNegative
+    workers: Count
+    known_violations: Mapping[str, str]
+    known_until: Mapping[str, str]
+    strict: bool
+    rerun: RerunOptions
+    requirements: Mapping[str, RequirementText]
+    state: str
+    code_under_test: CodeUnderTest
+    models: Mapping[str, ModelSource]
+    cross_products: Mapping[str, ProductDeclaration]
+    exploration: Exploration
+    suites: tuple[SuiteResult, ...]
+    closure: Closure
+    tests: tuple[TestResult, ...]
+    units: Mapping[str, str] | None = None
+    outcome_label: str = "outcomes"
+    shard: str = ""
+    sessions: tuple[SessionSummary, ...] = ()
+    search: Mapping[str, SearchResult] = {}
+    gates: GateResult | None = None

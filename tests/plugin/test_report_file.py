@@ -1,0 +1,56 @@
+"""The report that a session writes: the typed model reads all of it, and writes the same bytes."""
+
+from __future__ import annotations
+
+import json
+
+import jsonschema
+import pytest
+
+from pytest_hricdv.report import schema
+from pytest_hricdv.results.codec import canonical, load
+from pytest_hricdv.results.model import Report
+from tests.plugin.project import change
+
+SUITE = "--hri-suite=by-hand"
+
+
+def reread(lamps: pytest.Pytester) -> Report:
+    """The report as it is read, once it was checked that it is written as it was."""
+    path = lamps.path / "hri-report" / "report.json"
+    text = path.read_text(encoding="ascii")
+    report = load(path)
+    assert canonical(report) == text
+    jsonschema.validate(json.loads(text), schema())
+    return report
+
+
+def test_a_learned_suite(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess("--hri-suite=rl")
+    report = reread(lamps)
+    assert [suite.name for suite in report.suites] == ["rl"]
+    assert report.tests[0].outcomes == ("released",)
+    assert report.gates is not None
+
+
+def test_a_shard_that_was_stopped_by_an_error(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "lamps/guide.py", "return 10.0", 'raise ConnectionError("lamp unplugged")')
+    lamps.runpytest_inprocess(SUITE, "-x", "--hri-shard=1/1", "--hri-no-cov")
+    report = reread(lamps)
+    assert report.shard == "1/1"
+    assert report.gates is None
+    (broken,) = [test for test in report.tests if test.outcome == "error"]
+    assert broken.acted_s is broken.record_sha256 is broken.timeline is None
+    assert not broken.requirements["R1"].nearest_miss
+
+
+def test_failures_that_are_shrunk_searched_and_replayed(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(SUITE, "--hri-strict", "--hri-shrink", "--hri-search=4")
+    report = reread(lamps)
+    assert set(report.search) == {"R1", "R2", "R3"}
+    (failed,) = [test for test in report.tests if test.shrunk]
+    assert failed.replay is not None
+    lamps.runpytest_inprocess(f"--hri-replay={failed.replay}")
+    (replayed,) = reread(lamps).tests
+    assert replayed.replayed is not None
+    assert replayed.replayed.same

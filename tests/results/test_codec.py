@@ -1,0 +1,86 @@
+"""Reading refuses what is no report, with file and place; writing refuses what has no JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.results.codec import ReportError, canonical, decode, encode, load
+from pytest_hricdv.results.model import ConcreteParameters, TestResult
+
+
+def result(**changes: object) -> TestResult:
+    """A test that was not run."""
+    fields: dict[str, object] = {
+        "nodeid": "test_toy.py::test_toy[rl-leg1]",
+        "suite": "rl",
+        "id": "rl-leg1",
+        "aim": "",
+        "name": "",
+        "beliefs": ("leg1",),
+        "abstract": ("wave",),
+        "concrete": ConcreteParameters(actions=(), run={}),
+        "seed": 0,
+        "plans": {},
+        "outcome": "not-run",
+        "wall_s": 0.0,
+        "sim_s": 0.0,
+        "skipped_s": 0.0,
+        "fidelity": "",
+        "ended": "",
+        "outcomes": (),
+        "requirements": {},
+        "code": None,
+        "timeline": None,
+        "failure": "",
+        "unmeasured": "",
+    }
+    return TestResult(**(fields | changes))  # type: ignore[arg-type]
+
+
+def test_a_result_survives_its_encoding() -> None:
+    assert decode(encode(result(failure="é\n"))) == result(failure="é\n")
+
+
+def test_a_result_is_written_under_the_keys_of_the_report() -> None:
+    written = json.loads(encode(result(skipped_s=2.5, outcomes=("released",))))
+    assert (written["frozen_s"], written["legs"]) == (2.5, ["released"])
+    assert not {"film", "shrunk", "repeats", "replayed", "acted_s"} & written.keys()
+
+
+def test_text_that_has_no_utf8_is_kept_readable() -> None:
+    assert decode(encode(result(failure="file \udc80 é"))).failure == "file \\udc80 é"
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
+def test_a_number_that_json_has_not_is_refused_with_its_place(number: float) -> None:
+    with pytest.raises(ReportError, match=r"cannot write \$\.concrete\.run\.speed as JSON"):
+        canonical(result(concrete=ConcreteParameters(actions=(), run={"speed": number})))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", r":1:1: not JSON, perhaps cut off"),
+        ('{"schema": "hricdv-report/1",\n "tests": [', r":2:12: not JSON, perhaps cut off"),
+        ('{"x": ' + "[" * 100_000, "nested too deeply"),
+        ("[]", "Expected `object`, got `array`"),
+        ("{}", "expected schema 'hricdv-report/1', found None"),
+        ('{"schema": "hricdv-report/9"}', "expected schema 'hricdv-report/1', found 'hricdv-report/9'"),
+        ('{"schema": "hricdv-report/1"}', "Object missing required field `version`"),
+        ('{"schema": "hricdv-report/1", "wall_s": NaN}', r"malformed: invalid character \(byte 40\)"),
+        (
+            '{"schema": "hricdv-report/1", "tests": [{"legs": [1]}]}',
+            r"Expected `str`, got `int` - at `\$\.tests\[0\]\.legs\[0\]`",
+        ),
+    ],
+)
+def test_what_is_no_report_is_refused_with_its_place(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "report.json"
+    path.write_text(text)
+    with pytest.raises(ReportError, match=message) as raised:
+        load(tmp_path)
+    assert str(raised.value).startswith(str(path))
