@@ -60,6 +60,7 @@ def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv.session.running import Running
 
     collecting = Collecting(config, options)
+    collecting.limit_paths()
     running = Running(collecting)
     config.pluginmanager.register(collecting, "hricdv-collecting")
     config.pluginmanager.register(running, "hricdv-running")

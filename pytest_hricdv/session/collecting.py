@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +14,6 @@ from pytest_hricdv.closure.selected import Selected
 from pytest_hricdv.session import replaying
 from pytest_hricdv.session.options import SESSION_DAY, Options
 from pytest_hricdv.session.replaying import Given
-from pytest_hricdv.session.skimming import CASE, Skimming
 from pytest_hricdv.session.suites import cases, from_text, selected_suites, to_text
 from pytest_hricdv.testbench import Testbench, TestbenchError, checked, lacking
 
@@ -42,7 +42,6 @@ class Collecting:
     def __init__(self, config: pytest.Config, options: Options) -> None:
         self.config = config
         self.options = options
-        self._skimming = Skimming([*config.getini("python_functions"), *config.getini("python_classes")])
 
     @cached_property
     def testbench(self) -> Testbench:
@@ -109,6 +108,15 @@ class Collecting:
         paths_named = self.config.args_source == pytest.Config.ArgsSource.ARGS
         return self.options.suite_named and not paths_named
 
+    def limit_paths(self) -> None:
+        """Collect only the paths of `hri_testpaths`, where only generated tests are wanted and the key is set.
+
+        Other test files then need not be importable: they may import packages that are not installed. It also saves
+        the time to import them. Call it in `pytest_configure`.
+        """
+        if self.only_cases:
+            self.config.args = _host_paths(self.config) or self.config.args
+
     def say(self, text: str) -> None:
         """Say what is going on when it takes a while."""
         reporter = self.config.pluginmanager.get_plugin("terminalreporter")
@@ -117,20 +125,6 @@ class Collecting:
                 reporter.write("\n")
             reporter.write_line(text)
 
-    def pytest_plugin_registered(self, plugin: object) -> None:
-        """Sees every plugin and conftest.py: what fixtures it has decides which files can have generated tests."""
-        self._skimming.look_at(plugin)
-
-    def pytest_ignore_collect(self, collection_path: Path) -> bool | None:
-        """Leaves out files without generated tests where only these are wanted: importing others takes long."""
-        if self._skims and collection_path.is_file() and self._skimming.is_without_cases(collection_path):
-            return True
-        return None
-
-    @cached_property
-    def _skims(self) -> bool:
-        return self.only_cases and CASE not in self.config.getini("usefixtures")
-
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
         """Parametrizes `hri_case`: fixtures, -k, --lf and IDEs then work as with any parametrized test."""
         if "hri_case" in metafunc.fixturenames:
@@ -138,7 +132,7 @@ class Collecting:
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_collection_modifyitems(self, config: pytest.Config, items: list[pytest.Item]) -> Iterator[None]:
-        """Leaves out what is no generated test, before -k and --lf choose among the rest."""
+        """Deselects items that are no generated tests, before -k and --lf select among the others."""
         if self.only_cases:
             others = [item for item in items if case_of(item) is None]
             if others:
@@ -154,6 +148,21 @@ class Collecting:
         given[ONLY_CASES] = self.only_cases
         given[SESSION_DAY] = self.options.today.isoformat()
         given[REPLAYS] = replaying.to_text(self.replays.values())
+
+
+def _host_paths(config: pytest.Config) -> list[str]:
+    """The files and folders that `hri_testpaths` names, relative to the folder of the ini file; globs are expanded.
+
+    Raises:
+        pytest.UsageError: there is nothing of that name.
+    """
+    found = []
+    for path in config.getini("hri_testpaths"):
+        matches = sorted(glob.glob(str(path), recursive=True))
+        if not matches:
+            raise pytest.UsageError(f"{config.inipath}: hri_testpaths: no such file or folder: {path}")
+        found += matches
+    return found
 
 
 def _located(error: Exception) -> str:

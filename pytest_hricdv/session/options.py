@@ -60,7 +60,8 @@ def add_options(parser: pytest.Parser) -> None:
         "--hri-suite",
         metavar="NAME|PATH[,...]",
         help="generate and run these suites: by-hand, bdi-random, rl, pseudorandom, all, or a file or folder of "
-        "abstract tests. Items that do not ask for hri_case are then left out, unless paths are given.",
+        "abstract tests. Unless paths are given, only the files of hri_testpaths are collected, and only items that "
+        "ask for hri_case.",
     )
     group.addoption("--hri-seed", metavar="N", help="seed of generation and concretization (default 0)")
     group.addoption("--hri-tests", metavar="N", help="number of abstract tests per suite (default: the method's own)")
@@ -157,6 +158,13 @@ def add_options(parser: pytest.Parser) -> None:
         ("shrink_seconds", "default of --hri-shrink-seconds"),
     ):
         parser.addini(f"hri_{name}", what, default="")
+    parser.addini(
+        "hri_testpaths",
+        "files and folders of the host tests, relative to the ini file; globs are allowed. With "
+        "--hri-suite and no paths, only these are collected (default: testpaths)",
+        "paths",
+        default=[],
+    )
     parser.addini("hri_fail_under", "one KIND=PCT a line; applies when the whole suite is selected", "linelist")
     until = "or 'R3 until 2027-01-31: reason'"
     parser.addini("hri_known_violations", f"one a line, 'R3: reason' {until}: does not fail the run", "linelist")
