@@ -1,0 +1,36 @@
+"""Files that are written whole or not at all: a reader sees the old content or the new one, never a part of it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write `text` as UTF-8 to `path`, whose folder is created where it is missing; returns `path`.
+
+    A lone surrogate, which has no UTF-8, is written as its escape.
+
+    Raises:
+        OSError: the folder or the file cannot be written; an old file is left as it was.
+    """
+    return write_bytes(path, text.encode("utf-8", "backslashreplace"))
+
+
+def write_bytes(path: Path, data: bytes) -> Path:
+    """Write `data` to `path`; see `write_text`."""
+    temporary = temporary_path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.write_bytes(data)
+        temporary.replace(path)
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+    return path
+
+
+def temporary_path(path: Path) -> Path:
+    """Where `path` is written before it is renamed: in the same folder, as renaming is atomic only there."""
+    return path.with_name(f".{path.name}.{os.getpid()}.part")

@@ -1,0 +1,27 @@
+"""Suggestions for names that do not exist: the end of an error message."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+SHOWN = 12
+"""So many known names are listed where none is similar."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The known names most similar to `name`, as the end of an error message; empty if nothing is known.
+
+    >>> nearest("leg_redy", ["leg_ready", "request"])
+    '; nearest: leg_ready'
+    >>> nearest("x", ["leg_ready", "request"])
+    '; known: leg_ready, request'
+    """
+    names = list(dict.fromkeys(known))
+    similar = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    if similar:
+        return "; nearest: " + ", ".join(similar)
+    if not names:
+        return ""
+    shown = ", ".join(names[:SHOWN])
+    return f"; known: {shown}" + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
