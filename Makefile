@@ -45,17 +45,17 @@ bench: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.world
 
 experiment: $(VENV)/.installed
-	$(BIN)/python -m benchmarks.experiment
-	$(BIN)/python -m benchmarks.agreement
+	$(BIN)/python -m studies.experiment
+	$(BIN)/python -m studies.agreement
 
 agreement: $(VENV)/.installed
-	$(BIN)/python -m benchmarks.agreement
+	$(BIN)/python -m studies.agreement
 
 campaign: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.campaign --write
 
 pictures: $(VENV)/.installed
-	$(BIN)/python -m benchmarks.screenshots
+	$(BIN)/python -m studies.screenshots
 
 $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)

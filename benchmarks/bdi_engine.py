@@ -18,8 +18,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from zipfile import ZipFile
 
-from benchmarks.end_to_end import machine
 from benchmarks.engine_times import COUNTS
+from studies.session import machine
 
 ROOT = Path(__file__).parents[1]
 PEERS = """  for comparison, with the original models of the same task, not measured here:

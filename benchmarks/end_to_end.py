@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import platform
 import statistics
 import subprocess
 import sys
@@ -19,7 +18,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+from studies.session import ROOT, machine
 
 
 def main() -> None:
@@ -45,16 +44,6 @@ def main() -> None:
     busy_s = sum(test["wall_s"] for test in figures["tests"])
     print(f"\ntests {figures['reported']}, simulated {simulated_s:.0f} s; two workers {one_s / two_s:.2f} x one")
     print(f"simulated seconds per second of one core, coverage and monitors included: {simulated_s / busy_s:.0f}")
-
-
-def machine() -> str:
-    """Processor, cores and Python, as the figures have to be read."""
-    model = platform.processor() or platform.machine()
-    cpuinfo = Path("/proc/cpuinfo")
-    if cpuinfo.exists():
-        names = [line.partition(":")[2].strip() for line in cpuinfo.read_text().splitlines() if "model name" in line]
-        model = names[0] if names else model
-    return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}"
 
 
 def show(what: str, repeat: int, action: Callable[[], None]) -> float:

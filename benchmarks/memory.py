@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.end_to_end import ROOT, machine
+from studies.session import ROOT, machine
 
 FIRST = 100
 SUITE = 100

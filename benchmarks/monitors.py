@@ -20,10 +20,10 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from benchmarks.end_to_end import machine
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Vocabulary, load_requirements
 from pytest_hricdv.monitor.logged import evaluate
 from pytest_hricdv.monitor.miss import nearest_miss
+from studies.session import machine
 
 RATE_HZ = 240
 DURATION_S = 150

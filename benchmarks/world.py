@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from benchmarks.end_to_end import machine
 from pytest_hricdv.cover.measure import Measurement, choose
 from pytest_hricdv.cover.source import map_code
 from pytest_hricdv.generate.concrete import ConcreteTest
@@ -25,6 +24,7 @@ from pytest_hricdv.runtime import Recorder
 from sim import workshop
 from sim.engine import bullet
 from sim.world import World
+from studies.session import machine
 from tests.hri import bench
 
 WAIT_S = 78.0

@@ -17,12 +17,12 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from benchmarks import page, pictures, session
 from benchmarks.campaign import results, shard, totals
 from benchmarks.campaign.progress import Progress
 from benchmarks.campaign.shard import Shard, ShardError
 from benchmarks.campaign.state import DIGITS, Plan, State, StateError, depends
-from benchmarks.end_to_end import machine
+from studies import page, plots, session
+from studies.session import machine
 
 DEPENDS = (
     "conftest.py",
@@ -138,7 +138,7 @@ def write(plan: Plan, shards: Sequence[Shard], known: Mapping[str, str], docs: P
     """Write page and picture."""
     requirements = totals.requirements(shards)
     worst = max(requirements, key=lambda each: each.failed)
-    pictures.save(results.picture(shards, worst.name), docs / "pictures" / "campaign-seeds.svg")
+    plots.save(results.picture(shards, worst.name), docs / "pictures" / "campaign-seeds.svg")
     files = {name: text for name, text in plan.depends.items() if len(text) == DIGITS}
     context = {
         "plan": plan,
@@ -156,7 +156,7 @@ def write(plan: Plan, shards: Sequence[Shard], known: Mapping[str, str], docs: P
         "hashes": summed(files),
         "versions": {name: text for name, text in plan.depends.items() if name not in files},
     }
-    page.write(docs / "campaign.md", page.render("campaign/campaign.md.jinja", context))
+    page.write(docs / "campaign.md", page.render("campaign.md.jinja", context, Path(__file__).parent))
 
 
 def summed(files: Mapping[str, str]) -> dict[str, str]:

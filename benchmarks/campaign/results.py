@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from benchmarks.campaign import totals
 from benchmarks.campaign.shard import Shard
-from benchmarks.page import interval, percent, table, thousands
-from benchmarks.pictures import curves, figure
+from studies.page import interval, percent, table, thousands
+from studies.plots import curves, figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,10 +8,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks import session
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import variant
 from pytest_hricdv.generate.text import dump_tests
+from studies import session
 
 SCHEMA = "hricdv-campaign-shard/1"
 

@@ -22,6 +22,7 @@ from pathlib import Path
 
 from benchmarks.campaign import shard
 from benchmarks.campaign.shard import Shard
+from pytest_hricdv import atomic_file
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.text import parse_tests
 
@@ -143,7 +144,9 @@ class State:
             StateError: it was begun with another one.
         """
         if not self._plan.exists():
-            _write(self._plan, json.dumps({"schema": SCHEMA, **asdict(plan)}, sort_keys=True, indent=1) + "\n")
+            atomic_file.write_text(
+                self._plan, json.dumps({"schema": SCHEMA, **asdict(plan)}, sort_keys=True, indent=1) + "\n"
+            )
             return
         before = self.plan()
         if before == plan:
@@ -172,7 +175,7 @@ class State:
 
     def keep_tests(self, text: str) -> None:
         """Keep the abstract tests, as `dump_tests` writes them."""
-        _write(self._tests, text)
+        atomic_file.write_text(self._tests, text)
 
     def done(self) -> tuple[int, ...]:
         """Seeds whose shards are there, in order."""
@@ -180,7 +183,7 @@ class State:
 
     def keep(self, each: Shard) -> None:
         """Keep a shard."""
-        _write(self._path(each.seed), each.to_json())
+        atomic_file.write_text(self._path(each.seed), each.to_json())
 
     def shard(self, seed: int) -> Shard:
         """The shard of a seed.
@@ -197,12 +200,3 @@ class State:
 
     def _path(self, seed: int) -> Path:
         return self._shards / f"seed-{seed:03}.json"
-
-
-def _write(path: Path, text: str) -> None:
-    aside = path.with_name(f"{path.name}.part")
-    with aside.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    aside.replace(path)

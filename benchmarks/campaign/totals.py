@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from statistics import fmean
 
 from benchmarks.campaign.shard import Run, Shard
-from benchmarks.estimates import Interval, mean, share
+from studies.estimates import Interval, mean, share
 
 
 @dataclass(frozen=True)

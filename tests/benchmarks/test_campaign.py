@@ -13,12 +13,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks import session
 from benchmarks.campaign import __main__ as campaign
 from benchmarks.campaign import results, shard, totals
 from benchmarks.campaign.progress import duration
 from benchmarks.campaign.shard import Run, Shard, ShardError, Total
 from benchmarks.campaign.state import Plan, State, StateError
+from studies import session
 from tests.plugin import project
 
 DEPENDS = ("conftest.py", "lamps", "requirements.toml")

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from benchmarks import page, pictures, session
-from benchmarks.experiment import __main__ as experiment
-from benchmarks.experiment import charts
-from benchmarks.experiment.comparison import methods
-from benchmarks.experiment.published import METHODS
+from studies import page, plots, session
+from studies.experiment import __main__ as experiment
+from studies.experiment import charts
+from studies.experiment.comparison import methods
+from studies.original.published import METHODS
 from tests.hri.bench import leg
 
 VERDICTS = {"R1": "Passed", "R2": "Passed", "R3": "Passed", "R4": "Passed"}
@@ -144,15 +144,14 @@ def test_axes_have_names_units_and_legends() -> None:
             assert axes.get_xlabel()
         assert made.axes[0].get_ylabel() or made.axes[0].get_yticklabels()
     assert len(charts.coverage(found).axes[0].get_legend().get_texts()) == 4
-    assert len({colour for colour, _, _ in pictures.STYLES}) == len(METHODS)
+    assert len({colour for colour, _, _ in plots.STYLES}) == len(METHODS)
 
 
-def test_a_report_that_is_not_there_or_of_other_suites_is_an_error_that_says_what_to_do(tmp_path: Path) -> None:
+def test_a_missing_report_and_a_report_of_other_suites_are_refused(tmp_path: Path) -> None:
     with pytest.raises(session.SessionError, match="leave out --again"):
-        experiment.read(tmp_path)
-    (tmp_path / "report.json").write_text('{"suites": [{"name": "rl"}]}')
+        session.read(tmp_path)
     with pytest.raises(session.SessionError, match="without bdi-random, by-hand, pseudorandom"):
-        experiment.read(tmp_path)
+        experiment.checked({"suites": [{"name": "rl"}]})
 
 
 def test_a_test_that_did_not_end_is_listed_and_counts_for_nothing_else() -> None:
@@ -167,7 +166,7 @@ def test_a_report_without_measured_code_is_refused_with_the_reason() -> None:
     given["suites"][0]["code"] = {"statements": None, "branches": None}
     given["code_under_test"] = {"reason": "switched off"}
     with pytest.raises(session.SessionError, match=r"suite by-hand: .* not measured: switched off"):
-        experiment.measured(given)
+        experiment.checked(given)
 
 
 def test_a_table_has_rows_as_wide_as_its_head() -> None:
@@ -179,5 +178,5 @@ def test_a_table_has_rows_as_wide_as_its_head() -> None:
 @pytest.mark.parametrize(
     ("seconds", "said"), [(0.84, "0.8 s"), (51.2, "51 s"), (204, "3.4 min"), (3600, "1.0 h"), (13800, "3.8 h")]
 )
-def test_durations_are_said_in_the_unit_that_fits(seconds: float, said: str) -> None:
-    assert page.minutes(seconds) == said
+def test_durations_are_shown_in_a_fitting_unit(seconds: float, said: str) -> None:
+    assert page.duration(seconds) == said

@@ -1,4 +1,4 @@
-"""What a sample says of what it was drawn from: intervals of shares and means, and the correlation of ranks."""
+"""Statistics of samples: confidence intervals of shares and means, and rank correlation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RESAMPLES = 2000
 
 @dataclass(frozen=True)
 class Interval:
-    """An estimate with the bounds between which the true value lies with 95 % confidence."""
+    """An estimate with its 95 % confidence interval."""
 
     value: float
     low: float
@@ -26,7 +26,7 @@ def share(part: int, whole: int) -> Interval | None:
     """A share of independent trials, 0 to 1, with Wilson's score interval; None of no trials.
 
     Wilson, E. B. (1927): Probable inference, the law of succession, and statistical inference. Unlike the usual
-    p +- z s it stays within 0 and 1, and says something sensible of no success in n trials.
+    p +- z s it stays within 0 and 1, and has a useful width for no success in n trials.
 
     Raises:
         ValueError: not 0 <= part <= whole.
@@ -45,7 +45,7 @@ def share(part: int, whole: int) -> Interval | None:
 
 
 def mean(values: Sequence[float]) -> Interval:
-    """The mean with its percentile bootstrap interval (Efron 1979): drawn from a private stream, so always the same.
+    """The mean with its percentile bootstrap interval (Efron 1979), from a fixed random stream: always the same.
 
     Raises:
         ValueError: no values.

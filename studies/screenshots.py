@@ -1,7 +1,9 @@
-"""`python -m benchmarks.screenshots`: the README's pictures, of a real run: its report in a browser, and a film strip.
+"""Make the README's pictures from a real run: its report in a browser, and a film strip.
 
-The learned suite is run once, and one of its failing tests again with `--hri-film`. Needs Chromium (CHROMIUM names it
-where it is not found). Takes three minutes on two cores.
+    python -m studies.screenshots
+
+Runs the learned suite once, and one of its failing tests again with `--hri-film`. Needs Chromium; the environment
+variable CHROMIUM gives its path if it is not found.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stab
 
 
 def main() -> None:
-    """Make both pictures anew."""
+    """Make both pictures."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         report = run(folder / "all", "-n", "2")
@@ -60,7 +62,7 @@ def screenshot(page: Path, target: Path) -> None:
 
 
 def save(picture: Image.Image, target: Path) -> None:
-    """Write a picture no wider than WIDTH, with few colours: it is to be small."""
+    """Write a picture at most WIDTH pixels wide and with COLOURS colours, to keep the file small."""
     if picture.width > WIDTH:
         picture = picture.resize((WIDTH, round(picture.height * WIDTH / picture.width)), Image.Resampling.LANCZOS)
     target.parent.mkdir(exist_ok=True)

@@ -1,10 +1,13 @@
-"""Pictures of figures: colours that colour-blind people can tell apart, and the same bytes for the same figures."""
+"""Charts for docs/: colours for colour-blind readers; the same data give the same bytes."""
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from pytest_hricdv import atomic_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +27,7 @@ Points = Sequence[tuple[float, float]]
 
 
 def figure(panels: int = 1) -> tuple[Figure, list[Axes]]:
-    """A figure of some panels side by side, and their axes."""
+    """A figure with panels side by side, and their axes."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -47,14 +50,14 @@ def figure(panels: int = 1) -> tuple[Figure, list[Axes]]:
 
 
 def curves(axes: Axes, lines: Mapping[str, Points], *, x: str, y: str, drawn: str = "default", **more: Any) -> None:
-    """A curve a name, with a legend.
+    """One curve for each name, with a legend.
 
     Args:
         lines: name -> points.
-        x: what the axis says, with its unit.
+        x: label of the axis, with its unit.
         y: likewise.
-        drawn: how points are joined, as in matplotlib's `drawstyle`.
-        more: of `Axes.plot`.
+        drawn: how points are joined: matplotlib's `drawstyle`.
+        more: further arguments of `Axes.plot`.
     """
     for (name, points), (colour, dashes, _) in zip(lines.items(), STYLES, strict=False):
         across, up = [point[0] for point in points], [point[1] for point in points]
@@ -66,8 +69,8 @@ def curves(axes: Axes, lines: Mapping[str, Points], *, x: str, y: str, drawn: st
 
 
 def save(made: Figure, path: Path) -> None:
-    """Write an SVG, aside and then renamed: no date in it, so the same figures give the same bytes."""
+    """Write an SVG file atomically; without a date, so that the same data give the same bytes."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(f"{path.name}.part")
-    made.savefig(aside, format="svg", metadata={"Date": None, "Creator": None})
-    aside.replace(path)
+    image = io.BytesIO()
+    made.savefig(image, format="svg", metadata={"Date": None, "Creator": None})
+    atomic_file.write_bytes(path, image.getvalue())

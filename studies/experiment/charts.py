@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from benchmarks.agreement import original
-from benchmarks.experiment.comparison import Method
-from benchmarks.experiment.published import HOUR_S, LEARNING_S, METHODS, TOLERANCE
-from benchmarks.pictures import GREY, STYLES, Points, curves, figure
+from studies.experiment.comparison import Method
+from studies.original.published import HOUR_S, LEARNING_S, METHODS, TOLERANCE
+from studies.original.runs import load_runs, method_of
+from studies.plots import GREY, STYLES, Points, curves, figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,8 +29,8 @@ def coverage(methods: Mapping[str, Method]) -> Figure:
         drawn="steps-post",
     )
     given: dict[str, list[float]] = {name: [] for name in METHODS}
-    for run in original.runs():
-        given[original.method(run.suite)].append(run.coverage)
+    for run in load_runs():
+        given[method_of(run.suite)].append(run.coverage)
     curves(
         theirs,
         {METHODS[name].title: _ascending(sorted(values)) for name, values in given.items()},

@@ -1,9 +1,9 @@
-"""Which reward makes the better suite: published or uncovered, at equal numbers of runs of the model, over 20 seeds.
+"""Which reward learns the better suite, `published` or `uncovered`: equal numbers of model runs, 20 seeds.
 
-    python -m benchmarks.rewards [--write]
+    python -m studies.rewards [--write]
 
-`--write` puts the tables into docs/rewards.md, below the text there. The figures are a function of the model and the
-plugin: every run of this gives the same bytes.
+`--write` replaces the tables in docs/rewards.md. The figures depend on the model and the plugin only: every run gives
+the same bytes.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from statistics import fmean
 
 import conftest
@@ -21,10 +20,11 @@ from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.rl import ReinforcementLearning
 from pytest_hricdv.generate.stream import index, stream
 from pytest_hricdv.generate.suite import Suite
+from studies import page
+from studies.session import ROOT
 
-ROOT = Path(__file__).parents[1]
 DOCUMENT = ROOT / "docs" / "rewards.md"
-MARK = "<!-- figures: python -m benchmarks.rewards --write -->"
+COMMAND = "python -m studies.rewards --write"
 SEEDS = range(20)
 RESAMPLES = 10_000
 LEVEL = 0.95
@@ -32,7 +32,7 @@ LEVEL = 0.95
 
 @dataclass(frozen=True)
 class Arm:
-    """What is compared: a reward, and the rounds that the suite is made in."""
+    """What is compared: a reward, and the number of rounds of learning and selection."""
 
     reward: str
     rounds: int
@@ -43,7 +43,7 @@ class Arm:
 
 @dataclass(frozen=True)
 class Size:
-    """Runs of the model to learn in, size of the suite, subsets of the policy to choose each test from."""
+    """Model runs of learning, size of the suite, and candidates for each test."""
 
     runs: int
     tests: int
@@ -70,17 +70,16 @@ COMPARED = "plans of human (48)"
 def main() -> None:
     """Measure, and print or write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--write", action="store_true", help="put the tables into docs/rewards.md")
+    parser.add_argument("--write", action="store_true", help="replace the tables in docs/rewards.md")
     options = parser.parse_args()
     text = "\n\n".join(table(size, {arm: suites(arm, size) for arm in ARMS}) for size in SIZES)
     print(text)
     if options.write:
-        head = DOCUMENT.read_text(encoding="utf-8").partition(MARK)[0]
-        DOCUMENT.write_text(f"{head}{MARK}\n\n{text}\n", encoding="utf-8")
+        page.replace_figures(DOCUMENT, COMMAND, text)
 
 
 def suites(arm: Arm, size: Size) -> list[Suite]:
-    """A suite of each seed."""
+    """One suite for each seed."""
     bench = conftest.pytest_hricdv_testbench(None)  # type: ignore[arg-type]
     learning = QLearning(
         reward=arm.reward,
@@ -95,8 +94,8 @@ def suites(arm: Arm, size: Size) -> list[Suite]:
 
 
 def table(size: Size, by_arm: Mapping[Arm, Sequence[Suite]]) -> str:
-    """A row an arm: means with their intervals, and how many plans more than in the row above, seed by seed."""
-    rows = [["reward", *FIGURES, "plans more than the row above"], ["---"] * (len(FIGURES) + 2)]
+    """One row for each arm: means with intervals, and the gain in plans over the row above, paired by seed."""
+    rows = []
     before: list[float] = []
     for arm, made in by_arm.items():
         cells = [interval([each(suite) for suite in made], str(size), str(arm), name) for name, each in FIGURES.items()]
@@ -104,7 +103,7 @@ def table(size: Size, by_arm: Mapping[Arm, Sequence[Suite]]) -> str:
         more = [now - then for now, then in zip(plans, before, strict=True)] if before else []
         rows.append([str(arm), *cells, interval(more, str(size), str(arm), "more") if more else "-"])
         before = plans
-    return f"**{size}**\n\n" + "\n".join("| " + " | ".join(row) + " |" for row in rows)
+    return f"**{size}**\n\n" + page.table(["reward", *FIGURES, "plans more than the row above"], rows)
 
 
 def interval(values: Sequence[float], *key: str) -> str:
@@ -118,7 +117,7 @@ def interval(values: Sequence[float], *key: str) -> str:
 
 
 def resampled(values: Sequence[float], *key: str) -> Iterator[float]:
-    """Means of resamples, from a stream of their own."""
+    """Means of resamples, drawn from a separate random stream."""
     random = stream("rewards-bootstrap", *key)
     for _ in range(RESAMPLES):
         yield fmean(values[index(random, len(values))] for _ in values)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from benchmarks.experiment.comparison import Asks, Method
-from benchmarks.experiment.published import LEARNING_S
-from benchmarks.page import interval, minutes, percent, table
 from pytest_hricdv.cover.crossed import possible
+from studies.experiment.comparison import Method, RequestStatistics
+from studies.original.published import LEARNING_S
+from studies.page import duration, interval, percent, table
 
 REQUIREMENTS = ("R1", "R2", "R3", "R4")
 AS_PRINTED = "R3 by-hand"
@@ -24,7 +24,7 @@ def tables(methods: Methods, workers: int) -> dict[str, str]:
         "coverage": coverage(methods),
         "closure": closure(methods),
         "time": time(methods, workers),
-        "asks": asks(methods),
+        "requests": requests(methods),
     }
 
 
@@ -49,10 +49,10 @@ def _slashed(counts: tuple[int, int, int]) -> str:
 
 
 def holds(methods: Methods) -> str:
-    """What is asked of the learned suite and of the baseline, and whether it is so."""
+    """The claims about the learned suite and the baseline, and whether they hold here."""
     rl, hand, base = methods["rl"], methods["by-hand"], methods["pseudorandom"]
     checked = {name: sum(rl.verdicts[name][:2]) for name in REQUIREMENTS}
-    told = ", ".join(f"{name} in {count}" for name, count in checked.items())
+    counts = ", ".join(f"{name} in {count}" for name, count in checked.items())
     means = f"{percent(base.mean.value)} against {percent(rl.mean.value)} and {percent(hand.mean.value)}"
     rows = [
         (
@@ -60,7 +60,7 @@ def holds(methods: Methods) -> str:
             f"{percent(rl.most, 2)} against {percent(hand.most, 2)}",
             rl.most >= hand.most,
         ),
-        ("BDI RL checks all of R1 to R4", f"{told} of {rl.suite['tests']} tests", all(checked.values())),
+        ("BDI RL checks all of R1 to R4", f"{counts} of {rl.suite['tests']} tests", all(checked.values())),
         (
             "pseudorandom is below both in mean coverage per test",
             means,
@@ -95,7 +95,7 @@ def coverage(methods: Methods) -> str:
 
 
 def closure(methods: Methods) -> str:
-    """Plans, cross products, and how many tests are distinct."""
+    """Plans, cross products, and the number of distinct tests."""
 
     def plans(agent: str) -> Callable[[Method], str]:
         def shown(method: Method) -> str:
@@ -132,33 +132,33 @@ def time(methods: Methods, workers: int) -> str:
     """Learning and running, published and here."""
     learning_s = methods["rl"].suite["generation"]["wall_s"]
     faster = f"{LEARNING_S / learning_s:,.0f}" if learning_s else "-"
-    rows = [["learning (BDI RL)", minutes(LEARNING_S), minutes(learning_s), faster]]
+    rows = [["learning (BDI RL)", duration(LEARNING_S), duration(learning_s), faster]]
     for m in methods.values():
         (least_s, most_s), took_s = m.running_s, m.busy_s / workers
         rows.append(
             [
                 f"running {m.published.title}",
-                f"{minutes(least_s)} to {minutes(most_s)}",
-                minutes(took_s),
+                f"{duration(least_s)} to {duration(most_s)}",
+                duration(took_s),
                 f"{least_s / took_s:,.0f} to {most_s / took_s:,.0f}",
             ]
         )
     return table(["phase", "published", "here", "times faster"], rows)
 
 
-def asks(methods: Methods) -> str:
-    """What tests ask for and what came of it, in the original's tests that are given, and here."""
+def requests(methods: Methods) -> str:
+    """What tests ask for and the results: the original's recorded tests, and here."""
 
     def optional(value: float | None) -> str:
         return percent(value) if value is not None else "-"
 
-    rows: Mapping[str, Callable[[Asks], object]] = {
+    rows: Mapping[str, Callable[[RequestStatistics], object]] = {
         "tests": lambda a: a.tests,
-        "never ask for a leg": lambda a: a.silent,
-        "let the robot read its sensors when not all are ready": lambda a: a.unready,
-        "... of these, checked R2": lambda a: a.unready_checked,
-        "ask for a leg with all three sensors ready": lambda a: a.good,
-        "... of these, checked R1": lambda a: a.good_checked,
+        "never ask for a leg": lambda a: a.no_request,
+        "let the robot read its sensors when not all are ready": lambda a: a.not_ready,
+        "... of these, checked R2": lambda a: a.not_ready_checked,
+        "ask for a leg with all three sensors ready": lambda a: a.all_ready,
+        "... of these, checked R1": lambda a: a.all_ready_checked,
         "turns of the robot": lambda a: a.turns if a.turns is not None else "not given",
         "failed R3": lambda a: a.failed,
         "coverage of tests with a release, mean": lambda a: optional(a.releasing),
@@ -167,5 +167,5 @@ def asks(methods: Methods) -> str:
     head = ["", *(f"{m.published.title}, {who}" for m in methods.values() for who in ("original", "here"))]
     return table(
         head,
-        [[what, *(shown(a) for m in methods.values() for a in (m.theirs, m.ours))] for what, shown in rows.items()],
+        [[what, *(shown(a) for m in methods.values() for a in (m.original, m.ours))] for what, shown in rows.items()],
     )

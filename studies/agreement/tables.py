@@ -1,30 +1,33 @@
-"""What the page on agreement is filled with."""
+"""Tables and chart of docs/agreement.md."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from statistics import fmean
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from benchmarks.agreement import original
-from benchmarks.agreement.asked import before_first_request_s
-from benchmarks.agreement.pair import HAND, LATE_S, SAME, UNEXPLAINED, Pair
-from benchmarks.estimates import share, spearman
-from benchmarks.experiment.published import METHODS
-from benchmarks.page import interval, table
+from studies.agreement.pair import HAND, LATE_S, SAME, UNEXPLAINED, Pair
+from studies.estimates import share, spearman
+from studies.original.published import METHODS
+from studies.original.requests import first_request_s
+from studies.original.runs import REQUIREMENTS, method_of
+from studies.page import interval, table
+from studies.plots import STYLES, figure
 
-REQUIREMENTS = original.REQUIREMENTS
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 Group = tuple[str, Sequence[Pair]]
 
 
 def context(pairs: Sequence[Pair]) -> dict[str, Any]:
     """Tables and figures by name."""
     groups: list[Group] = [
-        (published.title, [each for each in pairs if original.method(each.theirs.suite) == name])
+        (published.title, [each for each in pairs if method_of(each.original.suite) == name])
         for name, published in METHODS.items()
     ]
-    heard = [(before_first_request_s(each.theirs.lines), each.theirs.legs) for each in groups[-1][1]]
+    heard = [(first_request_s(each.original.lines), each.original.legs) for each in groups[-1][1]]
     return {
         "count": len(pairs),
         "agreement": agreement([*groups, ("all", pairs)]),
@@ -46,25 +49,25 @@ def context(pairs: Sequence[Pair]) -> dict[str, Any]:
 
 
 def repeats(pairs: Sequence[Pair]) -> dict[str, Any]:
-    """How coverage differs between tests of the very same commands: what no order can be better than."""
+    """How coverage differs between tests with the same commands: an upper bound for any agreement in order."""
     equal: dict[tuple[str, ...], list[Pair]] = {}
     for each in pairs:
-        equal.setdefault(each.theirs.lines, []).append(each)
+        equal.setdefault(each.original.lines, []).append(each)
     several = [group for group in equal.values() if len(group) > 1]
-    theirs = [[each.theirs.coverage for each in group] for group in several]
+    original = [[each.original.coverage for each in group] for group in several]
     ours = [[each.ours.coverage for each in group] for group in several]
-    return {"texts": len(several), "theirs": _repeated(theirs), "ours": _repeated(ours)}
+    return {"texts": len(several), "original": _repeated(original), "ours": _repeated(ours)}
 
 
 def gains(pairs: Sequence[Pair]) -> dict[str, dict[str, float | None]]:
-    """How many points of coverage a release adds to tests that discard, and how many a person who does not answer.
+    """Percentage points of coverage that a release, or a person who does not answer, adds to tests that discard.
 
-    In tests of BDI RL only, whose records are the tests' and which were all measured alike.
+    Tests of BDI RL only: their records fit the tests, and all were measured in the same way.
     """
-    mine = [each for each in pairs if each.theirs.suite == "rl" and not each.awry]
-    then = [(set(each.theirs.legs or ()), each.theirs.coverage) for each in mine]
+    mine = [each for each in pairs if each.original.suite == "rl" and not each.record_fault]
+    then = [(set(each.original.legs or ()), each.original.coverage) for each in mine]
     now = [(set(each.ours.legs), each.ours.coverage) for each in mine]
-    return {"theirs": _gains(then), "ours": _gains(now)}
+    return {"original": _gains(then), "ours": _gains(now)}
 
 
 def _gains(tests: Sequence[tuple[set[str], float]]) -> dict[str, float | None]:
@@ -88,18 +91,18 @@ def _repeated(values: Sequence[Sequence[float]]) -> dict[str, float | None]:
 
 
 def _reasons(pair: Pair) -> list[str]:
-    return [*pair.legs(), *(pair.verdict(name) for name in REQUIREMENTS)]
+    return [*pair.turn_causes(), *(pair.verdict_cause(name) for name in REQUIREMENTS)]
 
 
 def errors(pairs: Sequence[Pair]) -> str:
-    """How often a sensor here read something else than what the person did, where each request is waited for."""
+    """How often a sensor here read something other than the person's pose, in tests that wait after each request."""
     rows = []
     for place, (name, error) in enumerate((("gaze", "10"), ("pressure", "01"), ("location", "10"))):
         seen: Counter[str] = Counter()
         for each in pairs:
             if each.waits_for_each:
                 for turn, reading in zip(each.requests, each.ours.readings, strict=False):
-                    if turn.answers and reading != "none":
+                    if turn.answered and reading != "none":
                         seen[turn.pose[place] + reading[place]] += 1
         was = "not ready" if error[0] == "0" else "ready"
         trials = seen[error] + seen[error[0] * 2]
@@ -109,15 +112,15 @@ def errors(pairs: Sequence[Pair]) -> str:
 
 
 def agreement(groups: Iterable[Group]) -> str:
-    """Per method: agreement on turns, on verdicts, and on the order of coverage."""
+    """By method: agreement on turns, verdicts and the order of coverage."""
     rows = []
     for title, pairs in groups:
-        turns = [why for each in pairs for why in each.legs()]
-        sound = [why for each in pairs if not each.awry for why in each.legs()]
-        order = spearman([each.theirs.coverage for each in pairs], [each.ours.coverage for each in pairs])
-        verdicts = [_agreed(each.verdict(name) for each in pairs) for name in REQUIREMENTS]
+        turns = [why for each in pairs for why in each.turn_causes()]
+        in_order = [why for each in pairs if not each.record_fault for why in each.turn_causes()]
+        order = spearman([each.original.coverage for each in pairs], [each.ours.coverage for each in pairs])
+        verdicts = [_agreed(each.verdict_cause(name) for each in pairs) for name in REQUIREMENTS]
         rows.append(
-            [title, len(pairs), _agreed(turns), _agreed(sound), *verdicts, "-" if order is None else f"{order:.2f}"]
+            [title, len(pairs), _agreed(turns), _agreed(in_order), *verdicts, "-" if order is None else f"{order:.2f}"]
         )
     head = ["", "tests", "turns", "turns where the record is the test's", *REQUIREMENTS, "order of coverage"]
     return table(head, rows)
@@ -130,10 +133,10 @@ def _agreed(reasons: Iterable[str]) -> str:
 
 
 def causes(pairs: Sequence[Pair]) -> str:
-    """How many disagreements have which cause."""
+    """Number of disagreements by cause."""
     counts = {
-        "turns": Counter(why for each in pairs for why in each.legs()),
-        **{name: Counter(each.verdict(name) for each in pairs) for name in REQUIREMENTS},
+        "turns": Counter(why for each in pairs for why in each.turn_causes()),
+        **{name: Counter(each.verdict_cause(name) for each in pairs) for name in REQUIREMENTS},
     }
     total: Counter[str] = sum(counts.values(), Counter())
     found = sorted((why for why in total if why != SAME), key=lambda why: (-total[why], why))
@@ -143,17 +146,17 @@ def causes(pairs: Sequence[Pair]) -> str:
 
 
 def poses(pairs: Sequence[Pair]) -> str:
-    """How often a leg was released, by what the person did, where the record is the test's."""
+    """How often a leg was released, by the person's pose, where the record fits the test."""
     kinds = {"gaze, pressure and location ready": True, "not all of them ready": False}
     rows = []
-    for what, good in kinds.items():
+    for what, all_ready in kinds.items():
         then: list[bool] = []
         now: list[bool] = []
         for each in pairs:
-            if each.theirs.legs is None or each.awry:
+            if each.original.legs is None or each.record_fault:
                 continue
-            for turn, their, our in zip(each.requests, each.theirs.legs, each.ours.legs, strict=False):
-                if turn.answers and turn.good == good and {their, our} <= {"released", "discarded"}:
+            for turn, their, our in zip(each.requests, each.original.legs, each.ours.legs, strict=False):
+                if turn.answered and turn.all_ready == all_ready and {their, our} <= {"released", "discarded"}:
                     then.append(their == "released")
                     now.append(our == "released")
         rows.append([what, len(then), *(f"{interval(share(sum(x), len(x)))} %" for x in (then, now))])
@@ -161,11 +164,11 @@ def poses(pairs: Sequence[Pair]) -> str:
 
 
 def closings(groups: Iterable[Group]) -> str:
-    """How many tests failed R3, of those that checked it."""
+    """Share of tests that failed R3, of those that checked it."""
     rows = []
     for title, pairs in groups:
         row: list[object] = [title]
-        for verdicts in ([p.theirs.verdicts for p in pairs], [p.ours.verdicts for p in pairs]):
+        for verdicts in ([p.original.verdicts for p in pairs], [p.ours.verdicts for p in pairs]):
             checked = [each["R3"] for each in verdicts if each["R3"] != "NC"]
             failed = checked.count("Failed")
             row += [f"{failed} of {len(checked)}", f"{interval(share(failed, len(checked)))} %"]
@@ -174,15 +177,15 @@ def closings(groups: Iterable[Group]) -> str:
 
 
 def disagreements(pairs: Sequence[Pair]) -> str:
-    """Every test on which the two disagree in more than where the hand happened to be."""
+    """Every test on which the two disagree for another reason than the position of the hand."""
     rows = []
     for each in pairs:
         reasons = [why for why in dict.fromkeys(_reasons(each)) if why not in (SAME, HAND)]
         if not reasons:
             continue
-        then = [f"{_short(each.theirs.verdicts)}: {', '.join(_legs(each.theirs.legs))}"]
+        then = [f"{_short(each.original.verdicts)}: {', '.join(_legs(each.original.legs))}"]
         now = [f"{_short(each.ours.verdicts)}: {', '.join(_legs(each.ours.legs))}"]
-        rows.append([each.theirs.name, *then, *now, "; ".join(reasons)])
+        rows.append([each.original.name, *then, *now, "; ".join(reasons)])
     return table(["test", "original (R1 R2 R3: turns)", "here", "cause"], rows)
 
 
@@ -192,3 +195,27 @@ def _short(verdicts: Any) -> str:
 
 def _legs(legs: tuple[str, ...] | None) -> list[str]:
     return ["not recorded"] if legs is None else list(legs) or ["none"]
+
+
+def coverage_chart(pairs: Sequence[Pair]) -> Figure:
+    """Scatter plot of coverage, original against here; the area of a marker is the number of tests."""
+    made, (axes,) = figure()
+    for (name, published), (colour, _, marker) in zip(METHODS.items(), STYLES, strict=True):
+        mine = [each for each in pairs if method_of(each.original.suite) == name]
+        points = Counter((each.original.coverage, each.ours.coverage) for each in mine)
+        axes.scatter(
+            [then for then, _ in points],
+            [now for _, now in points],
+            s=[18.0 * count for count in points.values()],
+            marker=marker,
+            facecolors="none",
+            edgecolors=colour,
+            linewidths=1.2,
+            label=f"{published.title} ({len(mine)})",
+        )
+    axes.set_xlabel("statements covered in the original (% of 264)")
+    axes.set_ylabel("statements covered here (%)")
+    legend = axes.legend(loc="lower right", title="area: number of tests")
+    for handle in legend.legend_handles:
+        handle.set_sizes([30.0])  # type: ignore[union-attr]
+    return made

@@ -1,4 +1,4 @@
-"""Pages of docs/ that are made of figures: a template each, filled and written aside and renamed."""
+"""Pages of docs/ made of measured figures: Markdown tables, number formats, templates."""
 
 from __future__ import annotations
 
@@ -8,32 +8,36 @@ from typing import Any
 
 import jinja2
 
-from benchmarks.estimates import Interval
+from pytest_hricdv import atomic_file
+from studies.estimates import Interval
 
 FOLDER = Path(__file__).parent
 
 
-def render(template: str, context: Mapping[str, Any]) -> str:
+def render(template: str, context: Mapping[str, Any], folder: Path = FOLDER) -> str:
     """The text of a page.
 
     Args:
-        template: its path in benchmarks/.
-        context: what is filled in; a name that is missing is an error.
+        template: path of the template, relative to `folder`.
+        context: values of the template; a missing name is an error.
+        folder: of the templates.
     """
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(FOLDER),
+        loader=jinja2.FileSystemLoader(folder),
         autoescape=False,  # Markdown
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    environment.filters.update(percent=percent, interval=interval, minutes=minutes, thousands=thousands, points=points)
+    environment.filters.update(
+        percent=percent, interval=interval, duration=duration, thousands=thousands, points=points
+    )
     return environment.get_template(template).render(context)
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table in Markdown. Raises ValueError for a row that is not as wide as its head."""
+    """A Markdown table. Raises ValueError for a row whose width is not that of the head."""
     lines = [head, ["---"] * len(head), *rows]
     if any(len(line) != len(head) for line in lines):
         raise ValueError(f"a table of {len(head)} columns has a row that is not: {rows!r}")
@@ -41,11 +45,18 @@ def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def write(path: Path, text: str) -> None:
-    """Write a page."""
+    """Write a page, atomically."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(f"{path.name}.part")
-    aside.write_text(text, encoding="utf-8")
-    aside.replace(path)
+    atomic_file.write_text(path, text)
+
+
+def replace_figures(path: Path, command: str, figures: str) -> None:
+    """Replace everything on a page below the mark that names the command which measures its figures."""
+    mark = f"<!-- figures: {command} -->"
+    text, found, _ = path.read_text(encoding="utf-8").partition(mark)
+    if not found:
+        raise ValueError(f"{path}: expected a line {mark}")
+    write(path, f"{text}{mark}\n\n{figures}\n")
 
 
 def percent(value: float | None, digits: int = 1) -> str:
@@ -54,7 +65,7 @@ def percent(value: float | None, digits: int = 1) -> str:
 
 
 def interval(each: Interval | None, scale: float = 100.0, digits: int = 1) -> str:
-    """`12.3 (10.1 to 14.9)` of a share, in per cent unless scaled otherwise; or a dash."""
+    """`12.3 (10.1 to 14.9)`: a share in per cent, or scaled otherwise; a dash for None."""
     if each is None:
         return "-"
     value, low, high = (f"{scale * number:.{digits}f}" for number in (each.value, each.low, each.high))
@@ -66,7 +77,7 @@ def points(value: float | None) -> str:
     return "-" if value is None else f"{value:+.1f}"
 
 
-def minutes(seconds: float) -> str:
+def duration(seconds: float) -> str:
     """`0.8 s`, `51 s`, `3.4 min`, `2.6 h`."""
     if seconds < 60:
         return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"

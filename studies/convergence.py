@@ -1,8 +1,8 @@
-"""What the step size of physics changes: margins, forces and verdicts of some tests at 60, 120, 240 and 480 Hz.
+"""How the step size of physics changes margins, forces and verdicts: some tests at 60, 120, 240 and 480 Hz.
 
-    python -m benchmarks.convergence [--write]
+    python -m studies.convergence [--write]
 
-Each rate runs in a process of its own. `--write` puts the tables into docs/convergence.md, below the text there.
+Each rate runs in a separate process. `--write` replaces the tables in docs/convergence.md.
 """
 
 from __future__ import annotations
@@ -17,16 +17,17 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from studies import page
+from studies.session import ROOT
 
 if TYPE_CHECKING:
     from pytest_hricdv.case import CaseResult
     from pytest_hricdv.generate.concrete import ConcreteTest
 
-ROOT = Path(__file__).parents[1]
 DOCUMENT = ROOT / "docs" / "convergence.md"
-MARK = "<!-- figures: python -m benchmarks.convergence --write -->"
+COMMAND = "python -m studies.convergence --write"
 RATES_HZ = (60, 120, 240, 480)
 PULL_N = 8.0
 REQUIREMENTS = ("R1", "R2", "R3", "R4", "R5")
@@ -40,14 +41,14 @@ COLUMNS: Mapping[str, str] = {
     "reaction": "pull felt, N (8 N pulled)",
     "contact": "force on hand, N",
     "slip": "slip in the hand, mm",
-    "cpu": "s of processor",
+    "cpu": "CPU time, s",
 }
 
 
 def main() -> None:
     """Measure at each rate and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--write", action="store_true", help="put the tables into docs/convergence.md")
+    parser.add_argument("--write", action="store_true", help="replace the tables in docs/convergence.md")
     parser.add_argument("--at", type=int, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.at:
@@ -57,13 +58,12 @@ def main() -> None:
     text = tables(by_rate)
     print(text)
     if options.write:
-        head = DOCUMENT.read_text(encoding="utf-8").partition(MARK)[0]
-        DOCUMENT.write_text(f"{head}{MARK}\n\n{text}\n", encoding="utf-8")
+        page.replace_figures(DOCUMENT, COMMAND, text)
 
 
 def child(rate_hz: int) -> dict[str, dict[str, Any]]:
     """The figures at one rate: test -> column -> value."""
-    command = [sys.executable, "-m", "benchmarks.convergence", "--at", str(rate_hz)]
+    command = [sys.executable, "-m", "studies.convergence", "--at", str(rate_hz)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     if done.returncode:
         sys.exit(done.stderr)
@@ -72,22 +72,21 @@ def child(rate_hz: int) -> dict[str, dict[str, Any]]:
 
 
 def tables(by_rate: Mapping[int, Mapping[str, Mapping[str, Any]]]) -> str:
-    """One table a test: a row a rate."""
+    """One table for each test, one row for each rate."""
     parts = []
     for name in next(iter(by_rate.values())):
-        rows = [["Hz", *COLUMNS.values()], ["---"] * (len(COLUMNS) + 1)]
-        rows += [[str(rate), *(shown(figures[name][key]) for key in COLUMNS)] for rate, figures in by_rate.items()]
-        parts.append(f"**{name}**\n\n" + "\n".join("| " + " | ".join(row) + " |" for row in rows))
+        rows = [[rate, *(shown(figures[name][key]) for key in COLUMNS)] for rate, figures in by_rate.items()]
+        parts.append(f"**{name}**\n\n" + page.table(["Hz", *COLUMNS.values()], rows))
     return "\n\n".join(parts)
 
 
 def shown(value: object) -> str:
-    """A figure with four digits, a text as it is, nothing as a dash."""
+    """A number with four digits, a text as it is, a dash for None."""
     return "-" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def measure(rate_hz: int) -> dict[str, dict[str, Any]]:
-    """Run all tests in this process, with physics at a rate; nothing of the world may be imported before."""
+    """Run all tests in this process at one rate. No other module of sim/ may be imported before."""
     from sim import physics_time
 
     physics_time.STEP_HZ = rate_hz
@@ -97,7 +96,7 @@ def measure(rate_hz: int) -> dict[str, dict[str, Any]]:
 
 
 def tests() -> dict[str, ConcreteTest]:
-    """One of each kind: handed over, hand elsewhere, hand near the closing fingers, hand between them, fingers held."""
+    """One test of each kind: handed over, discarded, hand near or between the closing fingers, fingers held."""
     from tests.hri import bench
 
     pulled = {"pull_n": PULL_N}
@@ -114,12 +113,12 @@ def tests() -> dict[str, ConcreteTest]:
 
 
 def figures(test: ConcreteTest) -> dict[str, Any]:
-    """What one run gives, by column."""
+    """The figures of one run, by column."""
     from tests.hri import bench
 
-    bench.run(test)  # ways are planned once
+    bench.run(test)  # the first run plans the paths
     began_s = time.process_time()
-    with watched() as seen:
+    with observed() as seen:
         result = bench.run(test)
     cpu_s = time.process_time() - began_s
     margins = {verdict.requirement: verdict.margin for verdict in result.verdicts}
@@ -137,23 +136,23 @@ def figures(test: ConcreteTest) -> dict[str, Any]:
 
 
 @dataclass
-class Seen:
-    """What only a look into the world shows."""
+class Observation:
+    """Quantities that are only seen inside the world."""
 
     felt_n: list[float] = field(default_factory=list)
     slip_m: float = 0.0
 
 
 @contextmanager
-def watched() -> Iterator[Seen]:
-    """Look at every control tick at the leg in the robot's hand."""
+def observed() -> Iterator[Observation]:
+    """Observe the leg in the robot's hand at every control tick."""
     from sim.engine import bullet
     from sim.world import World
 
-    seen, tick = Seen(), World._tick
+    seen, tick = Observation(), World._tick
     grasped: dict[int, Sequence[float]] = {}
 
-    def looking(world: World) -> None:
+    def observed_tick(world: World) -> None:
         tick(world)
         leg = world.legs.in_hand
         if leg is not None:
@@ -163,7 +162,7 @@ def watched() -> Iterator[Seen]:
             if world.person.pull_now() >= PULL_N:
                 seen.felt_n.append(world.pressure.change_n())
 
-    World._tick = looking  # type: ignore[method-assign]
+    World._tick = observed_tick  # type: ignore[method-assign, assignment]
     try:
         yield seen
     finally:

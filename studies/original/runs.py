@@ -1,4 +1,4 @@
-"""The original's runs, as far as they are given: half of its tests, with what came of each."""
+"""The original's runs whose commands are recorded (half of its tests), with their results."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-from benchmarks.agreement.asked import Asked, asked
+from studies.original.requests import LegRequest, leg_requests
 
-FILE = Path(__file__).with_name("original_runs.json")
+FILE = Path(__file__).with_name("runs.json")
 REQUIREMENTS = ("R1", "R2", "R3")
 
 
@@ -19,12 +19,12 @@ class OriginalRun:
     """One run of the original.
 
     Args:
-        suite: whose test it is.
+        suite: that the test belongs to.
         number: of the test in its suite.
         lines: the test's commands.
         coverage: statements of the original code that it covered (%).
         verdicts: of R1 to R3.
-        legs: how each turn ended; None where that is not given.
+        legs: how each turn ended; None where that is not recorded.
     """
 
     suite: str
@@ -36,17 +36,17 @@ class OriginalRun:
 
     @property
     def name(self) -> str:
-        """What the test is called when it is read from the file as a suite."""
+        """The test's name when the file is read as a suite."""
         return f"{self.suite} {self.number}"
 
     @cached_property
-    def asked(self) -> tuple[Asked, ...]:
-        """What it asks for."""
-        return asked(self.lines)
+    def requests(self) -> tuple[LegRequest, ...]:
+        """The legs that it asks for."""
+        return leg_requests(self.lines)
 
 
-def runs() -> tuple[OriginalRun, ...]:
-    """All runs whose commands were recorded."""
+def load_runs() -> tuple[OriginalRun, ...]:
+    """All runs whose commands are recorded."""
     data = json.loads(FILE.read_text(encoding="utf-8"))
     return tuple(
         OriginalRun(
@@ -63,6 +63,6 @@ def runs() -> tuple[OriginalRun, ...]:
     )
 
 
-def method(suite: str) -> str:
-    """The method of a suite: the original drew at random from beliefs in three goes."""
+def method_of(suite: str) -> str:
+    """The method of a suite: the original drew its random belief sets in three suites."""
     return "bdi-random" if suite.startswith("bdi-random") else suite

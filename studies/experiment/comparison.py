@@ -1,4 +1,4 @@
-"""The figures of a report, put beside the published ones: plain data for the page's template."""
+"""Figures of a report beside the published ones: plain data for the page's template."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import Any
 
-from benchmarks.agreement import original
-from benchmarks.agreement.asked import MOST_TURNS, asked
-from benchmarks.estimates import Interval, mean
-from benchmarks.experiment.published import METHODS, RUN_S, Published
+from studies.estimates import Interval, mean
+from studies.original.published import METHODS, RUN_S, Published
+from studies.original.requests import MAX_TURNS, leg_requests
+from studies.original.runs import OriginalRun, load_runs, method_of
 
 Entry = Mapping[str, Any]
 READ = ("released", "discarded")
@@ -18,16 +18,16 @@ READ = ("released", "discarded")
 
 
 @dataclass(frozen=True)
-class Asks:
-    """What tests ask for, and what came of it.
+class RequestStatistics:
+    """What a method's tests ask for, and the results.
 
     Args:
         tests: how many.
-        silent: of them, never ask for a leg.
-        good: ask for a leg with gaze, pressure and location all ready.
-        good_checked: of those, how many checked R1.
-        unready: let the robot read its sensors when not all of them are ready.
-        unready_checked: of those, how many checked R2.
+        no_request: tests that never ask for a leg.
+        all_ready: ask for a leg with gaze, pressure and location all ready.
+        all_ready_checked: of those, how many checked R1.
+        not_ready: let the robot read its sensors when not all of them are ready.
+        not_ready_checked: of those, how many checked R2.
         turns: all together; None where that is not known of all.
         begun: tests with a turn; likewise.
         failed: tests that failed R3.
@@ -36,11 +36,11 @@ class Asks:
     """
 
     tests: int
-    silent: int
-    good: int
-    good_checked: int
-    unready: int
-    unready_checked: int
+    no_request: int
+    all_ready: int
+    all_ready_checked: int
+    not_ready: int
+    not_ready_checked: int
     turns: int | None
     begun: int | None
     failed: int
@@ -59,7 +59,7 @@ class Method:
         percents: of each test's statements, ascending.
         mean: of them.
         ours: what the tests ask for.
-        theirs: the same of the original's tests that are given.
+        original: the same for the original's recorded tests.
         busy_s: worker seconds of its runs.
     """
 
@@ -68,8 +68,8 @@ class Method:
     verdicts: Mapping[str, tuple[int, int, int]]
     percents: tuple[float, ...]
     mean: Interval
-    ours: Asks
-    theirs: Asks
+    ours: RequestStatistics
+    original: RequestStatistics
     busy_s: float
 
     @property
@@ -95,11 +95,11 @@ def methods(report: Entry) -> dict[str, Method]:
         KeyError: the report lacks one of the four suites.
     """
     suites = {suite["name"]: suite for suite in report["suites"]}
-    theirs = original.runs()
-    return {name: _method(suites[name], report, published, theirs) for name, published in METHODS.items()}
+    runs = load_runs()
+    return {name: _method(suites[name], report, published, runs) for name, published in METHODS.items()}
 
 
-def _method(suite: Entry, report: Entry, published: Published, theirs: Sequence[original.OriginalRun]) -> Method:
+def _method(suite: Entry, report: Entry, published: Published, runs: Sequence[OriginalRun]) -> Method:
     tests = [test for test in report["tests"] if test["suite"] == suite["name"] and test["code"] is not None]
     percents = tuple(sorted(float(test["code"]["percent"]) for test in tests))
     return Method(
@@ -108,9 +108,11 @@ def _method(suite: Entry, report: Entry, published: Published, theirs: Sequence[
         verdicts={name: (r["passed"], r["failed"], r["nc"]) for name, r in suite["requirements"].items()},
         percents=percents,
         mean=mean(percents),
-        ours=_asks([(t["abstract"], _verdicts(t), tuple(t["legs"]), float(t["code"]["percent"])) for t in tests]),
-        theirs=_asks(
-            [(r.lines, r.verdicts, r.legs, r.coverage) for r in theirs if original.method(r.suite) == suite["name"]]
+        ours=_request_statistics(
+            [(t["abstract"], _verdicts(t), tuple(t["legs"]), float(t["code"]["percent"])) for t in tests]
+        ),
+        original=_request_statistics(
+            [(r.lines, r.verdicts, r.legs, r.coverage) for r in runs if method_of(r.suite) == suite["name"]]
         ),
         busy_s=sum(test["wall_s"] for test in tests),
     )
@@ -123,22 +125,22 @@ def _verdicts(test: Entry) -> dict[str, str]:
 Row = tuple[Sequence[str], Mapping[str, str], tuple[str, ...] | None, float]
 
 
-def _asks(rows: Sequence[Row]) -> Asks:
-    requests = [asked(lines)[:MOST_TURNS] for lines, *_ in rows]
+def _request_statistics(rows: Sequence[Row]) -> RequestStatistics:
+    requests = [leg_requests(lines)[:MAX_TURNS] for lines, *_ in rows]
     verdicts = [each for _, each, *_ in rows]
-    good = [any(turn.good for turn in each) for each in requests]
-    unready = [any(turn.answers and not turn.good for turn in each) for each in requests]
+    all_ready = [any(turn.all_ready for turn in each) for each in requests]
+    not_ready = [any(turn.answered and not turn.all_ready for turn in each) for each in requests]
     legs = [each for _, _, each, _ in rows if each is not None]
     known = len(legs) == len(rows)
     releasing = [cover for *_, found, cover in rows if "released" in (found or ())]
     others = [cover for *_, found, cover in rows if "released" not in (found or ())]
-    return Asks(
+    return RequestStatistics(
         tests=len(rows),
-        silent=sum(not each for each in requests),
-        good=sum(good),
-        good_checked=sum(wanted and each["R1"] != "NC" for wanted, each in zip(good, verdicts, strict=True)),
-        unready=sum(unready),
-        unready_checked=sum(wanted and each["R2"] != "NC" for wanted, each in zip(unready, verdicts, strict=True)),
+        no_request=sum(not each for each in requests),
+        all_ready=sum(all_ready),
+        all_ready_checked=sum(wanted and each["R1"] != "NC" for wanted, each in zip(all_ready, verdicts, strict=True)),
+        not_ready=sum(not_ready),
+        not_ready_checked=sum(wanted and each["R2"] != "NC" for wanted, each in zip(not_ready, verdicts, strict=True)),
         turns=sum(map(len, legs)) if known else None,
         begun=sum(map(bool, legs)) if known else None,
         failed=sum(each["R3"] == "Failed" for each in verdicts),

@@ -1,1 +1,0 @@
-"""The original's own tests run here, and what comes of them compared with what came of them then."""

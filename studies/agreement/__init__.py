@@ -1,0 +1,1 @@
+"""The original's own tests run here, and their results compared with the original's."""
