@@ -6,10 +6,12 @@ Imports lark, so it is itself imported only when a formula is parsed.
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 
+from pytest_hricdv.grammar import lark_parser
 from pytest_hricdv.monitor.errors import FormulaSource, RequirementError
 
 # What people write from habit, and what is meant here.
@@ -42,10 +44,8 @@ _DISPLAY = {
 @cache
 def _grammar() -> Lark:
     # The basic lexer knows a keyword as such wherever it stands, which the messages about misplaced ones need.
-    return Lark.open(
-        "requirement.lark",
-        rel_to=__file__,
-        parser="lalr",
+    return lark_parser(
+        Path(__file__).parent / "requirement.lark",
         lexer="basic",
         propagate_positions=True,
         maybe_placeholders=True,

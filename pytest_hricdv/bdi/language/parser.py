@@ -1,7 +1,7 @@
 """From AgentSpeak text to syntax trees.
 
-lark is imported, and the grammar's tables are built, only when something is parsed for the first time:
-that takes 80 ms, which a test session that uses no BDI model need not wait for.
+lark is imported, and the grammar's tables are loaded, only when something is parsed for the first time:
+a test session that uses no BDI model does not need them.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from pytest_hricdv.bdi.language.depth_limit import MAX_NESTING, NestingError, Ne
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
 from pytest_hricdv.bdi.language.syntax import Plan, Program, Rule, Trigger
 from pytest_hricdv.bdi.language.terms import Structure, Term
+from pytest_hricdv.grammar import lark_parser
 
 if TYPE_CHECKING:
     from lark import Lark, Token
@@ -270,18 +271,13 @@ def _bad_character(text: str, position: int) -> str:
 
 @lru_cache(maxsize=1)
 def _grammar() -> tuple[Lark, Any]:
-    from lark import Lark
-
     from pytest_hricdv.bdi.language.transformer import TreeBuilder
 
-    builder = TreeBuilder()
-    grammar = (Path(__file__).parent / "agentspeak.lark").read_text(encoding="utf-8")
-    lark = Lark(
-        grammar,
-        parser="lalr",
+    parser = lark_parser(
+        Path(__file__).parent / "agentspeak.lark",
         start=["start", "one_term", "one_trigger", "one_plan"],
         propagate_positions=True,
         maybe_placeholders=True,
         postlex=NestingLimit(),
     )
-    return lark, builder
+    return parser, TreeBuilder()
