@@ -1,4 +1,4 @@
-"""How long the main job takes: learning, collecting, running. Prints a table of medians.
+"""How long the main job takes: learning, collecting, the first test, all tests. Prints a table of medians.
 
     python -m benchmarks.end_to_end [--repeat N]
 
@@ -36,6 +36,7 @@ def main() -> None:
         show("learning and collecting", repeat, lambda: collect(["-p", "no:cacheprovider"]))
         collect(cache)
         show("collecting a learned suite", repeat, lambda: collect(cache))
+        show("from the command to the first test", repeat, lambda: first_test(report))
         options = [*cache, f"--hri-report={report}"]
         one_s = show("the learned suite on one worker", repeat, lambda: suite(1, options))
         two_s = show("the learned suite on two workers", repeat, lambda: suite(2, options))
@@ -61,6 +62,18 @@ def show(what: str, repeat: int, action: Callable[[], None]) -> float:
 def collect(options: list[str]) -> None:
     """Collect the learned suite without running it."""
     pytest(["--hri-suite=rl", "--collect-only", "-q", *options])
+
+
+def first_test(report: Path) -> None:
+    """Start the main job on two workers, learning included, and end it when the first test is running."""
+    options = ["--hri-suite=rl", "-n", "2", "-v", "-p", "no:cacheprovider", f"--hri-report={report}"]
+    with subprocess.Popen(
+        [sys.executable, "-u", "-m", "pytest", *options], cwd=ROOT, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        started = any("::" in line for line in process.stdout)
+        process.terminate()
+    assert started, "pytest ended without a test"
 
 
 def suite(workers: int, options: list[str]) -> None:

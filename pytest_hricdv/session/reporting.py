@@ -62,6 +62,7 @@ class Reporting:
         self.problems: list[str] = []
         self.interrupted = False
         self.absent = ""
+        self._distributed = False
         self._began = time.perf_counter()
 
     def pytest_report_header(self) -> str | list[str]:
@@ -130,6 +131,7 @@ class Reporting:
     def pytest_xdist_setupnodes(self, specs: list[object]) -> None:
         """With xdist: notes how many workers there are at a time; the ones that replace a crashed one do not add."""
         self.workers = len(specs)
+        self._distributed = True
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_node_collection_finished(self, node: object, ids: list[str]) -> None:
@@ -139,6 +141,15 @@ class Reporting:
             case = _case_named(nodeid, by_id)
             if case is not None:
                 self.chosen[nodeid] = case
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_runtest_logstart(self) -> None:
+        """With xdist: computes what does not depend on results while the workers run their first tests.
+
+        Not earlier: while workers start, it would take processor time from them and delay the first test.
+        """
+        if self._distributed:
+            _ = self._proof, self._models
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Takes the entry off a report, wherever it was made; the same test twice counts once.
@@ -166,12 +177,7 @@ class Reporting:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Iterator[None]:
-        """After the last test, or the last before -x or Ctrl-C: writes the report, and lets gates fail the session.
-
-        What does not depend on results is worked out first: with xdist, while the workers start.
-        """
-        if not session.config.getoption("collectonly"):
-            _ = self._proof, self._models
+        """After the last test, or the last before -x or Ctrl-C: writes the report, and lets gates fail the session."""
         try:
             result = yield
         except session.Failed:
