@@ -51,5 +51,6 @@ class Comparison:
 
 Formula = Structure | Variable | AnnotatedVariable | Call | And | Or | Not | Comparison
 FORMULAS = (Structure, Variable, AnnotatedVariable, Call, And, Or, Not, Comparison)
+GOAL_TERMS = (Structure, Variable, AnnotatedVariable)
 GoalTerm = Structure | Variable | AnnotatedVariable
 """What may be achieved, tested or believed: a literal, or a variable that will hold one."""

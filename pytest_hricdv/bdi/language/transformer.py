@@ -13,7 +13,7 @@ from lark.tree import Meta
 from lark.visitors import Transformer_NonRecursive
 
 from pytest_hricdv.bdi.language.errors import BdiSyntaxError, EvaluationError, Location
-from pytest_hricdv.bdi.language.formulas import FORMULAS, And, Comparison, Formula, GoalTerm, Not, Or
+from pytest_hricdv.bdi.language.formulas import FORMULAS, GOAL_TERMS, And, Comparison, Formula, GoalTerm, Not, Or
 from pytest_hricdv.bdi.language.parser import Include, InitialGoal
 from pytest_hricdv.bdi.language.syntax import (
     NO_LOCATION,
@@ -162,6 +162,11 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
 
     def believe(self, meta: Meta, items: Children) -> Statement:
         return BeliefUpdate(str(items[0]), items[1], self._at(meta))
+
+    def literal_group(self, meta: Meta, items: Children) -> GoalTerm:
+        if not isinstance(items[0], GOAL_TERMS):
+            raise self._error(meta, f"expected a literal in the parentheses, found {items[0]}")
+        return items[0]
 
     def perform(self, meta: Meta, items: Children) -> Statement:
         what = self._formula(meta, items[0])
