@@ -17,7 +17,7 @@ from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Result, S
 from pytest_hricdv.bdi.system import Engine
 from tests.bdi.generated import systems
 from tests.bdi.models import BELIEFS, LEG_STARTS, TABLE, system_of
-from tests.bdi.test_programs import OWN, REFERENCE
+from tests.bdi.test_programs import PROGRAMS, REFERENCE_PROGRAMS
 
 ENGINES = ("interpreter", "compiled", "memo")
 SPINNING = Path(__file__).parents[2] / "benchmarks" / "spinning" / "spinning.mas2j"
@@ -69,7 +69,7 @@ def test_engines_agree_on_many_random_beliefs_of_the_table_models(model: Path) -
 
 
 @pytest.mark.parametrize("max_rounds", [10_000, 31, 7])
-@pytest.mark.parametrize("folder", [*OWN, *REFERENCE], ids=lambda folder: folder.name)
+@pytest.mark.parametrize("folder", [*PROGRAMS, *REFERENCE_PROGRAMS], ids=lambda folder: folder.name)
 def test_engines_agree_on_whole_programs(folder: Path, max_rounds: int) -> None:
     systems = [MultiAgentSystem.load(folder / "mas.mas2j", engine=engine) for engine in ENGINES]
     expected = traced(systems[0], max_rounds=max_rounds)
