@@ -34,7 +34,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         Range,
         Testbench,
     )
-    from sim.aims import aims
+    from sim.turns import planned_turns
 
     at_leg, off, side = Range(-0.03, 0.03, "m"), Range(0.5, 0.75, "m"), Range(-1.0, 1.0, "left or right")
     looks = {"offset_m": Range(0.1, 0.2, "m"), "distance_m": Range(0.5, 0.6, "m"), "side": side}
@@ -105,7 +105,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
                     "GPL": (*POSES, "none"),
                     "outcome": OUTCOMES,
                 },
-                planned=aims,
+                planned=planned_turns,
             ),
         },
     )
@@ -124,8 +124,8 @@ def run(run: Run) -> Outcome:
     from controller.robot import Robot
     from controller.settings import Settings
     from pytest_hricdv.testbench import Outcome
-    from sim.aims import aims
-    from sim.workshop import Workshop, turns
+    from sim.turns import observed_turns, planned_turns
+    from sim.workshop import Workshop
 
     test = run.test
     script = [(action.command, action.parameters) for action in test.actions]
@@ -140,8 +140,11 @@ def run(run: Run) -> Outcome:
 
         shop.start(run.measured(control))
         ended = run.go(LIMIT_S)
-        done = turns(run.recorder.messages)
-        legs = tuple(outcome for _, outcome in done)
-        aimed = aims([action.command for action in test.actions])
-        cross = {"decision": done, "handover": [(*aim, outcome) for aim, outcome in zip(aimed, legs, strict=False)]}
+        turns = observed_turns(run.recorder.messages)
+        legs = tuple(outcome for _, outcome in turns)
+        planned = planned_turns([action.command for action in test.actions])
+        cross = {
+            "decision": turns,
+            "handover": [(*turn, outcome) for turn, outcome in zip(planned, legs, strict=False)],
+        }
         return Outcome(ended, legs, shop.world.frozen_s, cross, FIDELITY)

@@ -1,4 +1,4 @@
-"""The handover state machine: thirteen states, and the table of what follows what."""
+"""The handover state machine: thirteen states and the transition table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What moves joints: motors that physics drives. The small interface between a robot's parts and its joints."""
+"""Drives that move joints: the interface, and position motors in the physics engine."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from sim.engine import Engine, SimulationError, bullet, finite
-from sim.physics_time import STEP_S
+from sim.engine import STEP_S, Engine, SimulationError, bullet, check_finite
 
 POSITION_GAIN = 0.3
 VELOCITY_GAIN = 1.0
-"""Motor settings whose measured speed is the planned one with one call a joint and move (tests/sim/test_robot.py)."""
+"""Gains with which joints have the planned speed, with one command per joint and move (tests/sim/test_robot.py)."""
 
 HOLD_SPEED_RAD_S = 0.02
-"""Top speed of a joint that is to stay where it is: it may correct itself, and slowly."""
+"""Top speed of a joint that holds its position: corrections are slow."""
 
 
 class Drive(Protocol):
@@ -24,15 +23,15 @@ class Drive(Protocol):
     def move(self, goal: Sequence[float], duration_s: float, ramp_s: float = 0.0) -> None:
         """Start towards `goal` (rad), all joints to arrive after `duration_s`.
 
-        They speed up evenly in `ramp_s`, and slow down in as much. Raises SimulationError for a number that is not
-        finite, no positive duration, or ramps that do not fit into it.
+        They accelerate during `ramp_s` and decelerate during the same time. Raises SimulationError for a number that is
+        not finite, a duration that is not positive, or ramps that are too long for it.
         """
 
     def advance(self, steps: int) -> None:
         """Called before physics steps."""
 
-    def put(self, pose: Sequence[float]) -> None:
-        """Be at `pose` (rad) at once, and stay there."""
+    def reset(self, pose: Sequence[float]) -> None:
+        """Set the joints to `pose` (rad) at once, and hold it."""
 
     def angles(self) -> tuple[float, ...]:
         """Joint angles (rad)."""
@@ -42,7 +41,7 @@ class Drive(Protocol):
 
 
 DriveMaker = Callable[[Engine, int, Sequence[int], Sequence[float]], Drive]
-"""Makes a drive of an engine's body, its joints' indices, and their strongest torques (Nm)."""
+"""Creates a drive from an engine, a body, the indices of its joints, and their maximum torques (Nm)."""
 
 
 class Joints:
@@ -68,14 +67,14 @@ class Joints:
             raise SimulationError(f"joint speeds of the robot are {speeds!r}: expected finite numbers")
         return float(max(max(speeds), -min(speeds))) + 0.0
 
-    def _set(self, pose: Sequence[float]) -> None:
+    def _reset_joints(self, pose: Sequence[float]) -> None:
         for index, angle in zip(self._indices, pose, strict=True):
             bullet.resetJointState(self._body, index, angle, 0.0, physicsClientId=self._client)
 
 
 @dataclass(frozen=True)
 class Move:
-    """A straight move from rest to rest, its speed a trapezoid over time; joint angles in rad."""
+    """A straight move from rest to rest with a trapezoidal speed profile; joint angles in rad."""
 
     start: tuple[float, ...]
     goal: tuple[float, ...]
@@ -83,7 +82,7 @@ class Move:
     ramp_s: float
 
     def __post_init__(self) -> None:
-        finite("goal, duration and ramps of a move", (*self.goal, self.duration_s, self.ramp_s))
+        check_finite("goal, duration and ramps of a move", (*self.goal, self.duration_s, self.ramp_s))
         if self.duration_s <= 0.0:
             raise SimulationError(f"duration of a move is {self.duration_s!r} s: expected more than 0")
         if not 0.0 <= self.ramp_s <= 0.5 * self.duration_s * (1.0 + 1e-9):
@@ -101,8 +100,8 @@ class Move:
             return 1.0 if 0.0 <= time_s <= self.duration_s else 0.0
         return max(0.0, min(1.0, time_s / self.ramp_s, (self.duration_s - time_s) / self.ramp_s))
 
-    def way_share(self, time_s: float) -> float:
-        """Share of the way that is done at a time after the start: the integral of the speed."""
+    def distance_share(self, time_s: float) -> float:
+        """Share of the distance covered at a time after the start: the integral of the speed."""
         time_s = min(max(time_s, 0.0), self.duration_s)
         left_s = self.duration_s - time_s
         if time_s < self.ramp_s:
@@ -115,50 +114,50 @@ class Move:
 
 
 class MotorDrive(Joints):
-    """A `Drive` of position motors with a torque limit each: they are sent to the goal once, and physics does the rest.
+    """A `Drive` of position motors with torque limits: each motor is sent to the goal once.
 
-    Streaming positions instead would make an arm faster than planned (0.385 rad/s for a plan of 0.24). What changes
-    along a ramp is the motor's speed limit only, so that no joint is ever faster than planned.
+    Streaming positions instead would make the arm faster than planned (0.385 rad/s for a plan of 0.24). Along a ramp
+    only the motor's speed limit changes, so that no joint is ever faster than planned.
     """
 
     def __init__(self, engine: Engine, body: int, indices: Sequence[int], torques_nm: Sequence[float]) -> None:
         super().__init__(engine, body, indices)
         self._torques_nm = tuple(torques_nm)
-        self._move: Move | None = None  # with ramps, and not over
+        self._move: Move | None = None  # an unfinished move with ramps
         self._steps = 0
         self._share = 0.0
-        self._brakes_s = 0.0  # up to here the speed is at its top, once it is there
+        self._cruise_end_s = 0.0  # end of the time at top speed
 
     def move(self, goal: Sequence[float], duration_s: float, ramp_s: float = 0.0) -> None:
         """See `Drive`."""
         move = Move(self.angles(), tuple(goal), duration_s, ramp_s)
         if ramp_s > 0.0:
             self._move, self._steps, self._share = move, 0, 0.0
-            self._brakes_s = duration_s - ramp_s - STEP_S
+            self._cruise_end_s = duration_s - ramp_s - STEP_S
         else:
             self._move = None
             self._command(goal, [max(speed, HOLD_SPEED_RAD_S) for speed in move.top_speeds_rad_s])
 
-    def put(self, pose: Sequence[float]) -> None:
+    def reset(self, pose: Sequence[float]) -> None:
         """See `Drive`."""
-        finite("pose", pose)
+        check_finite("pose", pose)
         self._move = None
-        self._set(pose)
+        self._reset_joints(pose)
         self._command(pose, [HOLD_SPEED_RAD_S] * len(self._indices))
 
     def advance(self, steps: int) -> None:
-        """See `Drive`: sets the speed limits of the next step, where they change."""
+        """See `Drive`: sets the speed limits for the next step if they change."""
         move = self._move
         if move is None:
             return
         time_s = (self._steps + 0.5) * STEP_S
         self._steps += steps
-        if self._share == 1.0 and time_s < self._brakes_s:  # most steps: nothing changes
+        if self._share == 1.0 and time_s < self._cruise_end_s:  # most steps: nothing changes
             return
         over = time_s >= move.duration_s
         share = move.speed_share(time_s)
         if share != self._share:
-            # Slowing down, what is left for the position control to do may be done at the speed of holding.
+            # When slowing down, position control may correct the rest at the holding speed.
             least = 0.0 if share > self._share else HOLD_SPEED_RAD_S
             self._share = share
             self._command(move.goal, [max(share * speed, least) for speed in move.top_speeds_rad_s])

@@ -1,7 +1,8 @@
-"""PyBullet behind checks: one quiet client, ids and numbers looked at before they reach C.
+"""PyBullet with checked arguments, and the time of physics.
 
-PyBullet answers a wrong id with an empty result and a NaN with a NaN state. Either would let a requirement pass
-that was never checked, so here both are errors.
+PyBullet answers a wrong id with an empty result and a NaN with a NaN state. Either would let a requirement pass that
+was never checked, so both are errors here. Physics advances in whole steps of 1/120 s (see docs/convergence.md), the
+kernel in microseconds.
 """
 
 from __future__ import annotations
@@ -12,13 +13,14 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
 
 
 @contextmanager
-def quiet() -> Iterator[None]:
-    """Send what C code prints on the process's output and error streams nowhere."""
+def silenced() -> Iterator[None]:
+    """Discard what C code prints on the process's output and error streams."""
     sys.stdout.flush()
     sys.stderr.flush()
     saved = os.dup(1), os.dup(2)
@@ -35,7 +37,7 @@ def quiet() -> Iterator[None]:
 
 
 try:
-    with quiet():  # its banner
+    with silenced():  # its banner
         import pybullet
 except ImportError as error:  # numpy missing counts too: PyBullet needs it without declaring it
     raise ImportError(
@@ -48,17 +50,27 @@ Pose = tuple[Vector, Quaternion]
 
 UPRIGHT: Quaternion = (0.0, 0.0, 0.0, 1.0)
 FAR_M = 10.0
-"""Closest points are looked for within this distance: larger than the whole scene, so that there is always a pair."""
+"""Search distance for closest points: larger than the whole scene, so that there is always a pair."""
 
 bullet: Any = pybullet
 """The PyBullet module; it has no types."""
 
+STEP_HZ = 120
+"""Physics steps per second: measured joint speeds equal the planned ones (tests/sim/test_robot.py)."""
+
+STEP_S = 1.0 / STEP_HZ
+TICK_HZ = 20
+TICK_STEPS = STEP_HZ // TICK_HZ
+"""Steps between two control ticks."""
+
+_US_PER_S = 1_000_000
+
 
 class SimulationError(Exception):
-    """The world was asked for something impossible, or physics went wrong; the text says what, and when."""
+    """An impossible request to the world, or an error of physics; the message says what and when."""
 
 
-def finite(what: str, values: Sequence[float]) -> None:
+def check_finite(what: str, values: Sequence[float]) -> None:
     """Raise SimulationError unless every one of `values` is a finite number."""
     for value in values:
         if not math.isfinite(value):
@@ -66,7 +78,7 @@ def finite(what: str, values: Sequence[float]) -> None:
 
 
 class Engine:
-    """One PyBullet client without a window, in gravity, with the solver that keeps planned speeds.
+    """One PyBullet client without a window, with gravity and a solver that keeps planned speeds.
 
     Fixed time step `step_s`. Dantzig's direct LCP solver instead of the default iterative one: the latter read 0.2625
     rad/s for a 0.24 rad/s motor (tests/sim/test_robot.py measures the speeds), and is slower here.
@@ -74,7 +86,7 @@ class Engine:
 
     def __init__(self, step_s: float) -> None:
         self._link_counts: dict[int, int] = {}
-        with quiet():
+        with silenced():
             self.client: int = bullet.connect(bullet.DIRECT)
             if self.client < 0:
                 raise SimulationError("PyBullet gave no client")
@@ -93,29 +105,29 @@ class Engine:
         self.close()
 
     def close(self) -> None:
-        """Give the client back; without effect when it was given back already."""
+        """Disconnect the client; may be called more than once."""
         if self.client >= 0:
             bullet.disconnect(self.client)
             self.client = -1
 
     def load(
-        self, description: str, *, sleeps: bool, merges: bool = False
+        self, description: str, *, may_sleep: bool, merge_links: bool = False
     ) -> tuple[int, dict[str, int], dict[str, tuple[float, float]]]:
         """Load a robot with a fixed base from URDF text.
 
         Args:
             description: the text.
-            sleeps: it can be put to sleep, and falls asleep by itself unless it is kept awake.
-            merges: rigidly joined links become one, and their memory is lost for good (see `sim.welding`).
+            may_sleep: the body can be put to sleep, and falls asleep by itself unless it is kept awake.
+            merge_links: rigidly joined links are merged, which leaks their memory (see `sim.urdf`).
 
         Returns:
-            Its body id; and of each joint, by name without "_joint", the index and the limits (rad).
+            Its body id; joint name without "_joint" -> index; joint name -> limits (rad).
         """
-        flags = bullet.URDF_USE_INERTIA_FROM_FILE | (bullet.URDF_MERGE_FIXED_LINKS if merges else 0)
-        flags |= bullet.URDF_ENABLE_SLEEPING if sleeps else 0
+        flags = bullet.URDF_USE_INERTIA_FROM_FILE | (bullet.URDF_MERGE_FIXED_LINKS if merge_links else 0)
+        flags |= bullet.URDF_ENABLE_SLEEPING if may_sleep else 0
         with (
             tempfile.NamedTemporaryFile("w", suffix=".urdf", encoding="utf-8") as file,
-            quiet(),
+            silenced(),
         ):  # PyBullet wants a file
             file.write(description)
             file.flush()
@@ -130,8 +142,8 @@ class Engine:
         limits = {name: (info[8], info[9]) for name, info in zip(names, infos, strict=True)}
         return body, {name: index for index, name in enumerate(names)}, limits
 
-    def let_be_touched(self, body: int, group: int, by: int) -> None:
-        """Put all links of a body into a collision group that collides with the groups `by`; without damping."""
+    def set_collision_group(self, body: int, group: int, by: int) -> None:
+        """Put all links of a body into a collision group that collides with the groups `by`; switch damping off."""
         self.check(body)
         for link in range(-1, self._link_counts[body]):
             bullet.setCollisionFilterGroupMask(body, link, group, by, physicsClientId=self.client)
@@ -140,9 +152,9 @@ class Engine:
     def add(self, mass_kg: float, position: Vector, rgba: Sequence[float], **shape: Any) -> int:
         """Add a body of one primitive shape (keyword arguments of PyBullet's createCollisionShape).
 
-        Mass 0 makes it one that physics never moves. Returns its body id.
+        Physics never moves a body of mass 0. Returns its body id.
         """
-        finite("mass and position of a body", (mass_kg, *position))
+        check_finite("mass and position of a body", (mass_kg, *position))
         seen = {"length" if name == "height" else name: value for name, value in shape.items()}
         collision = bullet.createCollisionShape(physicsClientId=self.client, **shape)
         visual = bullet.createVisualShape(rgbaColor=rgba, physicsClientId=self.client, **seen)
@@ -153,7 +165,7 @@ class Engine:
         return body
 
     def remove(self, body: int) -> None:
-        """Take a body away."""
+        """Remove a body."""
         self.check(body)
         bullet.removeBody(body, physicsClientId=self.client)
         del self._link_counts[body]
@@ -170,13 +182,13 @@ class Engine:
         return pose
 
     def place(self, body: int, pose: Pose) -> None:
-        """Put a body somewhere at once."""
+        """Set the pose of a body."""
         self.check(body)
-        finite(f"pose of body {body}", (*pose[0], *pose[1]))
+        check_finite(f"pose of body {body}", (*pose[0], *pose[1]))
         bullet.resetBasePositionAndOrientation(body, pose[0], pose[1], physicsClientId=self.client)
 
     def distance(self, body: int, other: int, other_link: int) -> float:
-        """Smallest distance (m) between a body's base and a link of another; negative inside each other."""
+        """Smallest distance (m) between a body's base and a link of another; negative when they overlap."""
         self.check(body)
         self.check(other, other_link)
         return _nearest(
@@ -184,7 +196,7 @@ class Engine:
         )
 
     def distance_to_all(self, body: int, other: int) -> float:
-        """Smallest distance (m) between two bodies, all links of theirs; negative inside each other."""
+        """Smallest distance (m) between any links of two bodies; negative when they overlap."""
         self.check(body)
         self.check(other)
         return _nearest(bullet.getClosestPoints(body, other, FAR_M, physicsClientId=self.client), body, other)
@@ -194,3 +206,30 @@ def _nearest(points: Sequence[tuple[Any, ...]], body: int, other: int) -> float:
     if not points:
         raise SimulationError(f"bodies {body} and {other} have no closest points")
     return float(min([point[8] for point in points]))
+
+
+def steps_until(time_us: int) -> int:
+    """Number of whole steps up to a time (us), in integers so that nothing drifts."""
+    return time_us * STEP_HZ // _US_PER_S
+
+
+def time_of(step: int) -> int:
+    """First whole microsecond at or after the end of a step."""
+    return -(-step * _US_PER_S // STEP_HZ)
+
+
+@dataclass
+class PhysicsTime:
+    """`step`: physics steps computed or skipped so far. `now_us`: simulated time (us)."""
+
+    step: int = 0
+    now_us: int = 0
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time, in seconds."""
+        return self.now_us / 1_000_000
+
+    def step_in(self, duration_s: float) -> int:
+        """The first step that ends at least `duration_s` from now."""
+        return self.step + max(1, -int(-duration_s * STEP_HZ // 1))

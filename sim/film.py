@@ -1,8 +1,7 @@
-"""A camera for films of the world: the whole scene, and beside it the robot's hand from near.
+"""A camera for films of the world: the whole scene, and a close view of the robot's hand.
 
-Pictures are taken in a world of the camera's own, into which the visible shapes of the filmed one are copied: nothing
-that is done for a picture can disturb a run. The copy has more than the original, for the eye only: the person's face,
-sleeve and shoulders, and lines between the fingers.
+The camera copies the visual shapes of the world into a separate engine and renders there, so that filming cannot change
+a run. The copy has additional details of the person: face, sleeve, shoulders, and lines between the fingers.
 """
 
 from __future__ import annotations
@@ -17,24 +16,23 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from sim.engine import UPRIGHT, Engine, Pose, Vector, bullet
+from sim.engine import STEP_S, UPRIGHT, Engine, Pose, Vector, bullet
 from sim.gripper import GRASP_POINT_M
 from sim.person import HAND_HALF_M, HEAD_RADIUS_M
-from sim.physics_time import STEP_S
 from sim.world import World
 
 SCENE_PX, HAND_PX, HEIGHT_PX, GAP_PX = 560, 392, 432, 8
 
 FLOOR_M = 4.0
-"""What is wider than this is the floor. It is painted as a backdrop: the renderer's time goes with covered pixels."""
+"""Wider shapes are the floor, which is painted as a backdrop: rendering time depends on covered pixels."""
 
-SAME_DIGITS = 4
-"""Bodies whose poses are equal to so many digits (m) look the same."""
+POSE_DIGITS = 4
+"""Poses that are equal to this number of digits (m) give the same picture."""
 
 LIGHT: Vector = (0.5, -1.0, 2.2)
 WALL, FAR_FLOOR, NEAR_FLOOR = (226, 231, 236), (142, 150, 160), (100, 108, 120)
 WALL_M = 3.4
-"""How far behind everything the wall seems to be: floor distance from the eye."""
+"""Apparent distance of the wall from the camera, along the floor."""
 
 DARK_RGBA = (0.12, 0.12, 0.14, 1.0)
 SKIN_LINE_RGBA = (0.62, 0.42, 0.32, 1.0)
@@ -45,12 +43,12 @@ SHOULDER_M: Vector = (0.10, 0.19, -0.30)
 """The person's right shoulder, from the head: the person sits opposite the robot."""
 
 SLEEVE_M = 0.30
-"""Length of what is seen of the person's arm."""
+"""Visible length of the person's arm."""
 
 
 @dataclass(frozen=True)
-class Lens:
-    """A view: where the camera is and where it looks (m), how wide (degrees, from top to bottom), and its size (px)."""
+class View:
+    """A camera view: position and target (m), vertical field of view (degrees), size of the picture (px)."""
 
     eye: Vector
     target: Vector
@@ -58,7 +56,7 @@ class Lens:
     size: tuple[int, int]
 
     def picture(self, engine: Engine, *, fine: bool) -> Image.Image:
-        """What is seen; with shadows when `fine`."""
+        """The rendered picture; with shadows when `fine`."""
         width, height = self.size
         _, _, pixels, _, bodies = bullet.getCameraImage(
             width,
@@ -83,14 +81,14 @@ class Lens:
 
 @cache
 def _backdrop(edge: int, height: int) -> NDArray[np.uint8]:
-    """What is behind everything, a column of pixels: a wall, and below a row the floor."""
+    """The background as one column of pixels: a wall, and the floor below row `edge`."""
     rows = np.arange(height)[:, None, None]
     near = np.clip((rows - edge) / height, 0.0, 1.0)
     floor = (1.0 - near) * np.array(FAR_FLOOR) + near * np.array(NEAR_FLOOR)
     return np.where(rows < edge, np.array(WALL), floor).astype(np.uint8)
 
 
-SCENE = Lens((1.15, -1.75, 1.55), (0.62, 0.06, 0.80), 42.0, (SCENE_PX, HEIGHT_PX))
+SCENE = View((1.15, -1.75, 1.55), (0.62, 0.06, 0.80), 42.0, (SCENE_PX, HEIGHT_PX))
 HAND_EYE_M: Vector = (0.36, -0.52, 0.24)
 HAND_TARGET_M: Vector = (0.07, 0.0, -0.03)
 HAND_DEGREES = 42.0
@@ -98,22 +96,22 @@ HAND_DEGREES = 42.0
 
 
 class Camera:
-    """Takes pictures of a world; a `pytest_hricdv.testbench.Camera`."""
+    """Renders pictures of a world; a `pytest_hricdv.testbench.Camera`."""
 
     def __init__(self, world: World) -> None:
         self._world = world
         self._engine = Engine(STEP_S)
-        self._copies: dict[Shape, int] = {}
+        self._copies: dict[ShapeKey, int] = {}
         self._poses: tuple[Pose, ...] = ()
         self._last: Image.Image | None = None
-        self._extras = Extras(self._engine)
+        self._details = PersonDetails(self._engine)
 
     def close(self) -> None:
-        """Take the camera away."""
+        """Release the camera."""
         self._engine.close()
 
     def picture(self, *, fine: bool = False) -> Image.Image:
-        """The scene now; the very object of the last call when nothing has moved since. `fine` ones have shadows."""
+        """The present scene; the same object as last time if nothing has moved since. `fine` pictures have shadows."""
         shapes = visible(self._world)
         poses = tuple(_rounded(pose) for pose in shapes.values())
         if self._last is not None and poses == self._poses and not fine:
@@ -124,20 +122,20 @@ class Camera:
             self._last, self._poses = picture, poses
         return picture
 
-    def _follow(self, shapes: dict[Shape, Pose]) -> None:
+    def _follow(self, shapes: dict[ShapeKey, Pose]) -> None:
         for gone in self._copies.keys() - shapes.keys():
             bullet.removeBody(self._copies.pop(gone), physicsClientId=self._engine.client)
         for shape, pose in shapes.items():
             if shape not in self._copies:
-                self._copies[shape] = shape.look.copy(self._engine)
+                self._copies[shape] = shape.visual.copy(self._engine)
             _put(self._engine, self._copies[shape], pose)
-        self._extras.follow(self._world.person.hand.pose(), self._world.person.head.pose())
+        self._details.follow(self._world.person.hand.pose(), self._world.person.head.pose())
 
     def _composed(self, *, fine: bool) -> Image.Image:
         palm = self._world.torso.palm_pose()
         grasp = bullet.multiplyTransforms(*palm, GRASP_POINT_M, UPRIGHT)[0]
         target = _sum(grasp, HAND_TARGET_M)
-        near = Lens(_sum(target, HAND_EYE_M), target, HAND_DEGREES, (HAND_PX, HEIGHT_PX))
+        near = View(_sum(target, HAND_EYE_M), target, HAND_DEGREES, (HAND_PX, HEIGHT_PX))
         whole = Image.new("RGB", (SCENE_PX + GAP_PX + HAND_PX, HEIGHT_PX))
         whole.paste(SCENE.picture(self._engine, fine=fine), (0, 0))
         whole.paste(near.picture(self._engine, fine=fine), (SCENE_PX + GAP_PX, 0))
@@ -145,8 +143,8 @@ class Camera:
 
 
 @dataclass(frozen=True)
-class Look:
-    """One visible shape of a link: what it is, and where on the link."""
+class VisualShape:
+    """One visual shape of a link and its pose on the link."""
 
     link: int
     kind: int
@@ -155,62 +153,62 @@ class Look:
     rgba: tuple[float, ...]
 
     def copy(self, engine: Engine) -> int:
-        """A body that only looks like it."""
+        """Add a body with the same visual shape."""
         if self.kind == bullet.GEOM_BOX:
-            return _show(engine, self.rgba, shapeType=self.kind, halfExtents=[extent / 2 for extent in self.size])
+            return _add_visual(engine, self.rgba, shapeType=self.kind, halfExtents=[extent / 2 for extent in self.size])
         if self.kind == bullet.GEOM_SPHERE:
-            return _show(engine, self.rgba, shapeType=self.kind, radius=self.size[0])
-        return _show(engine, self.rgba, shapeType=self.kind, length=self.size[0], radius=self.size[1])
+            return _add_visual(engine, self.rgba, shapeType=self.kind, radius=self.size[0])
+        return _add_visual(engine, self.rgba, shapeType=self.kind, length=self.size[0], radius=self.size[1])
 
 
 @dataclass(frozen=True)
-class Shape:
-    """A body's visible shape; the body may have more of the same look."""
+class ShapeKey:
+    """Identifies a visual shape of a body."""
 
     body: int
     number: int
-    look: Look
+    visual: VisualShape
 
 
-def visible(world: World) -> dict[Shape, Pose]:
-    """The visible shapes of a world and where they are; only read from it. All are boxes, spheres, cylinders."""
+def visible(world: World) -> dict[ShapeKey, Pose]:
+    """The visual shapes of a world and their poses. All are boxes, spheres or cylinders."""
     client = world.engine.client
-    shapes: dict[Shape, Pose] = {}
+    shapes: dict[ShapeKey, Pose] = {}
     for number in range(bullet.getNumBodies(physicsClientId=client)):
         body = bullet.getBodyUniqueId(number, physicsClientId=client)
         frames: dict[int, Pose] = {}
-        for order, look in enumerate(_looks_of(world, body)):
-            if max(look.size) > FLOOR_M:
+        for order, visual in enumerate(_shapes_of(world, body)):
+            if max(visual.size) > FLOOR_M:
                 continue
-            if look.link not in frames:
-                frames[look.link] = _frame(client, body, look.link)
-            shapes[Shape(body, order, look)] = bullet.multiplyTransforms(*frames[look.link], *look.at)
+            if visual.link not in frames:
+                frames[visual.link] = _frame(client, body, visual.link)
+            shapes[ShapeKey(body, order, visual)] = bullet.multiplyTransforms(*frames[visual.link], *visual.at)
     return shapes
 
 
-def _looks_of(world: World, body: int) -> tuple[Look, ...]:
-    if body == world.torso.body:  # its world has it without looks
-        return _looks_of_description(world.torso.description)
-    return _looks(world.engine, body)
+def _shapes_of(world: World, body: int) -> tuple[VisualShape, ...]:
+    if body == world.torso.body:  # in the world it has no visual shapes
+        return _shapes_of_description(world.torso.description)
+    return _visual_shapes(world.engine, body)
 
 
 @cache
-def _looks_of_description(description: str) -> tuple[Look, ...]:
+def _shapes_of_description(description: str) -> tuple[VisualShape, ...]:
     with Engine(STEP_S) as engine:
-        return _looks(engine, engine.load(description, sleeps=False, merges=True)[0])
+        return _visual_shapes(engine, engine.load(description, may_sleep=False, merge_links=True)[0])
 
 
-def _looks(engine: Engine, body: int) -> tuple[Look, ...]:
-    """What a body's links look like, as its engine knows it."""
+def _visual_shapes(engine: Engine, body: int) -> tuple[VisualShape, ...]:
+    """The visual shapes of a body's links."""
     shapes = bullet.getVisualShapeData(body, physicsClientId=engine.client)
     return tuple(
-        Look(link, kind, tuple(size), (place, turn), tuple(rgba))
+        VisualShape(link, kind, tuple(size), (place, turn), tuple(rgba))
         for _, link, kind, size, _, place, turn, rgba, *_ in shapes
     )
 
 
 def _frame(client: int, body: int, link: int) -> Pose:
-    """The frame that shapes are relative to: a base's is known only by its centre of mass."""
+    """The frame of a link; that of a base is computed from its centre of mass."""
     if link >= 0:
         state = bullet.getLinkState(body, link, physicsClientId=client)
         return state[4], state[5]
@@ -220,27 +218,27 @@ def _frame(client: int, body: int, link: int) -> Pose:
     return frame
 
 
-class Extras:
-    """What is seen of the person beside head and hand."""
+class PersonDetails:
+    """Visual details of the person."""
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
         x, y, z = HAND_HALF_M
         slit = {"shapeType": bullet.GEOM_BOX, "halfExtents": (0.45 * x, 0.0012, z + 0.0008)}
-        self._on_hand = {_show(engine, SKIN_LINE_RGBA, **slit): (-0.56 * x, 0.5 * y * i, 0.0) for i in (-1, 0, 1)}
+        self._on_hand = {_add_visual(engine, SKIN_LINE_RGBA, **slit): (-0.56 * x, 0.5 * y * i, 0.0) for i in (-1, 0, 1)}
         r = HEAD_RADIUS_M
         eye = {"shapeType": bullet.GEOM_SPHERE, "radius": 0.16 * r}
         nose = {"shapeType": bullet.GEOM_SPHERE, "radius": 0.2 * r}
         self._on_head = {
-            _show(engine, DARK_RGBA, **eye): (0.9 * r, 0.35 * r, 0.2 * r),
-            _show(engine, DARK_RGBA, **eye): (0.9 * r, -0.35 * r, 0.2 * r),
-            _show(engine, NOSE_RGBA, **nose): (0.97 * r, 0.0, -0.1 * r),
+            _add_visual(engine, DARK_RGBA, **eye): (0.9 * r, 0.35 * r, 0.2 * r),
+            _add_visual(engine, DARK_RGBA, **eye): (0.9 * r, -0.35 * r, 0.2 * r),
+            _add_visual(engine, NOSE_RGBA, **nose): (0.97 * r, 0.0, -0.1 * r),
         }
-        self._sleeve = _show(engine, SLEEVE_RGBA, shapeType=bullet.GEOM_CYLINDER, length=SLEEVE_M, radius=0.042)
-        self._shoulders = _show(engine, SLEEVE_RGBA, shapeType=bullet.GEOM_BOX, halfExtents=(0.10, 0.20, 0.17))
+        self._sleeve = _add_visual(engine, SLEEVE_RGBA, shapeType=bullet.GEOM_CYLINDER, length=SLEEVE_M, radius=0.042)
+        self._shoulders = _add_visual(engine, SLEEVE_RGBA, shapeType=bullet.GEOM_BOX, halfExtents=(0.10, 0.20, 0.17))
 
     def follow(self, hand: Pose, head: Pose) -> None:
-        """Bring everything to where the person is."""
+        """Move all details to the person's pose."""
         for body, at in self._on_hand.items():
             _put(self._engine, body, bullet.multiplyTransforms(*hand, at, UPRIGHT))
         for body, at in self._on_head.items():
@@ -255,14 +253,14 @@ class Extras:
 
 
 def _along(direction: Sequence[float]) -> tuple[float, float, float, float]:
-    """The turn that brings the z axis into a direction (a unit vector, not straight down)."""
+    """The rotation of the z axis to a direction (a unit vector, not straight down)."""
     x, y, z = direction
     w = 1.0 + z
     length = (x * x + y * y + w * w) ** 0.5
     return (-y / length, x / length, 0.0, w / length)
 
 
-def _show(engine: Engine, rgba: Sequence[float], **shape: Any) -> int:
+def _add_visual(engine: Engine, rgba: Sequence[float], **shape: Any) -> int:
     visual = bullet.createVisualShape(rgbaColor=rgba, physicsClientId=engine.client, **shape)
     body: int = bullet.createMultiBody(0.0, -1, visual, physicsClientId=engine.client)
     return body
@@ -273,7 +271,7 @@ def _put(engine: Engine, body: int, pose: Pose) -> None:
 
 
 def _rounded(pose: Pose) -> Pose:
-    (x, y, z), (a, b, c, d) = (tuple(round(part, SAME_DIGITS) for part in each) for each in pose)
+    (x, y, z), (a, b, c, d) = (tuple(round(part, POSE_DIGITS) for part in each) for each in pose)
     return (x, y, z), (a, b, c, d)
 
 

@@ -1,19 +1,19 @@
-"""The left hand's fingers: a body of its own at the palm, asleep while the fingers do not move."""
+"""The left hand's fingers: a separate body at the palm, asleep while they do not move; their contact with a hand."""
 
 from __future__ import annotations
 
-from sim.description import hand_description
 from sim.drive import DriveMaker, MotorDrive
-from sim.engine import Engine, Pose, bullet, finite
-from sim.furniture import ROBOT
-from sim.torso import PALM
+from sim.engine import FAR_M, Engine, Pose, bullet, check_finite
+from sim.layout import ROBOT
+from sim.torso import PALM, Torso
+from sim.urdf import hand_description
 
 FINGERS = ("thumb", "index_finger", "mid_finger", "anular_finger", "little_finger")
 FINGER_JOINTS = tuple(f"left_{finger}{part}_flex" for finger in FINGERS for part in ("", "2"))
 OPEN = (-0.05, 0.05, *(-0.05, -0.05) * 4)
 CLOSED = (-0.5, 0.4, *(-0.6, -1.25) * 4)
-"""Finger angles (rad, in the order of FINGER_JOINTS): stretched, and around a leg. Stretched stays off the joints'
-limits: at a limit each joint is one more unknown of the solver."""
+"""Finger angles (rad, in the order of FINGER_JOINTS): stretched, and around a leg. Stretched keeps off the joints'
+limits: a joint at its limit adds an unknown to the solver."""
 
 TORQUES_NM = (0.4, 0.1) * 5
 """Strongest torques of a finger's first and second joint."""
@@ -21,22 +21,28 @@ TORQUES_NM = (0.4, 0.1) * 5
 FINGER_LEVER_M = 0.025
 """From a finger link's centre of mass to its tip."""
 
+HAND_STIFFNESS_N_M = 1500.0
+HAND_MAX_FORCE_N = 30.0
+"""Stiffness of a person's hand as a one-sided spring: 5 mm under the 8 N of a finger's motor. It is softer than the
+75 N/mm of ISO/TS 15066 for the back of a hand, with which a finger of a few grams is unstable at 120 steps per second;
+it still stops a finger. The force is bounded for a finger that overlaps a hand from the start."""
+
 _ASLEEP = bullet.ACTIVATION_STATE_ENABLE_SLEEPING | bullet.ACTIVATION_STATE_SLEEP
 _AWAKE = bullet.ACTIVATION_STATE_DISABLE_SLEEPING | bullet.ACTIVATION_STATE_WAKE_UP
 
 
 class Fingers:
-    """The ten finger joints, stretched to begin with."""
+    """The ten finger joints, initially stretched."""
 
     def __init__(self, engine: Engine, palm: Pose, drive: DriveMaker = MotorDrive) -> None:
         self._engine = engine
-        self.body, self.joints, self.limits_rad = engine.load(hand_description(FINGER_JOINTS, PALM), sleeps=True)
+        self.body, self.joints, self.limits_rad = engine.load(hand_description(FINGER_JOINTS, PALM), may_sleep=True)
         self.links = tuple(self.joints[name] for name in FINGER_JOINTS)
         self.drive = drive(engine, self.body, self.links, TORQUES_NM)
-        engine.let_be_touched(self.body, ROBOT, 0)
+        engine.set_collision_group(self.body, ROBOT, 0)
         self._palm: Pose | None = None
         self.follow(palm)
-        self.drive.put(OPEN)
+        self.drive.reset(OPEN)
         self.rest()
 
     def move(self, goal: tuple[float, ...], duration_s: float) -> None:
@@ -45,11 +51,11 @@ class Fingers:
         self.drive.move(goal, duration_s)
 
     def rest(self) -> None:
-        """The fingers stay as they are, and cost nothing, until they are moved again."""
+        """Put the fingers to sleep, which costs no computing time, until they are moved again."""
         self._sleep(True)
 
     def follow(self, palm: Pose) -> None:
-        """Be where the palm is."""
+        """Move to the palm's pose."""
         if palm != self._palm:
             self._palm = palm
             self._engine.place(self.body, palm)
@@ -65,7 +71,7 @@ class Fingers:
     def push(self, joint: int, force_n: float) -> None:
         """Press the tip of a finger link towards the palm's front for one step: force (N) across the link."""
         self._engine.check(self.body, self.links[joint])
-        finite("force on a finger", (force_n,))
+        check_finite("force on a finger", (force_n,))
         tip = (0.0, FINGER_LEVER_M, 0.0)
         force = (force_n, 0.0, 0.0)
         bullet.applyExternalForce(
@@ -75,7 +81,7 @@ class Fingers:
     def push_at(self, link: int, force_n: tuple[float, ...], place: tuple[float, ...]) -> None:
         """Press on a finger link for one step: force (N) at a place (m), both in world axes."""
         self._engine.check(self.body, link)
-        finite("force on a finger", force_n)
+        check_finite("force on a finger", force_n)
         bullet.applyExternalForce(
             self.body, link, force_n, place, bullet.WORLD_FRAME, physicsClientId=self._engine.client
         )
@@ -84,3 +90,37 @@ class Fingers:
         self.resting = asleep
         state = _ASLEEP if asleep else _AWAKE
         bullet.changeDynamics(self.body, -1, activationState=state, physicsClientId=self._engine.client)
+
+
+class HandContact:
+    """Distances and forces between the robot's left hand and the person's hand (a body)."""
+
+    def __init__(self, engine: Engine, torso: Torso, fingers: Fingers, hand: int) -> None:
+        self._engine = engine
+        self._torso = torso
+        self._fingers = fingers
+        self._hand = hand
+        self.force_n = 0.0
+
+    def distance(self) -> float:
+        """Smallest distance (m, to a micrometre) between the person's hand and the robot's palm and fingers."""
+        fingers = self._engine.distance_to_all(self._hand, self._fingers.body)
+        return round(min(fingers, self._engine.distance(self._hand, self._torso.body, self._torso.palm)), 6)
+
+    def press(self) -> None:
+        """Push fingers out of the person's hand for the next physics step; `force_n` becomes the sum of forces (N)."""
+        self.force_n = 0.0
+        for link in self._fingers.links:
+            depth_m, place, away = self._deepest(link)
+            if depth_m > 0.0:
+                force_n = min(HAND_MAX_FORCE_N, HAND_STIFFNESS_N_M * depth_m)
+                self._fingers.push_at(link, tuple(force_n * part for part in away), place)
+                self.force_n += force_n
+
+    def _deepest(self, link: int) -> tuple[float, tuple[float, ...], tuple[float, ...]]:
+        """Depth (m) of a finger link in the hand, the place of contact, and the direction out of the hand."""
+        points = bullet.getClosestPoints(
+            self._fingers.body, self._hand, FAR_M, link, -1, physicsClientId=self._engine.client
+        )
+        point = min(points, key=lambda each: float(each[8]))
+        return -float(point[8]), point[5], point[7]

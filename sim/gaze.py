@@ -1,8 +1,8 @@
-"""Where a head is and looks, relative to a leg; and a head pose for a wanted gaze.
+"""The gaze of a head at a leg, and the head pose for a given gaze.
 
-Offset is how far to the side of the leg the head is (m, along y: the person sits opposite the robot, on the x axis).
-Distance is the straight line from head to leg (m). Angle lies between the direction in which the face points and the
-direction from head to leg (degrees). The face points along the head's own x axis.
+Offset: lateral distance of the head from the leg (m, along y; the person sits opposite the robot, on the x axis).
+Distance: from head to leg (m). Angle: between the direction of the face, which is the head's x axis, and the direction
+from head to leg (degrees).
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from sim.engine import Pose, Quaternion, SimulationError, Vector, bullet, finite
+from sim.engine import Pose, Quaternion, SimulationError, Vector, bullet, check_finite
 
 ELEVATION_RAD = math.radians(40.0)
-"""How high above the leg a person's head is, seen from the leg, when it comes near: bent over the table."""
+"""Elevation of a person's head seen from the leg, bent over the table."""
 
 
 @dataclass(frozen=True)
@@ -36,19 +36,19 @@ def gaze_of(head: Pose, leg: Vector) -> Gaze:
     return Gaze(abs(to_leg[1]), distance_m, angle_deg)
 
 
-def head_for(gaze: Gaze, side: float, leg: Vector) -> Pose:
+def head_pose(gaze: Gaze, side: float, leg: Vector) -> Pose:
     """A head pose on the person's side of the table that has this gaze.
 
     Args:
-        gaze: what is wanted; an offset of at most the distance, an angle between 0 and 180 degrees.
-        side: positive for a head to the robot's left of the leg (towards +y) that looks past it on the same hand,
-            negative for the other.
+        gaze: offset at most the distance, angle between 0 and 180 degrees.
+        side: positive for a head on the robot's left of the leg (towards +y) that looks past it on the same side,
+            negative for the other side.
         leg: middle of the leg (m).
 
     Raises:
         SimulationError: there is no such gaze, or a number is not finite.
     """
-    finite("gaze", (gaze.offset_m, gaze.distance_m, gaze.angle_deg, side))
+    check_finite("gaze", (gaze.offset_m, gaze.distance_m, gaze.angle_deg, side))
     if not (0.0 <= gaze.offset_m <= gaze.distance_m and gaze.distance_m > 0.0 and 0.0 <= gaze.angle_deg <= 180.0):
         raise SimulationError(f"no head has {gaze}: expected offset <= distance, distance > 0, angle in [0, 180]")
     hand = math.copysign(1.0, side)
@@ -58,15 +58,15 @@ def head_for(gaze: Gaze, side: float, leg: Vector) -> Pose:
         leg[1] + hand * gaze.offset_m,
         leg[2] + reach_m * math.sin(ELEVATION_RAD),
     )
-    return place, looking(place, leg, hand * math.radians(gaze.angle_deg))
+    return place, orientation_to(place, leg, hand * math.radians(gaze.angle_deg))
 
 
-def looking(place: Vector, target: Vector, past_rad: float = 0.0) -> Quaternion:
+def orientation_to(place: Vector, target: Vector, past_rad: float = 0.0) -> Quaternion:
     """Orientation of a head at `place` whose face points `past_rad` to the side of the direction to `target`."""
     x, y, z = (b - a for a, b in zip(place, target, strict=True))
     yaw, pitch = math.atan2(y, x), -math.atan2(z, math.hypot(x, y))
     straight: Quaternion = bullet.getQuaternionFromEuler((0.0, pitch, yaw))
-    # Turned about the head's own upright axis, so that the angle to the target is the turn, whatever the pitch is.
+    # Rotation about the head's own vertical axis: the angle to the target equals the rotation for every pitch.
     return _turned(straight, past_rad)
 
 

@@ -1,4 +1,4 @@
-"""The person as a node: enacts a script of commands, and reacts to what the robot says rather than to the clock."""
+"""The person as a node: enacts a script of commands and reacts to the robot's messages, not to the clock."""
 
 from __future__ import annotations
 
@@ -7,32 +7,32 @@ from collections.abc import Callable, Mapping, Sequence
 from controller.ports import HumanReady, LegReady, Request, TurnDone
 from pytest_hricdv.runtime import Kernel, NodeBus
 from sim.engine import Vector
-from sim.gaze import Gaze, head_for, looking
-from sim.places import AWAY_HAND_M, AWAY_HEAD_M, HANDOVER_M, REST_HAND_M, SEAT_HEAD_M, assembly_place
-from sim.script import Script, checked
+from sim.gaze import Gaze, head_pose, orientation_to
+from sim.layout import AWAY_HAND_M, AWAY_HEAD_M, HANDOVER_M, REST_HAND_M, SEAT_HEAD_M, assembly_place
+from sim.script import Script, check_script
 from sim.world import World
 
 PATIENCE_S = 60.0
 """A person waits this long for the robot's signal. Case study: `receivesignal`."""
 
 TURN_PATIENCE_S = 150.0
-"""A person to whom a leg is held out waits this long for release or discard before asking for another one: longer than
-the robot's longest turn, in which its sensors are silent up to 100 s."""
+"""How long a person waits for release or discard of an offered leg before the next request: longer than the robot's
+longest turn, in which its sensors give no reading for up to 100 s."""
 
 REST_OF_RUN_S = 1000.0
 """Longer than any run."""
 
 
 class Human:
-    """A person who does one command after the other; movements and speech take their time.
+    """A person who enacts one command after the other; movements and speech take time.
 
     Args:
-        world: whose head and hand are the person's.
-        bus: hears the robot, and stands for the speech recognizer.
-        kernel: keeps the time.
+        world: holds the person's head and hand.
+        bus: carries the robot's messages and the person's speech.
+        kernel: virtual time.
         script: commands with their parameters (see `sim.script`).
         patience_s: how long the person waits for the robot's signal.
-        acting: told the number of each command (from 0) when its turn comes.
+        acting: called with the index of each command (from 0) when it begins.
 
     Raises:
         SimulationError: an unknown command, or a parameter that is missing or not finite.
@@ -50,28 +50,28 @@ class Human:
         self._world = world
         self._bus = bus
         self._kernel = kernel
-        self._script: Script = checked(script)
+        self._script: Script = check_script(script)
         self._patience_s = patience_s
         self._acting = acting or (lambda number: None)
         self._ready = bus.subscribe(LegReady)
         self._ends = bus.subscribe(TurnDone)
-        self._awaited_turn = 0  # of the leg that was announced to the person and is not over; 0 for none
+        self._awaited_turn = 0  # the announced turn that is not over; 0 for none
         self._ended_turn = 0
-        self._gone = False
+        self._away = False
         self.done = False
 
     def enact(self) -> None:
-        """The node's body: the whole script, then the end of the last turn; `done` from there on.
+        """The node's body: the whole script, then the end of the last turn; `done` is set after that.
 
-        The body goes on to react to the robot: a leg that comes late is still taken and set down.
+        The node goes on to react to the robot: a leg that comes late is still taken and put down.
         """
         for number, (command, parameters) in enumerate(self._script):
             self._acting(number)
-            self._notice()
+            self._handle_turn_ends()
             if command == "tell leg":
-                self._tell_leg(parameters)
-            elif not self._gone:
-                self._enact_one(command, parameters)
+                self._request_leg(parameters)
+            elif not self._away:
+                self._enact_command(command, parameters)
         self._await_turn_end()
         self.done = True
         while True:
@@ -79,7 +79,7 @@ class Human:
             if end is not None:
                 self._turn_ended(end)
 
-    def _enact_one(self, command: str, parameters: Mapping[str, float]) -> None:
+    def _enact_command(self, command: str, parameters: Mapping[str, float]) -> None:
         if command == "receivesignal":
             self._receive_signal()
         elif command == "tell humanReady":
@@ -95,27 +95,27 @@ class Human:
             self._world.person.pull(parameters["pull_n"])
             self._world.person.grip(parameters["grip_s"])
         else:
-            self._let_be()
+            self._stop_forces()
 
-    def _tell_leg(self, parameters: Mapping[str, float]) -> None:
+    def _request_leg(self, parameters: Mapping[str, float]) -> None:
         self._await_turn_end()
-        if self._gone:
-            self._gone = False
+        if self._away:
+            self._away = False
             self._move(head=SEAT_HEAD_M, hand=REST_HAND_M)
         self._kernel.sleep(parameters["voice_s"])
-        self._ready.clear()  # what was announced for an earlier leg is no answer to this request
+        self._ready.clear()  # an earlier announcement does not answer this request
         self._bus.publish(Request())
         self._move(hand=(parameters["rest_x_m"], parameters["rest_y_m"], parameters["rest_z_m"]))
 
     def _receive_signal(self) -> None:
         ready = self._ready.wait(self._patience_s)
-        self._notice()
+        self._handle_turn_ends()
         if ready is not None and ready.turn > self._ended_turn:
             self._awaited_turn = ready.turn
 
     def _look(self, parameters: Mapping[str, float]) -> None:
         gaze = Gaze(parameters["offset_m"], parameters["distance_m"], parameters["angle_deg"])
-        place, turn = head_for(gaze, parameters["side"], self._leg_place())
+        place, turn = head_pose(gaze, parameters["side"], self._leg_place())
         self._kernel.sleep(self._world.person.head.move(place, turn))
 
     def _reach(self, parameters: Mapping[str, float]) -> None:
@@ -123,19 +123,19 @@ class Human:
         self._move(hand=(x + parameters["dx_m"], y + parameters["dy_m"], z + parameters["dz_m"]))
 
     def _walk_off(self) -> None:
-        self._let_be()
-        self._take_leg_along()
+        self._stop_forces()
+        self._set_leg_down()
         self._move(head=AWAY_HEAD_M, hand=AWAY_HAND_M)
-        self._gone = True
+        self._away = True
 
-    def _notice(self) -> None:
-        """React to the end of a turn, if it came meanwhile."""
+    def _handle_turn_ends(self) -> None:
+        """Handle ends of turns that have been reported meanwhile."""
         while (end := self._ends.poll()) is not None:
             self._turn_ended(end)
 
     def _await_turn_end(self) -> None:
-        """Wait for the end of the turn whose leg was announced, if there is one and it is not over."""
-        self._notice()
+        """Wait for the end of the announced turn, if there is one."""
+        self._handle_turn_ends()
         deadline_s = self._kernel.now_s + TURN_PATIENCE_S
         while self._awaited_turn and self._kernel.now_s < deadline_s:
             end = self._ends.wait(deadline_s - self._kernel.now_s)
@@ -147,13 +147,13 @@ class Human:
         self._ended_turn = max(self._ended_turn, end.turn)
         if end.turn >= self._awaited_turn:
             self._awaited_turn = 0
-        self._let_be()
-        if not self._gone:
-            self._take_leg_along()
+        self._stop_forces()
+        if not self._away:
+            self._set_leg_down()
             self._move(head=SEAT_HEAD_M, hand=REST_HAND_M)
 
-    def _take_leg_along(self) -> None:
-        """Set a leg that was released to the hand down on the own side of the table."""
+    def _set_leg_down(self) -> None:
+        """Put a received leg down on the person's side of the table."""
         legs = self._world.legs
         leg = legs.carried
         if leg is None:
@@ -161,16 +161,16 @@ class Human:
         place = assembly_place(legs.received)
         hand, at = self._world.person.hand.pose()[0], leg.pose()[0]
         self._move(hand=(place[0] + hand[0] - at[0], place[1] + hand[1] - at[1], place[2] + hand[2] - at[2]))
-        self._world.disturb()
+        self._world.unfreeze()
         legs.set_down()
 
-    def _let_be(self) -> None:
+    def _stop_forces(self) -> None:
         self._world.person.pull(0.0)
         self._world.person.grip(0.0)
 
     def _move(self, *, head: Vector | None = None, hand: Vector | None = None) -> None:
         person = self._world.person
-        head_s = 0.0 if head is None else person.head.move(head, looking(head, HANDOVER_M))
+        head_s = 0.0 if head is None else person.head.move(head, orientation_to(head, HANDOVER_M))
         hand_s = 0.0 if hand is None else person.hand.move(hand)
         self._kernel.sleep(max(head_s, hand_s))
 

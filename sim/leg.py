@@ -1,4 +1,4 @@
-"""A table leg and what holds it: a pin at the pickup place, the robot's palm, the person's hand, or nothing."""
+"""A table leg and its holder: a pin at the pickup place, the robot's palm, the person's hand, or nothing."""
 
 from __future__ import annotations
 
@@ -6,20 +6,19 @@ import math
 from abc import ABC, abstractmethod
 from enum import Enum, auto
 
-from sim.engine import UPRIGHT, Engine, Pose, SimulationError, Vector, bullet, finite
-from sim.furniture import FURNITURE, LEG
-from sim.places import LEG_LENGTH_M, LEG_MASS_KG, LEG_RADIUS_M
+from sim.engine import UPRIGHT, Engine, Pose, SimulationError, Vector, bullet, check_finite
+from sim.layout import FURNITURE, LEG, LEG_LENGTH_M, LEG_MASS_KG, LEG_RADIUS_M
 from sim.torso import Torso
 
 GRASP_FORCE_N = 15.0
-"""The most that the grasp holds: above the leg's weight in every arm move together with a pull of 10 N
-(tests/sim/test_grasp.py). A leg that is pulled at with more slips."""
+"""Maximum force of the grasp: more than the leg's weight in every arm move plus a pull of 10 N
+(tests/sim/test_grasp.py). With a larger force the leg slips."""
 
 TORN_M = 0.02
-"""A leg that has slipped this far is out of the fingers: at a pull that it withstands it slips by less than 2 mm."""
+"""A leg that has slipped this far is out of the fingers; below the maximum force it slips by less than 2 mm."""
 
 CARRY_FORCE_N = 200.0
-"""The most that a person's hand holds of a leg it took."""
+"""Maximum force with which a person's hand holds a leg."""
 
 STILL_M_S = 5e-3
 """A leg slower than this is at rest."""
@@ -31,7 +30,7 @@ SURFACE = {
     "rollingFriction": 0.002,
     "spinningFriction": 0.002,
 }
-"""Wood on wood, and a little air."""
+"""Friction of wood on wood, and a small air drag."""
 
 BEECH = (0.85, 0.65, 0.38, 1.0)
 
@@ -43,11 +42,11 @@ class Held(Enum):
     ROBOT = auto()
     PERSON = auto()
     LOOSE = auto()
-    DONE = auto()  # fell or was set down, and moves no more
+    DONE = auto()  # fell or was put down, and does not move any more
 
 
 class Leg(ABC):
-    """One leg, standing at `place` (m) to begin with."""
+    """One leg, initially standing at `place` (m)."""
 
     def __init__(self, engine: Engine, place: Vector) -> None:
         self._engine = engine
@@ -57,7 +56,7 @@ class Leg(ABC):
 
     @property
     def graspable(self) -> bool:
-        """True while it waits, or was left to itself: nobody has it."""
+        """True while nobody holds it."""
         return self.held in (Held.PINNED, Held.LOOSE)
 
     def pose(self) -> Pose:
@@ -70,31 +69,31 @@ class Leg(ABC):
 
     @abstractmethod
     def grasp(self, torso: Torso) -> None:
-        """Be held by the robot's palm as it stands."""
+        """The robot's palm holds the leg in its present pose."""
 
     @abstractmethod
     def torn(self) -> bool:
-        """True when the leg was pulled out of the robot's closed hand. Asked of a leg that the robot holds."""
+        """True when a leg that the robot holds was pulled out of its closed hand."""
 
     @abstractmethod
     def take(self, hand: int) -> None:
-        """Be held by a person's hand as it is, and by nothing else."""
+        """Only the person's hand holds the leg, in its present pose."""
 
     @abstractmethod
     def drop(self) -> None:
-        """Be left to gravity."""
+        """Nobody holds the leg: it falls."""
 
     @abstractmethod
     def finish(self) -> None:
-        """Stay where it is for good."""
+        """The leg does not move any more."""
 
     @abstractmethod
     def pull(self, force_n: Vector) -> None:
-        """Be pulled at the middle for one step."""
+        """Pull at the middle of the leg for one step."""
 
     @abstractmethod
     def reaction(self) -> Vector:
-        """What the robot's palm feels of the leg (N, world axes).
+        """Force of the leg on the robot's palm (N, world axes).
 
         Raises:
             SimulationError: the robot does not hold this leg.
@@ -111,7 +110,7 @@ class Leg(ABC):
             mass_kg, place, BEECH, shapeType=bullet.GEOM_CYLINDER, radius=LEG_RADIUS_M, height=LEG_LENGTH_M
         )
         self._engine.place(body, (place, turn))
-        # Nothing is looked for between bodies that stand: a standing leg is furniture to those that move.
+        # Standing bodies need no contacts with each other: a standing leg counts as furniture.
         group, by = (LEG, LEG | FURNITURE) if mass_kg else (FURNITURE, LEG)
         bullet.setCollisionFilterGroupMask(body, -1, group, by, physicsClientId=self._client)
         bullet.changeDynamics(body, -1, **SURFACE, physicsClientId=self._client)
@@ -119,12 +118,12 @@ class Leg(ABC):
 
 
 class RigidLeg(Leg):
-    """A leg with mass: joined to its holder, falling and resting by itself."""
+    """A leg with mass: a joint connects it to its holder; without holder it falls and rests."""
 
     def __init__(self, engine: Engine, place: Vector) -> None:
         super().__init__(engine, place)
         self._constraint = -1
-        self._grasp: tuple[Torso, Pose] | None = None  # the holding palm, and the leg as seen from it
+        self._grasp: tuple[Torso, Pose] | None = None  # the palm, and the leg's pose relative to it
 
     def speed(self) -> float:
         """Speed of the middle (m/s)."""
@@ -132,7 +131,7 @@ class RigidLeg(Leg):
         return float(sum(part * part for part in velocity) ** 0.5)
 
     def grasp(self, torso: Torso) -> None:
-        """Join the leg to the robot's palm as it stands, and take the pin away."""
+        """Join the leg to the robot's palm in its present pose, and remove the pin."""
         if self.held is Held.PINNED:
             self._remake(LEG_MASS_KG)
         frame = _relative(torso.palm_mass_pose(), self.pose())
@@ -149,7 +148,7 @@ class RigidLeg(Leg):
         return math.dist(_relative(torso.palm_mass_pose(), self.pose())[0], grasped) > TORN_M
 
     def take(self, hand: int) -> None:
-        """Join the leg to a person's hand as it is, and to nothing else."""
+        """Join the leg to the person's hand only, in its present pose."""
         frame = _relative(self._engine.pose(hand), self.pose())
         self._let_go()
         self._constraint = self._join(hand, -1, frame)
@@ -157,28 +156,28 @@ class RigidLeg(Leg):
         self.held = Held.PERSON
 
     def drop(self) -> None:
-        """Leave the leg to gravity."""
+        """Remove the joint: the leg falls."""
         self._let_go()
         self.held = Held.LOOSE
 
     def finish(self) -> None:
-        """Let the leg stay where it is for good."""
+        """Fix the leg where it is."""
         self._let_go()
         self._remake(0.0)
         self.held = Held.DONE
 
     def pull(self, force_n: Vector) -> None:
         """Pull at the middle of the leg for one step."""
-        finite("pull on the leg", force_n)
+        check_finite("pull on the leg", force_n)
         bullet.applyExternalForce(
             self.body, -1, force_n, self.pose()[0], bullet.WORLD_FRAME, physicsClientId=self._client
         )
 
     def reaction(self) -> Vector:
-        """The force (N, world axes) of the joint that holds it: exact, whatever pulls at it."""
+        """The exact force (N, world axes) of the joint that holds it."""
         self._check_felt()
         force = bullet.getConstraintState(self._constraint, physicsClientId=self._client)
-        finite("reaction of the held leg", force)
+        check_finite("reaction of the held leg", force)
         return (force[0], force[1], force[2])
 
     def _join(self, body: int, link: int, frame: Pose) -> int:
@@ -201,7 +200,7 @@ class RigidLeg(Leg):
         return joint
 
     def _remake(self, mass_kg: float) -> None:
-        """A leg that begins to move, or will move no more, becomes another body at the same place."""
+        """Replace the body by one with another mass at the same pose: when the leg begins or ceases to move."""
         pose = self.pose()
         self._engine.remove(self.body)
         self.body = self._make(pose, mass_kg)
@@ -213,7 +212,7 @@ class RigidLeg(Leg):
 
 
 def _relative(base: Pose, other: Pose) -> Pose:
-    """`other` as seen from `base`."""
+    """`other` relative to `base`."""
     back = bullet.invertTransform(*base)
     pose: Pose = bullet.multiplyTransforms(*back, *other)
     return pose

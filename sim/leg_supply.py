@@ -1,24 +1,26 @@
-"""The supply of legs: one waits at the pickup place, the next one comes some seconds after it is gone."""
+"""The supply of legs (one waits at the pickup place until it is taken), and the pressure sensor of the robot's hand."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 
-from sim.engine import UPRIGHT, Engine, Vector
+from sim.engine import UPRIGHT, Engine, PhysicsTime, Vector
+from sim.layout import BIN_M, LEG_LENGTH_M, PICKUP_M, assembly_place
 from sim.leg import STILL_M_S, Held, Leg, RigidLeg
-from sim.physics_time import PhysicsTime
-from sim.places import BIN_M, LEG_LENGTH_M, PICKUP_M, assembly_place
 
 RESUPPLY_S = 3.0
-"""From the moment that a leg leaves the robot's hand until the next one waits: the way back takes the arm longer."""
+"""From the release of a leg until the next one waits: shorter than the arm's way back."""
 
 CLEAR_M = 0.20
-"""A leg that lies closer than this to the pickup place is cleared away before the next one is put there."""
+"""A leg closer than this to the pickup place is removed before the next one is placed there."""
+
+PRESSURE_N = 3.0
+"""A larger change means that a person pulls: half of the lightest pull (6 N)."""
 
 
 class LegSupply:
-    """All legs of a run. `current` is the one at the pickup place, in the robot's hand, or on its way out of it."""
+    """All legs of a run. `current` is the one at the pickup place or in the robot's hand."""
 
     def __init__(self, engine: Engine, time: PhysicsTime, make_leg: Callable[[Engine, Vector], Leg] = RigidLeg) -> None:
         self._engine = engine
@@ -41,7 +43,7 @@ class LegSupply:
         return self._carried[0] if self._carried else None
 
     def release(self, hand: int | None) -> None:
-        """The robot's hand is open: the leg goes to the person's `hand` (a body), or falls when that is None."""
+        """The robot's hand has opened: the person's `hand` (a body) takes the leg, or the leg falls if that is None."""
         if hand is None:
             self.current.drop()
         else:
@@ -50,7 +52,7 @@ class LegSupply:
         self.due_step = self._time.step_in(RESUPPLY_S)
 
     def set_down(self) -> None:
-        """The person lets go of the carried leg: it stands where it is from now on."""
+        """The person puts the carried leg down at its assembly place."""
         leg = self.carried
         if leg is not None:
             self._engine.place(leg.body, (assembly_place(self.received), UPRIGHT))
@@ -59,7 +61,7 @@ class LegSupply:
             self.received += 1
 
     def tick(self) -> None:
-        """Once every control tick: put a new leg at the pickup place when it is time."""
+        """At every control tick: place a new leg at the pickup place when it is due."""
         if self.due_step is None or self._time.step < self.due_step:
             return
         self.due_step = None
@@ -80,3 +82,22 @@ class LegSupply:
     def poses(self) -> tuple[tuple[float, ...], ...]:
         """Position and orientation of every leg: for comparing and filming runs."""
         return tuple((*position, *turn) for position, turn in (leg.pose() for leg in self.legs))
+
+
+class PressureSensor:
+    """Change of the held leg's force on the palm, tared when arm or hand have come to rest with a leg."""
+
+    def __init__(self, legs: LegSupply) -> None:
+        self._legs = legs
+        self._rest: Vector = (0.0, 0.0, 0.0)
+
+    def tare(self) -> None:
+        """Take the present force as the rest value; without effect when no leg is held."""
+        leg = self._legs.in_hand
+        if leg is not None:
+            self._rest = leg.reaction()
+
+    def change_n(self) -> float:
+        """Difference (N) of the reaction from its rest value; 0 when no leg is held."""
+        leg = self._legs.in_hand
+        return 0.0 if leg is None else math.dist(leg.reaction(), self._rest)

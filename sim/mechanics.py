@@ -1,36 +1,40 @@
-"""The two fidelities of the world, behind one small interface: what joints and legs are, and what a step does.
+"""The two fidelities of the world, behind one interface: how joints and legs move in a step.
 
-`dynamic`: motors, masses, gravity, contacts. `kinematic`: joints are where the plan says, legs where the hand is that
-holds them; nothing has mass. It runs the planner and the controller's logic, and finds what they do wrong; it says
-nothing about forces, slips, grips that hold the fingers, or speeds other than the planned ones.
+`dynamic`: motors, masses, gravity, contacts. `kinematic`: joints follow the plan and a leg follows the hand that holds
+it; nothing has mass. Kinematic runs find faults of the planner and of the controller's logic; they show nothing about
+forces, slips, grips that hold the fingers, or speeds other than the planned ones.
 
-A second physics engine would come in here: as another `Mechanics` (and an engine of its own for poses and distances).
+To add another physics engine, implement `Mechanics`.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-from sim.drive import Drive, MotorDrive
-from sim.engine import Engine, SimulationError, Vector, bullet
-from sim.kinematic import Kinematic
-from sim.leg import Leg, RigidLeg
+from sim.drive import Drive, Joints, MotorDrive, Move
+from sim.engine import STEP_S, TICK_STEPS, UPRIGHT, Engine, Pose, SimulationError, Vector, bullet, check_finite
+from sim.layout import LEG_LENGTH_M, LEG_MASS_KG, height_below
+from sim.leg import GRASP_FORCE_N, Held, Leg, RigidLeg
+from sim.torso import Torso
+
+GRAVITY_M_S2 = 9.81
 
 
 class Mechanics(Protocol):
-    """Makes the parts of a world that move, and moves them; `stride`: the most steps that it takes at once."""
+    """Creates the moving parts of a world and moves them; `stride`: the largest number of steps at once."""
 
     stride: int
 
     def drive(self, engine: Engine, body: int, indices: Sequence[int], torques_nm: Sequence[float]) -> Drive:
-        """What moves some joints of a body."""
+        """A drive for some joints of a body."""
 
     def leg(self, engine: Engine, place: Vector) -> Leg:
         """A leg that waits at a place (m)."""
 
     def step(self, engine: Engine, steps: int) -> None:
-        """Let STEP_S pass, `steps` times."""
+        """Advance by `steps` physics steps."""
 
 
 class Dynamic:
@@ -56,6 +60,125 @@ class Dynamic:
         for drive in self._drives:
             drive.advance(steps)
         bullet.stepSimulation(physicsClientId=engine.client)
+
+
+class Kinematic:
+    """Everything follows its plan or its holder exactly, computed once every control tick."""
+
+    stride = TICK_STEPS
+
+    def __init__(self) -> None:
+        self._moved: list[KinematicDrive | KinematicLeg] = []
+
+    def drive(self, engine: Engine, body: int, indices: Sequence[int], torques_nm: Sequence[float]) -> Drive:
+        """See `Mechanics`."""
+        drive = KinematicDrive(engine, body, indices)
+        self._moved.insert(0, drive)  # joints move before the legs that follow them
+        return drive
+
+    def leg(self, engine: Engine, place: Vector) -> Leg:
+        """See `Mechanics`."""
+        leg = KinematicLeg(engine, place)
+        self._moved.append(leg)
+        return leg
+
+    def step(self, engine: Engine, steps: int) -> None:
+        """See `Mechanics`."""
+        for each in self._moved:
+            each.advance(steps)
+
+
+class KinematicDrive(Joints):
+    """A `Drive` whose joints follow the plan exactly."""
+
+    def __init__(self, engine: Engine, body: int, indices: Sequence[int]) -> None:
+        super().__init__(engine, body, indices)
+        self._move: Move | None = None
+        self._steps = 0
+
+    def move(self, goal: Sequence[float], duration_s: float, ramp_s: float = 0.0) -> None:
+        """See `Drive`."""
+        self._move, self._steps = Move(self.angles(), tuple(goal), duration_s, ramp_s), 0
+
+    def reset(self, pose: Sequence[float]) -> None:
+        """See `Drive`."""
+        check_finite("pose", pose)
+        self._move = None
+        self._reset_joints(pose)
+
+    def speed(self) -> float:
+        """The planned speed (rad/s) of the fastest joint; 0 at the goal."""
+        move = self._move
+        return 0.0 if move is None else max(move.top_speeds_rad_s) * move.speed_share(self._steps * STEP_S)
+
+    def advance(self, steps: int) -> None:
+        """See `Drive`: so many steps of the way."""
+        move = self._move
+        if move is None:
+            return
+        self._steps += steps
+        share = move.distance_share(self._steps * STEP_S)
+        self._reset_joints([start + share * (goal - start) for start, goal in zip(move.start, move.goal, strict=True)])
+        if self._steps * STEP_S >= move.duration_s:
+            self._move = None
+
+
+class KinematicLeg(Leg):
+    """A leg that follows its holder exactly, or stands upright on the surface below."""
+
+    def __init__(self, engine: Engine, place: Vector) -> None:
+        super().__init__(engine, place)
+        self._carrier: Callable[[], Pose] | None = None
+        self._frame: Pose = ((0.0, 0.0, 0.0), UPRIGHT)
+        self._pull: Vector = (0.0, 0.0, 0.0)
+        self._felt: Vector = (0.0, 0.0, 0.0)
+
+    def grasp(self, torso: Torso) -> None:
+        """The robot's palm holds the leg in its present pose."""
+        self._attach(torso.palm_pose, Held.ROBOT)
+
+    def torn(self) -> bool:
+        """True while the pull exceeds the grasp."""
+        return math.hypot(*self._felt) > GRASP_FORCE_N
+
+    def take(self, hand: int) -> None:
+        """Only the person's hand holds the leg, in its present pose."""
+        self._attach(lambda: self._engine.pose(hand), Held.PERSON)
+
+    def drop(self) -> None:
+        """Stand on the surface below, at once."""
+        x, y, _ = place = self.pose()[0]
+        self._engine.place(self.body, ((x, y, height_below(place) + LEG_LENGTH_M / 2), UPRIGHT))
+        self._carrier, self.held = None, Held.LOOSE
+
+    def finish(self) -> None:
+        """Let the leg stay where it is for good."""
+        self._carrier, self.held = None, Held.DONE
+
+    def pull(self, force_n: Vector) -> None:
+        """Pull at the leg for one step."""
+        check_finite("pull on the leg", force_n)
+        self._pull = force_n
+
+    def reaction(self) -> Vector:
+        """Force of the leg on the robot's palm (N, world axes): its weight and the pull."""
+        self._check_felt()
+        x, y, z = self._felt
+        return (x, y, z - LEG_MASS_KG * GRAVITY_M_S2)
+
+    def speed(self) -> float:
+        """0: nothing moves by itself."""
+        return 0.0
+
+    def advance(self, steps: int) -> None:
+        """Follow the holder, whatever the number of steps."""
+        self._felt, self._pull = self._pull, (0.0, 0.0, 0.0)
+        if self._carrier is not None:
+            self._engine.place(self.body, bullet.multiplyTransforms(*self._carrier(), *self._frame))
+
+    def _attach(self, carrier: Callable[[], Pose], held: Held) -> None:
+        self._frame = bullet.multiplyTransforms(*bullet.invertTransform(*carrier()), *self.pose())
+        self._carrier, self.held = carrier, held
 
 
 FIDELITIES: Mapping[str, Callable[[], Mechanics]] = {"dynamic": Dynamic, "kinematic": Kinematic}

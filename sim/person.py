@@ -1,19 +1,28 @@
-"""The person as bodies: a head that looks somewhere and a hand, both moved smoothly and never pushed by physics."""
+"""The person's head and hand as bodies that move smoothly and that physics never pushes."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-from sim.engine import UPRIGHT, Engine, Pose, Quaternion, SimulationError, Vector, bullet, finite
-from sim.furniture import PERSON
-from sim.gaze import looking
-from sim.physics_time import STEP_S, PhysicsTime
-from sim.places import HANDOVER_M, REST_HAND_M, SEAT_HEAD_M
+from sim.engine import (
+    STEP_S,
+    UPRIGHT,
+    Engine,
+    PhysicsTime,
+    Pose,
+    Quaternion,
+    SimulationError,
+    Vector,
+    bullet,
+    check_finite,
+)
+from sim.gaze import orientation_to
+from sim.layout import HANDOVER_M, PERSON, REST_HAND_M, SEAT_HEAD_M
 
 HAND_SPEED_M_S = 0.9
 HEAD_SPEED_M_S = 0.5
-"""Top speeds of reaching without haste: below 1 m/s for a hand; a body bends more slowly."""
+"""Top speeds of unhurried movements: below 1 m/s for a hand; a body bends more slowly."""
 
 TURN_SPEED_RAD_S = 2.0
 """Top speed of a turning head."""
@@ -43,7 +52,7 @@ class Movement:
     last_step: int
 
     def pose(self, step: int) -> Pose:
-        """The pose at a step; before the first and after the last one: at rest."""
+        """The pose at a step; at rest before the first and after the last step."""
         if step >= self.last_step:
             return self.goal
         s = max(0, step - self.first_step) / (self.last_step - self.first_step)
@@ -55,7 +64,7 @@ class Movement:
 
 
 class BodyPart:
-    """Head or hand: a body that stands, or is on a movement."""
+    """Head or hand: a body at rest or in a movement."""
 
     def __init__(self, engine: Engine, time: PhysicsTime, body: int, top_speed_m_s: float) -> None:
         self._engine = engine
@@ -76,7 +85,7 @@ class BodyPart:
 
     def move(self, place: Vector, turn: Quaternion = UPRIGHT) -> float:
         """Start to move to a pose at human speed; returns how long it takes (s): 0 when already there."""
-        finite("pose that a person moves to", (*place, *turn))
+        check_finite("pose that a person moves to", (*place, *turn))
         start = self.pose()
         distance_m = math.dist(start[0], place)
         angle_rad = 2.0 * math.acos(min(1.0, abs(sum(a * b for a, b in zip(start[1], turn, strict=True)))))
@@ -92,7 +101,7 @@ class BodyPart:
         return (self._movement.last_step - step + 1) * STEP_S
 
     def follow(self) -> None:
-        """Bring the body to where its movement is at the present step."""
+        """Move the body to its pose at the present step."""
         if self._movement is not None:
             self._engine.place(self.body, self._movement.pose(self._time.step))
             if self._time.step >= self._movement.last_step:
@@ -100,16 +109,16 @@ class BodyPart:
 
 
 class Person:
-    """Head, hand, and what the hand does to the leg and the robot's fingers.
+    """Head, hand, and the hand's forces on the leg and the robot's fingers.
 
-    `pull_n`: force (N) away from the robot at the leg while the robot holds it. The other hand, which is not modelled,
-    may pull too: the pull acts wherever the modelled hand is, so that every combination of sensors can be enacted.
+    The pull acts on the leg, away from the robot, while the robot holds it, wherever the modelled hand is (the other
+    hand may pull): so every combination of sensor readings can be enacted.
     """
 
     def __init__(self, engine: Engine, time: PhysicsTime) -> None:
         head = engine.add(0.0, SEAT_HEAD_M, SKIN, shapeType=bullet.GEOM_SPHERE, radius=HEAD_RADIUS_M)
         hand = engine.add(0.0, REST_HAND_M, SKIN, shapeType=bullet.GEOM_BOX, halfExtents=HAND_HALF_M)
-        engine.place(head, (SEAT_HEAD_M, looking(SEAT_HEAD_M, HANDOVER_M)))
+        engine.place(head, (SEAT_HEAD_M, orientation_to(SEAT_HEAD_M, HANDOVER_M)))
         self.head = BodyPart(engine, time, head, HEAD_SPEED_M_S)
         self.hand = BodyPart(engine, time, hand, HAND_SPEED_M_S)
         self._time = time
@@ -119,15 +128,15 @@ class Person:
         self._grip_until: int | None = None
 
     def pull(self, force_n: float) -> None:
-        """Pull at the leg with this force (N) from now on, ramped; 0 lets it be."""
-        finite("pull", (force_n,))
+        """Pull at the leg with this force (N) from now on, with a ramp; 0 ends the pull."""
+        check_finite("pull", (force_n,))
         if force_n < 0.0:
             raise SimulationError(f"pull of {force_n} N: expected 0 or more")
         self._pull_n, self._pull_step = force_n, self._time.step
 
     @property
     def pulls(self) -> bool:
-        """True while the person pulls at the leg, however gently yet."""
+        """True while the person pulls at the leg, also during the ramp."""
         return self._pull_n > 0.0
 
     @property
@@ -142,12 +151,11 @@ class Person:
         return self._pull_n * min(1.0, (self._time.step - self._pull_step) * STEP_S / PULL_RAMP_S)
 
     def grip(self, duration_s: float) -> None:
-        """Clasp the robot's fingers together with the leg, until `duration_s` after the fingers began to push open.
+        """Grip the robot's fingers together with the leg, until `duration_s` after the fingers began to push open.
 
-        0 ends it. A person who clasps notices by the fingers' push that the robot lets go, and needs that long to
-        give way.
+        0 ends it. The person notices the fingers' push and needs this time to let go.
         """
-        finite("grip", (duration_s,))
+        check_finite("grip", (duration_s,))
         if duration_s < 0.0:
             raise SimulationError(f"grip of {duration_s} s: expected 0 or more")
         self._grip_s, self._grip_until = duration_s, None
@@ -163,7 +171,7 @@ class Person:
         return self._grip_s > 0.0
 
     def follow(self) -> None:
-        """Bring head and hand to the present step."""
+        """Move head and hand to their poses at the present step."""
         if self.head.moving:
             self.head.follow()
         if self.hand.moving:

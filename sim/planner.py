@@ -1,67 +1,131 @@
-"""Ways of the arm: straight in joint space where that is free, else around what is in the way.
+"""Paths of the arm: straight in joint space where that is free, else around the obstacle.
 
-Ways are looked for in a scene of its own, which is closed again, so that planning never touches the running world. The
-answer depends on start (to a milliradian) and waypoints only, and is kept for the process.
+Paths are planned in a separate scene, so that planning never changes the running world. The result depends on start (to
+a milliradian) and waypoints only, and is cached in the process.
 
-Around obstacles the way is sampled by OMPL's RRT-Connect (Kuffner and LaValle 2000). Its random numbers are seeded from
-the question itself, and it is bounded by a number of looks, not by time: the same question has the same answer on every
+Around obstacles a path is sampled by OMPL's RRT-Connect (Kuffner and LaValle 2000). Its random numbers are seeded from
+the query, and it is bounded by a number of collision checks, not by time: the same query has the same result on every
 machine, alone or after others.
 """
 
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Sequence
 from typing import Any
 
 from controller.ports import JointPose, PlanningError
-from sim.engine import Engine, quiet
-from sim.physics_time import STEP_S
-from sim.scene import SAMPLE_RAD, Scene
+from sim.engine import STEP_S, Engine, SimulationError, bullet, silenced
+from sim.fingers import Fingers
+from sim.layout import furnish
+from sim.torso import Torso
 
-MAX_LOOKS = 8000
-"""So many poses are looked at before a way around something is given up: some seconds."""
+MAX_CHECKS = 8000
+"""Collision checks before the search for a detour is given up: some seconds."""
 
-Question = tuple[JointPose, tuple[JointPose, ...]]
+SAMPLE_RAD = 0.04
+"""Largest joint angle between two collision checks: at most 3 cm at the fingertips."""
 
-_ways: dict[Question, tuple[JointPose, ...] | str] = {}
-"""The free way, or why there is none."""
+CLEARANCE_M = 0.02
+"""Smallest allowed distance of the left arm to table, bin and torso."""
+
+ARM_LINKS = ("left_elbow_flex", "left_wrist_pronation", "left_wrist_abduction", "left_wrist_flex")
+TORSO_LINKS = ("hip_flexor",)
+"""Links that the left arm must not touch: neck, head and right arm are fixed parts of the hip flexor's link."""
+
+Query = tuple[JointPose, tuple[JointPose, ...]]
+
+_paths: dict[Query, tuple[JointPose, ...] | str] = {}
+"""The free path, or the reason why there is none."""
 
 
-def known(start: JointPose, waypoints: Sequence[JointPose]) -> bool:
-    """True when `find_way` has its answer without looking."""
-    return _question(start, waypoints) in _ways
+class CollisionScene:
+    """Robot and furniture in a separate engine, without legs and person, for collision checks of arm poses."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+        self._furniture = furnish(engine)[1:]  # the arm does not reach the floor
+        self.torso = Torso(engine)
+        self._fingers = Fingers(engine, self.torso.palm_pose())
+        self._moving = {
+            self.torso.body: {self.torso.joints[name]: name for name in ARM_LINKS},
+            self._fingers.body: {index: name for name, index in self._fingers.joints.items()},
+        }
+        self._standing = (-1, *(self.torso.joints[name] for name in TORSO_LINKS))
+
+    def collision(self, pose: JointPose) -> str:
+        """What the arm is too near to in `pose`, or an empty text."""
+        self.torso.set_arm(pose)
+        self._fingers.follow(self.torso.palm_pose())
+        for body, names in self._moving.items():
+            for other in self._furniture:
+                for link, distance_m in self._near(body, other):
+                    if link in names:
+                        return f"{names[link]} comes within {distance_m:.3f} m of table or bin"
+            for link, name in names.items():
+                for other in self._standing:
+                    for _, distance_m in self._near(body, self.torso.body, link, other):
+                        return f"{name} comes within {distance_m:.3f} m of the torso"
+        return ""
+
+    def _near(self, body: int, other: int, *links: int) -> list[tuple[int, float]]:
+        """Link of the robot and distance (m) of every pair nearer than CLEARANCE_M."""
+        points = bullet.getClosestPoints(body, other, CLEARANCE_M, *links, physicsClientId=self._engine.client)
+        return [(point[3], point[8]) for point in points]
+
+    def limit_violation(self, pose: JointPose) -> str:
+        """The joint limit that `pose` violates, or an empty text."""
+        try:
+            self.torso.check_goal(pose)
+        except SimulationError as error:
+            return str(error)
+        return ""
+
+    def obstacle(self, start: JointPose, goal: JointPose) -> str:
+        """The obstacle on the straight path from `start` to `goal`, or an empty text. `start` itself is not checked."""
+        checks = 1 + math.ceil(max(abs(g - s) for g, s in zip(goal, start, strict=True)) / SAMPLE_RAD)
+        for check in range(1, checks + 1):
+            touched = self.collision(tuple(s + check / checks * (g - s) for g, s in zip(goal, start, strict=True)))
+            if touched:
+                return f"{touched} at {check / checks:.0%} of the way"
+        return ""
 
 
-def find_way(start: JointPose, waypoints: Sequence[JointPose]) -> tuple[JointPose, ...]:
-    """Poses (rad) to pass straight from one to the next: `waypoints`, and others between them where needed.
+def is_cached(start: JointPose, waypoints: Sequence[JointPose]) -> bool:
+    """True when `find_path` needs no search."""
+    return _query(start, waypoints) in _paths
+
+
+def find_path(start: JointPose, waypoints: Sequence[JointPose]) -> tuple[JointPose, ...]:
+    """Poses (rad) joined by straight, free paths: `waypoints`, and others between them where needed.
 
     Raises:
-        PlanningError: a waypoint is outside the limits or too near to something, or no way to it was found.
+        PlanningError: a waypoint is outside the limits or in collision, or no path to it was found.
     """
-    question = _question(start, waypoints)
-    if question not in _ways:
+    query = _query(start, waypoints)
+    if query not in _paths:
         with Engine(STEP_S) as engine:
-            _ways[question] = _search(Scene(engine), *question)
-    way = _ways[question]
+            _paths[query] = _search(CollisionScene(engine), *query)
+    way = _paths[query]
     if isinstance(way, str):
         raise PlanningError(way)
     return way
 
 
-def _question(start: JointPose, waypoints: Sequence[JointPose]) -> Question:
+def _query(start: JointPose, waypoints: Sequence[JointPose]) -> Query:
     return tuple(round(angle, 3) + 0.0 for angle in start), tuple(tuple(waypoint) for waypoint in waypoints)
 
 
-def _search(scene: Scene, start: JointPose, waypoints: tuple[JointPose, ...]) -> tuple[JointPose, ...] | str:
+def _search(scene: CollisionScene, start: JointPose, waypoints: tuple[JointPose, ...]) -> tuple[JointPose, ...] | str:
     way: list[JointPose] = []
     here = start
     for number, goal in enumerate(waypoints, 1):
-        wrong = scene.beyond(goal) or scene.touched(goal)
+        wrong = scene.limit_violation(goal) or scene.collision(goal)
         if wrong:
             return f"waypoint {number} {goal}: {wrong}"
-        blocked = scene.blocked(here, goal)
-        around = _around(scene, here, goal) if blocked else ()
+        blocked = scene.obstacle(here, goal)
+        around = _detour(scene, here, goal) if blocked else ()
         if around is None:
             return f"waypoint {number} {goal}: {blocked}, and no way around it was found"
         way += [*around, goal]
@@ -69,25 +133,25 @@ def _search(scene: Scene, start: JointPose, waypoints: tuple[JointPose, ...]) ->
     return tuple(way)
 
 
-def _around(scene: Scene, start: JointPose, goal: JointPose) -> tuple[JointPose, ...] | None:
-    """Poses between `start` and `goal` whose straight connections are free; None when none were found."""
-    with quiet():  # it complains of the seed being set again, which is what makes each answer independent
+def _detour(scene: CollisionScene, start: JointPose, goal: JointPose) -> tuple[JointPose, ...] | None:
+    """Poses between `start` and `goal` joined by free straight paths; None if none were found."""
+    with silenced():  # OMPL warns when the seed is set again, which makes results independent of each other
         poses = _sample(scene, start, goal)
     if poses is None:
         return None
     legs = zip((start, *poses), (*poses, goal), strict=True)
-    return None if any(scene.blocked(here, there) for here, there in legs) else poses
+    return None if any(scene.obstacle(here, there) for here, there in legs) else poses
 
 
-def _sample(scene: Scene, start: JointPose, goal: JointPose) -> tuple[JointPose, ...] | None:
-    from ompl import base, geometric, util  # only where a way is blocked: most runs need none of it
+def _sample(scene: CollisionScene, start: JointPose, goal: JointPose) -> tuple[JointPose, ...] | None:
+    from ompl import base, geometric, util  # imported only if a path is blocked: most runs need no detour
 
-    looks = 0
+    checks = 0
 
     def free(state: Sequence[float]) -> bool:
-        nonlocal looks
-        looks += 1
-        return not scene.touched(tuple(state[index] for index in range(len(start))))
+        nonlocal checks
+        checks += 1
+        return not scene.collision(tuple(state[index] for index in range(len(start))))
 
     util.RNG.setSeed(1 + int.from_bytes(hashlib.sha256(repr((start, goal)).encode()).digest()[:3], "big"))
     limits = list(scene.torso.limits_rad.values())
@@ -106,7 +170,7 @@ def _sample(scene: Scene, start: JointPose, goal: JointPose) -> tuple[JointPose,
     planner = geometric.RRTConnect(information)
     planner.setProblemDefinition(problem)
     planner.setup()
-    planner.solve(base.PlannerTerminationCondition(lambda: looks > MAX_LOOKS))
+    planner.solve(base.PlannerTerminationCondition(lambda: checks > MAX_CHECKS))
     if not problem.hasExactSolution():
         return None
     path = problem.getSolutionPath()

@@ -1,7 +1,7 @@
-"""The robot's side of the world: the controller's ports for clock, arm and hand, as blocking calls in virtual time.
+"""The controller's ports for clock, arm and hand, as blocking calls in virtual time.
 
-The calls are thin, because they run inside the controller's own greenlet, where code coverage is traced: planning is
-done by a node of the robot's own.
+The calls do little, because they run in the controller's greenlet, where code coverage is traced. Paths are planned by
+a separate node.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from contextlib import suppress
 
 from controller.ports import JointPose, Path, PlanningError
 from pytest_hricdv.runtime import Kernel, Node
-from sim.planner import find_way, known
-from sim.pressure import PressureSensor
+from sim.leg_supply import PressureSensor
+from sim.planner import find_path, is_cached
 from sim.timing import ArmPath, Segment, time_path
 from sim.world import World
 
@@ -20,14 +20,14 @@ ARRIVED_RAD = 0.005
 """A joint this near to its goal has arrived."""
 
 START_RAD = 0.02
-"""A path is followed only from a pose this near to its start."""
+"""An arm follows a path only from a pose this near to its start."""
 
 LATE_S = 1.0
-"""An arm that does not stand this long after its time has been held up."""
+"""An arm that is not at rest this long after the planned time has been blocked."""
 
 CLOSING_LIMIT_S = 3.0
 OPENING_LIMIT_S = 1.0
-"""How long the hand waits for its fingers to stand."""
+"""How long the hand waits until its fingers are at rest."""
 
 
 class RobotClock:
@@ -47,32 +47,32 @@ class RobotClock:
 
 
 class RobotArm:
-    """Plans and follows ways of the arm; a `controller.ports.Arm`. Make it outside of any node: it spawns one."""
+    """Plans and follows paths of the arm; a `controller.ports.Arm`. Create it outside of any node: it spawns one."""
 
     def __init__(self, kernel: Kernel, world: World, pressure: PressureSensor) -> None:
         self._kernel = kernel
         self._world = world
         self._pressure = pressure
         self._task: tuple[JointPose, tuple[JointPose, ...]] | None = None
-        self._asking: Node | None = None
+        self._waiting_node: Node | None = None
         self._planner = kernel.spawn("planner", self._plan_on_demand)
 
     def plan(self, waypoints: Sequence[JointPose], max_speed_rad_s: float) -> ArmPath:
-        """A way from where the arm is now through `waypoints` (rad), all joints slower than `max_speed_rad_s`.
+        """A path from the arm's present pose through `waypoints` (rad), all joints slower than `max_speed_rad_s`.
 
         Raises:
-            PlanningError: a waypoint is no pose within the limits, or table, bin or torso are in the way.
+            PlanningError: a waypoint is not a pose within the limits, or the path collides with table, bin or torso.
         """
         start = self._world.torso.arm_angles()
-        time_path(start, waypoints, max_speed_rad_s)  # refuses what is no pose
-        if not known(start, waypoints):
-            self._have_searched(start, tuple(waypoints))
-        return time_path(start, find_way(start, waypoints), max_speed_rad_s)
+        time_path(start, waypoints, max_speed_rad_s)  # refuses waypoints that are no poses
+        if not is_cached(start, waypoints):
+            self._request_search(start, tuple(waypoints))
+        return time_path(start, find_path(start, waypoints), max_speed_rad_s)
 
     def follow(self, path: Path) -> bool:
-        """Move along `path`, with a stop at each waypoint; blocks until the arm stands; True when it has arrived.
+        """Move along `path`, with a stop at each waypoint; blocks until the arm is at rest; True when it has arrived.
 
-        False at once, without moving, when the arm does not stand at the path's start: it would move too fast.
+        Returns False without moving if the arm is not at the path's start: it would move too fast.
         """
         if not isinstance(path, ArmPath):
             raise TypeError(f"an arm follows a path of its own plan(), not {path!r}")
@@ -86,22 +86,22 @@ class RobotArm:
 
     def _go(self, segment: Segment) -> bool:
         torso = self._world.torso
-        self._world.disturb()
+        self._world.unfreeze()
         torso.move_arm(segment.goal, segment.duration_s, segment.ramp_s)
         self._kernel.sleep(segment.duration_s)
         return wait_until(self._kernel, self._world, lambda: torso.stands_at(segment.goal, ARRIVED_RAD), LATE_S)
 
-    def _have_searched(self, start: JointPose, waypoints: tuple[JointPose, ...]) -> None:
-        self._task, self._asking = (start, waypoints), self._kernel.current()
+    def _request_search(self, start: JointPose, waypoints: tuple[JointPose, ...]) -> None:
+        self._task, self._waiting_node = (start, waypoints), self._kernel.current()
         self._kernel.wake(self._planner)
         self._kernel.block()
 
     def _plan_on_demand(self) -> None:
         while True:
-            if self._task is not None and self._asking is not None:
-                with suppress(PlanningError):  # kept, and raised where the way is asked for
-                    find_way(*self._task)
-                asking, self._task, self._asking = self._asking, None, None
+            if self._task is not None and self._waiting_node is not None:
+                with suppress(PlanningError):  # cached, and raised again in plan()
+                    find_path(*self._task)
+                asking, self._task, self._waiting_node = self._waiting_node, None, None
                 self._kernel.wake(asking)
             self._kernel.block()
 
@@ -115,16 +115,16 @@ class RobotHand:
         self._pressure = pressure
 
     def close(self) -> bool:
-        """Close the fingers; blocks until they stand; True when a leg is held then."""
-        self._world.disturb()
+        """Close the fingers; blocks until they are at rest; True when a leg is held then."""
+        self._world.unfreeze()
         self._world.gripper.close()
         wait_until(self._kernel, self._world, self._world.gripper.at_rest, CLOSING_LIMIT_S)
         self._pressure.tare()
         return self.holds()
 
     def open(self) -> bool:
-        """Open the fingers; blocks until they stand, at most 1 s; True when they are seen to be open."""
-        self._world.disturb()
+        """Open the fingers; blocks until they are at rest, at most 1 s; True when they are measured to be open."""
+        self._world.unfreeze()
         self._world.gripper.open()
         wait_until(self._kernel, self._world, self._world.gripper.at_rest, OPENING_LIMIT_S)
         return self._world.gripper.seen_open()

@@ -1,7 +1,7 @@
 """The commands that a person can enact, and the parameters that each needs.
 
 `tell leg`: `voice_s`, then the request is heard; `rest_x_m`, `rest_y_m`, `rest_z_m`, where the hand rests meanwhile.
-`receivesignal`: none; waits for the robot's "leg is ready".
+`receivesignal`: none; waits for the robot's message that the leg is ready.
 `set_param gaze = 1` or `0`: `offset_m`, `distance_m`, `angle_deg`, `side` (see `sim.gaze`).
 `set_param location = 1` or `0`: `dx_m`, `dy_m`, `dz_m`, the hand's place relative to the leg's.
 `set_param pressure = 1`: `pull_n`, `grip_s` (see `sim.person.Person`).
@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from sim.engine import SimulationError, finite
+from sim.engine import SimulationError, check_finite
 
 Script = tuple[tuple[str, Mapping[str, float]], ...]
 
@@ -33,13 +33,17 @@ PARAMETERS: Mapping[str, tuple[str, ...]] = {
 """The ten commands. Case study."""
 
 
-def checked(script: Sequence[tuple[str, Mapping[str, float]]]) -> Script:
-    """The script, once every command is known and has its parameters as finite numbers; else SimulationError."""
+def check_script(script: Sequence[tuple[str, Mapping[str, float]]]) -> Script:
+    """The script, if every command is known and has its parameters as finite numbers.
+
+    Raises:
+        SimulationError: an unknown command, or a parameter that is missing or not finite.
+    """
     for number, (command, parameters) in enumerate(script, 1):
         if command not in PARAMETERS:
             raise SimulationError(f"step {number}: unknown command {command!r}; known are {sorted(PARAMETERS)}")
         missing = [name for name in PARAMETERS[command] if name not in parameters]
         if missing:
             raise SimulationError(f"step {number}: {command!r} lacks {missing}; it has {sorted(parameters)}")
-        finite(f"step {number}: {command!r}", [parameters[name] for name in PARAMETERS[command]])
+        check_finite(f"step {number}: {command!r}", [parameters[name] for name in PARAMETERS[command]])
     return tuple((command, dict(parameters)) for command, parameters in script)

@@ -9,7 +9,7 @@ from controller.ports import LegReady, Reading, TurnDone
 from pytest_hricdv.runtime import Kernel, NodeBus
 from sim.engine import SimulationError
 from sim.gaze import gaze_of
-from sim.pressure import PRESSURE_N
+from sim.leg_supply import PRESSURE_N
 from sim.world import World
 
 PERIOD_S = 0.02
@@ -22,7 +22,7 @@ LOCATION_M = 0.3
 """Limits of a person who is ready: gaze offset, distance and angle; hand to leg on every axis. Case study."""
 
 RESOLUTION = 1e-6
-"""What the trackers resolve (m, degrees): a head placed at a limit is not beyond it for a rounding error."""
+"""Resolution of the trackers (m, degrees): a rounding error does not move a head beyond a limit."""
 
 SILENT_S = 1000.0
 """Longer than any run."""
@@ -30,7 +30,7 @@ SILENT_S = 1000.0
 
 @dataclass(frozen=True)
 class Truth:
-    """What is physically so, before any sensor error."""
+    """The true values, before any sensor error."""
 
     gaze: bool
     pressure: bool
@@ -38,7 +38,7 @@ class Truth:
 
 
 def classify(world: World) -> Truth:
-    """Classify the bodies' present state."""
+    """Classify the present poses."""
     place = world.legs.current.pose()[0]
     gaze = gaze_of(world.person.head.pose(), place)
     hand = world.person.hand.pose()[0]
@@ -52,16 +52,16 @@ def classify(world: World) -> Truth:
 
 
 class Sensors:
-    """Publishes `Reading` at 50 Hz while someone listens to it, like a lazy publisher.
+    """Publishes `Reading` at 50 Hz while it has subscribers.
 
     Args:
-        world: what is sensed.
-        bus: sends the readings.
-        kernel: keeps the period.
-        seed: of the sensor errors' own random stream.
-        error_probability: per reading, that gaze or location is missed though ready (each), and that pressure is felt
-            though nobody pulls at the held leg. Case study: about 5 %.
-        outage_turn: the turn (1 to 4) whose readings never come; 0 for none.
+        world: is sensed.
+        bus: carries the readings.
+        kernel: virtual time.
+        seed: of the sensor errors.
+        error_probability: for each reading: that gaze or location is missed (each), and that pressure is read though
+            nobody pulls at the held leg. Case study: about 5 %.
+        outage_turn: the turn (1 to 4) without readings; 0 for none.
 
     Raises:
         SimulationError: a probability outside [0, 1], or a negative turn.
@@ -91,17 +91,17 @@ class Sensors:
         self._turn = 0
 
     def sense(self) -> None:
-        """The node's body: publish while someone listens, for ever."""
+        """The node's body: publish while there are subscribers, forever."""
         while True:
             self._bus.wait_for_subscriber(Reading)
-            if self._out():
+            if self._in_outage():
                 self._turn_ended(self._ends.wait(SILENT_S))
                 continue
             self._bus.publish(self.read())
             self._kernel.sleep(PERIOD_S)
 
     def read(self) -> Reading:
-        """One reading, with its errors. Three random numbers a reading, so that one error never shifts another."""
+        """One reading with errors. Always draws three random numbers, so that one error never shifts another."""
         truth = classify(self._world)
         miss_gaze, feel, miss_location = (self._random.random() < self._error_probability for _ in range(3))
         held = self._world.legs.in_hand is not None
@@ -111,7 +111,7 @@ class Sensors:
             location=truth.location and not miss_location,
         )
 
-    def _out(self) -> bool:
+    def _in_outage(self) -> bool:
         while (ready := self._turns.poll()) is not None:
             self._turn = ready.turn
         while (end := self._ends.poll()) is not None:

@@ -1,7 +1,7 @@
-"""When an arm is where: straight pieces from stop to stop, below a joint speed and an acceleration.
+"""Timing of arm paths: straight segments from stop to stop, with limited joint speed and acceleration.
 
-A piece has one degree of freedom, its share of the way, and begins and ends at rest: the time-optimal timing is a
-trapezoid of the speed (a triangle where the piece is short), so no trajectory library is called upon for it.
+A segment has one degree of freedom and begins and ends at rest: the time-optimal profile is a trapezoid of the speed (a
+triangle for a short segment), so no trajectory library is needed.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from controller.ports import ARM_JOINTS, JointPose, PlanningError
-from sim.physics_time import STEP_S
+from sim.engine import STEP_S
 
 SPEED_SHARE = 0.96
 """The fastest joint moves at this share of the allowed speed."""
@@ -20,12 +20,12 @@ MAX_ACCELERATION_RAD_S2 = 1.0
 """Largest acceleration of a joint: a quarter of a second from rest to 0.25 rad/s."""
 
 SETTLE_S = 0.15
-"""What a joint motor takes, beyond the planned time, to stand (its gain makes the last bit exponential)."""
+"""Time beyond the planned time until a joint motor is at rest (it approaches the goal exponentially)."""
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A straight piece of a way: all joints start and arrive together, and speed up and slow down in `ramp_s` each."""
+    """A straight segment: all joints start and arrive together; acceleration and deceleration take `ramp_s` each."""
 
     goal: JointPose
     duration_s: float
@@ -34,14 +34,14 @@ class Segment:
 
 @dataclass(frozen=True)
 class ArmPath:
-    """A planned way; a `controller.ports.Path`."""
+    """A planned path; a `controller.ports.Path`."""
 
     start: JointPose
     segments: tuple[Segment, ...]
 
     @property
     def duration_s(self) -> float:
-        """How long following it takes, with the stop at the end of each segment."""
+        """Duration of the motion, including the stop at the end of each segment."""
         return sum(segment.duration_s + SETTLE_S for segment in self.segments)
 
 
@@ -68,7 +68,7 @@ def time_path(start: JointPose, waypoints: Sequence[JointPose], max_speed_rad_s:
 
 
 def _trapezoid(way_rad: float, speed_rad_s: float) -> tuple[float, float]:
-    """Duration and ramp (s) of a way from rest to rest: up to the speed, along, and down again."""
+    """Duration and ramp (s) of a move over an angle from rest to rest."""
     ramp_s = speed_rad_s / MAX_ACCELERATION_RAD_S2
     if way_rad < speed_rad_s * ramp_s:  # too short to reach the speed
         ramp_s = math.sqrt(way_rad / MAX_ACCELERATION_RAD_S2)

@@ -1,44 +1,43 @@
-"""The robot: BERT2's torso and left arm up to the palm, with position motors."""
+"""BERT2's torso and left arm up to the palm, with position motors."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from controller.ports import ARM_JOINTS, JointPose
-from sim.description import arm_description, without_looks
 from sim.drive import DriveMaker, MotorDrive
-from sim.engine import Engine, Pose, SimulationError, bullet, finite
-from sim.furniture import ROBOT
-from sim.welding import welded
+from sim.engine import Engine, Pose, SimulationError, bullet, check_finite
+from sim.layout import ROBOT
+from sim.urdf import arm_description, merge_fixed_joints, without_visuals
 
 ARM_TORQUE_NM = 200.0
-"""Strongest torque of an arm joint."""
+"""Maximum torque of an arm joint."""
 
 STANDS_RAD_S = 0.001
-"""An arm slower than this stands."""
+"""An arm slower than this is at rest."""
 
 PALM = "left_wrist_flex"
 
 
 class Torso:
-    """The robot's body in an engine, at HOME; its fingers are `sim.fingers`."""
+    """The robot's body in an engine, initially at HOME; its fingers are in `sim.fingers`."""
 
     def __init__(self, engine: Engine, drive: DriveMaker = MotorDrive) -> None:
         self.client = engine.client
         self.description = arm_description(ARM_JOINTS, PALM)
-        bare = welded(without_looks(self.description))
-        self.body, self.joints, self.limits_rad = engine.load(bare, sleeps=False)
+        bare = merge_fixed_joints(without_visuals(self.description))
+        self.body, self.joints, self.limits_rad = engine.load(bare, may_sleep=False)
         self.palm = self.joints[PALM]
         arm = [self.joints[name] for name in ARM_JOINTS]
         self.drive = drive(engine, self.body, arm, [ARM_TORQUE_NM] * len(arm))
-        engine.let_be_touched(self.body, ROBOT, 0)
-        self.drive.put((0.0,) * len(arm))
+        engine.set_collision_group(self.body, ROBOT, 0)
+        self.drive.reset((0.0,) * len(arm))
 
     def move_arm(self, goal: JointPose, duration_s: float, ramp_s: float = 0.0) -> None:
         """Start the nine arm joints towards `goal` (rad), all to arrive in `duration_s`, with ramps (see `Drive`).
 
         Raises:
-            SimulationError: not nine finite numbers, a goal outside a joint's limits, or a duration that cannot be.
+            SimulationError: not nine finite numbers, a goal outside a joint's limits, or an invalid duration.
         """
         self.check_goal(goal)
         self.drive.move(goal, duration_s, ramp_s)
@@ -47,23 +46,23 @@ class Torso:
         """Raise SimulationError unless `goal` is nine finite angles within the arm's limits."""
         if len(goal) != len(ARM_JOINTS):
             raise SimulationError(f"an arm pose has {len(goal)} angles: expected {len(ARM_JOINTS)}")
-        finite("arm pose", goal)
+        check_finite("arm pose", goal)
         for name, angle in zip(ARM_JOINTS, goal, strict=True):
             lower, upper = self.limits_rad[name]
             if not lower <= angle <= upper:
                 raise SimulationError(f"{name} at {angle} rad is outside its limits [{lower}, {upper}]")
 
     def set_arm(self, pose: JointPose) -> None:
-        """Put the arm somewhere at once: for looking at a pose, never in a running world."""
+        """Set the arm's pose at once: for collision checks, never in a running world."""
         self.check_goal(pose)
-        self.drive.put(pose)
+        self.drive.reset(pose)
 
     def arm_angles(self) -> JointPose:
         """The nine arm joint angles (rad)."""
         return self.drive.angles()
 
     def stands_at(self, goal: JointPose, tolerance_rad: float) -> bool:
-        """True when the arm stands with every joint near to `goal` (rad)."""
+        """True when the arm is at rest with every joint near `goal` (rad)."""
         if self.arm_speed() > STANDS_RAD_S:
             return False
         return all(abs(a - g) < tolerance_rad for a, g in zip(self.arm_angles(), goal, strict=True))

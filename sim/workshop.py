@@ -1,13 +1,13 @@
-"""The whole workshop around one test: world, person and sensors as nodes, the robot's ports, and when it is over."""
+"""The environment of one test: world, person and sensors as nodes, the robot's ports, and the end of the run."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Self
 
-from controller.ports import Reading, State, TableDone, TurnDone
-from pytest_hricdv.runtime import Bus, Kernel, RecordedMessage, Recorder, topic_of
+from controller.ports import State, TableDone
+from pytest_hricdv.runtime import Bus, Kernel, Recorder
 from sim.engine import SimulationError
 from sim.human import Human
 from sim.robot import Robot
@@ -15,26 +15,26 @@ from sim.sensors import Sensors
 from sim.world import World
 
 IDLE_STATE = "Timeout1"
-"""The robot says with this state that it waited for a request in vain."""
+"""The robot enters this state when no request came."""
 
 WAIT_S = 1000.0
 """Longer than any run."""
 
 
 class Workshop:
-    """Builds everything that a controller meets in one run; use it as a context manager.
+    """Everything that a controller interacts with in one run; a context manager.
 
     Args:
         kernel: keeps the time.
         bus: carries the messages.
-        recorder: gets the world's signals.
+        recorder: receives the world's signals.
         script: what the person enacts: commands with their parameters (see `sim.script`).
         seed: of the sensor errors.
         sensor_error: probability of an error per reading and sensor.
-        outage_turn: the turn whose readings never come; 0 for none.
-        freeze: let time pass without stepping while nothing can move.
+        outage_turn: the turn without readings; 0 for none.
+        freeze: skip physics steps while nothing can move.
         fidelity: "dynamic" or "kinematic" (see `sim.mechanics`).
-        acting: told the number of each command (from 0) when the person comes to it.
+        acting: called with the index of each command (from 0) when the person begins it.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Workshop:
         self.world.close()
 
     def start(self, control: Callable[[], None]) -> None:
-        """Start all nodes; `control` is the controller's body. The run ends with it, or when nobody asks any more.
+        """Start all nodes; `control` is the controller's body. The run ends with it, or when no more requests can come.
 
         A controller that ends without having reported a table is an error of the robot's node.
         """
@@ -94,15 +94,3 @@ class Workshop:
             state = states.wait(WAIT_S)
             if state is not None and state.name == IDLE_STATE and self.human.done:
                 self._kernel.stop("nobody asks any more")
-
-
-def turns(messages: Iterable[RecordedMessage]) -> tuple[tuple[str, str], ...]:
-    """Each turn's sensor reading (gaze, pressure, location, as in "101"; "none" without one) and how it ended."""
-    found, reading = [], "none"
-    for message in messages:
-        if message.topic == topic_of(Reading):
-            reading = "".join(str(int(bool(message.fields[name]))) for name in ("gaze", "pressure", "location"))
-        elif message.topic == topic_of(TurnDone):
-            found.append((reading, str(message.fields["outcome"])))
-            reading = "none"
-    return tuple(found)

@@ -1,4 +1,4 @@
-"""The physical world under the kernel's virtual time: steps, freezes when calm, and records what monitors need."""
+"""The physical world in the kernel's virtual time: it steps, freezes when nothing moves, and records signals."""
 
 from __future__ import annotations
 
@@ -7,48 +7,46 @@ from types import TracebackType
 from typing import ClassVar, Self
 
 from pytest_hricdv.runtime import Recorder
-from sim.engine import Engine, SimulationError
+from sim.engine import STEP_HZ, STEP_S, TICK_STEPS, Engine, PhysicsTime, SimulationError, steps_until, time_of
 from sim.fingers import Fingers
-from sim.furniture import furnish
-from sim.gripper import Doing, Gripper, offset_of
-from sim.leg_supply import LegSupply
+from sim.gripper import FingerMotion, Gripper, offset_of
+from sim.layout import furnish
+from sim.leg_supply import LegSupply, PressureSensor
 from sim.mechanics import mechanics_of
 from sim.person import Person
-from sim.physics_time import STEP_HZ, STEP_S, TICK_STEPS, PhysicsTime, steps_until, time_of
-from sim.pressure import PressureSensor
 from sim.torso import Torso
 
 SPEED_DIGITS = 6
-"""Arm speeds are recorded to a microradian a second: below that lies the noise of a motor at constant speed, and each
-change that is recorded wakes the monitors."""
+"""Arm speeds are recorded to a microradian per second: smaller changes are noise of a motor at constant speed, and each
+recorded change wakes the monitors."""
 
-CALM_RAD_S = 1e-6
-"""Joints slower than this stand."""
+REST_RAD_S = 1e-6
+"""Joints slower than this are at rest."""
 
-CALM_TICKS = 3
+REST_TICKS = 3
 SETTLE_STEPS = STEP_HZ // 2
 """Before time 0 the robot settles into its motors for half a second."""
 
 
 class Watch:
-    """Something a node waits for: told once, at the first control tick at which `condition` holds."""
+    """A condition that a node waits for: `notify` is called once, at the first control tick at which it holds."""
 
-    def __init__(self, condition: Callable[[], bool], tell: Callable[[], None]) -> None:
+    def __init__(self, condition: Callable[[], bool], notify: Callable[[], None]) -> None:
         self.condition = condition
-        self.tell = tell
+        self.notify = notify
 
 
 class World:
-    """Torso, leg, table and person in PyBullet; a `runtime.World`.
+    """Torso, legs, table and person in PyBullet; a `runtime.World`.
 
-    Use it as a context manager: one world a process at a time.
+    A context manager; one world at a time in a process.
 
     Args:
-        recorder: gets the signals `arm_speed` (rad/s, the arm's fastest joint, each physics step), `leg_held`,
+        recorder: receives the signals `arm_speed` (rad/s, the arm's fastest joint, each physics step), `leg_held`,
             `leg_torn` (it was pulled out of the closed hand), `leg_offset` (m, leg's middle to the handover place),
             `hand_closing`, and each physics step while closing `hand_distance` (m, the person's hand to the robot's
             palm and fingers) and `hand_contact_force` (N, with which the fingers press on the person's hand).
-        freeze: let time pass without stepping while nothing can move. Messages and verdicts are the same without.
+        freeze: skip steps while nothing can move. Messages and verdicts are the same without.
         fidelity: "dynamic" or "kinematic" (see `sim.mechanics`).
 
     Raises:
@@ -65,10 +63,10 @@ class World:
         self.fidelity = fidelity
         self._recorder = recorder
         self._freeze = freeze
-        self._calm_ticks = 0
+        self._rest_ticks = 0
         self._frozen_steps = 0
         self._watches: list[Watch] = []
-        self._happened: list[Watch] = []
+        self._triggered: list[Watch] = []
         self.time = PhysicsTime()
         self.engine = Engine(STEP_S)
         try:
@@ -84,26 +82,26 @@ class World:
         self.close()
 
     def close(self) -> None:
-        """Give everything back; may be called twice."""
+        """Release all resources; may be called twice."""
         self.engine.close()
         if World._open is self:
             World._open = None
 
     @property
     def frozen_s(self) -> float:
-        """Simulated seconds that passed without stepping."""
+        """Simulated time (s) that was skipped."""
         return self._frozen_steps / STEP_HZ
 
     def advance(self, target_us: int) -> int:
-        """Bring physics to `target_us` (us), or to the first tick at which a watch holds. Returns the time reached."""
+        """Advance physics to `target_us`, or to the first tick at which a watch holds; returns the time (us)."""
         last = steps_until(target_us)
         try:
             while self.time.step < last:
-                if self._calm():
-                    self._pass_over(last)
+                if self._is_frozen():
+                    self._skip_steps(last)
                 else:
                     self._step(last - self.time.step)
-                if self._happened and self.time.now_us <= target_us:
+                if self._triggered and self.time.now_us <= target_us:
                     self.person.follow()
                     return self.time.now_us
         except SimulationError as error:
@@ -113,26 +111,26 @@ class World:
         return target_us
 
     def observe(self) -> None:
-        """Tell those who wait what happened."""
-        happened, self._happened = self._happened, []
-        for watch in happened:
-            watch.tell()
+        """Notify the nodes whose watches hold."""
+        triggered, self._triggered = self._triggered, []
+        for watch in triggered:
+            watch.notify()
 
-    def watch(self, condition: Callable[[], bool], tell: Callable[[], None]) -> Watch:
-        """Ask to be told at the first control tick at which `condition` holds."""
-        watch = Watch(condition, tell)
+    def watch(self, condition: Callable[[], bool], notify: Callable[[], None]) -> Watch:
+        """Call `notify` at the first control tick at which `condition` holds."""
+        watch = Watch(condition, notify)
         self._watches.append(watch)
-        self.disturb()
+        self.unfreeze()
         return watch
 
     def unwatch(self, watch: Watch) -> None:
-        """Ask no more; without effect when told already."""
+        """Remove a watch; without effect if it was notified already."""
         if watch in self._watches:
             self._watches.remove(watch)
 
-    def disturb(self) -> None:
-        """Something was commanded: physics must step until all is calm again."""
-        self._calm_ticks = 0
+    def unfreeze(self) -> None:
+        """After a command: physics must step until everything is at rest again."""
+        self._rest_ticks = 0
 
     def signal(self, name: str, value: float | bool) -> None:
         """Record a signal's value from now on."""
@@ -165,13 +163,13 @@ class World:
             gripper.before_step()
         self._mechanics.step(self.engine, steps)
         self._count(steps)
-        if gripper.doing is not Doing.NOTHING or self.legs.carried is not None:
-            self.person.follow()  # else nobody looks at the person before the next tick
+        if gripper.motion is not FingerMotion.NONE or self.legs.carried is not None:
+            self.person.follow()  # otherwise nothing depends on the person before the next tick
         speed_rad_s = round(self.torso.arm_speed(), SPEED_DIGITS)
         if speed_rad_s != self._speed_rad_s:
             self._speed_rad_s = speed_rad_s
             self.signal("arm_speed", speed_rad_s)
-        if gripper.doing is not Doing.NOTHING:
+        if gripper.motion is not FingerMotion.NONE:
             gripper.after_step()
         if self.time.step % TICK_STEPS == 0:
             self._tick()
@@ -181,31 +179,31 @@ class World:
         self.gripper.tick()
         self.legs.tick()
         self.signal("leg_offset", offset_of(self.legs.current))
-        self._calm_ticks = self._calm_ticks + 1 if self._quiet() else 0
+        self._rest_ticks = self._rest_ticks + 1 if self._at_rest() else 0
         for watch in tuple(self._watches):
             if watch.condition():
                 self._watches.remove(watch)
-                self._happened.append(watch)
+                self._triggered.append(watch)
 
-    def _quiet(self) -> bool:
-        """True when nothing moves, and nothing that would move it changes."""
+    def _at_rest(self) -> bool:
+        """True when nothing moves and no force changes."""
         return (
-            not self._forced()
-            and self.gripper.doing is Doing.NOTHING
-            and self.torso.arm_speed() < CALM_RAD_S
+            not self._force_changes()
+            and self.gripper.motion is FingerMotion.NONE
+            and self.torso.arm_speed() < REST_RAD_S
             and self.legs.still()
         )
 
-    def _forced(self) -> bool:
-        """True while a force of the person changes: a constant one keeps the robot where it stands."""
+    def _force_changes(self) -> bool:
+        """True while a force of the person changes; a constant force does not move a robot at rest."""
         held = self.legs.in_hand is not None
         return (held and self.person.pull_changing) or self.legs.carried is not None
 
-    def _calm(self) -> bool:
-        return self._freeze and self._calm_ticks >= CALM_TICKS and not self._forced()
+    def _is_frozen(self) -> bool:
+        return self._freeze and self._rest_ticks >= REST_TICKS and not self._force_changes()
 
-    def _pass_over(self, last: int) -> None:
-        """Let steps pass in which nothing moves but the person, up to the tick at which a new leg is due."""
+    def _skip_steps(self, last: int) -> None:
+        """Skip steps in which only the person moves, up to the tick at which a new leg is due."""
         due = self.legs.due_step
         upto = last if due is None else min(last, -(-due // TICK_STEPS) * TICK_STEPS)
         self._frozen_steps += upto - self.time.step
@@ -213,7 +211,7 @@ class World:
         self.person.follow()
         if due is not None and upto >= due:
             self._tick()
-            self.disturb()
+            self.unfreeze()
 
     def _count(self, steps: int) -> None:
         self.time.step += steps

@@ -87,11 +87,11 @@ def shown(value: object) -> str:
 
 def measure(rate_hz: int) -> dict[str, dict[str, Any]]:
     """Run all tests in this process at one rate. No other module of sim/ may be imported before."""
-    from sim import physics_time
+    from sim import engine
 
-    physics_time.STEP_HZ = rate_hz
-    physics_time.STEP_S = 1.0 / rate_hz
-    physics_time.TICK_STEPS = rate_hz // physics_time.TICK_HZ
+    engine.STEP_HZ = rate_hz
+    engine.STEP_S = 1.0 / rate_hz
+    engine.TICK_STEPS = rate_hz // engine.TICK_HZ
     return {name: figures(test) for name, test in tests().items()}
 
 

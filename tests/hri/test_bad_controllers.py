@@ -8,7 +8,7 @@ from controller import machine
 from controller.ports import PlanningError
 from controller.robot import Robot
 from pytest_hricdv.runtime import KernelError
-from sim.planner import find_way
+from sim.planner import find_path
 from tests.hri import bench
 
 LEG = bench.concrete(bench.leg())
@@ -85,7 +85,7 @@ def test_a_controller_that_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_pose_out_of_reach_ends_the_turn_and_not_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     beyond = ((3.0, *[0.0] * 8),)
     with pytest.raises(PlanningError, match=r"hip_rotor at 3\.0 rad is outside"):
-        find_way((0.0,) * 9, beyond)
+        find_path((0.0,) * 9, beyond)
     monkeypatch.setattr("controller.fetching.TO_PICKUP", beyond)
     result = bench.run(LEG)
     assert result.outcome.outcomes == ("discarded",)

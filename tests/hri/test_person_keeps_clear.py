@@ -21,7 +21,7 @@ def test_the_person_keeps_clear_of_table_and_robot(suite: str, monkeypatch: pyte
     nearest: dict[str, float] = {}
     tick = World._tick
 
-    def looking(world: World) -> None:
+    def observed_tick(world: World) -> None:
         tick(world)
         assert world.engine.pose(TABLE)[0][2] < 0.43
         for part in (world.person.hand.body, world.person.head.body):
@@ -32,7 +32,7 @@ def test_the_person_keeps_clear_of_table_and_robot(suite: str, monkeypatch: pyte
             for name, distance_m in found.items():
                 nearest[name] = min(distance_m, nearest.get(name, distance_m))
 
-    monkeypatch.setattr(World, "_tick", looking)
+    monkeypatch.setattr(World, "_tick", observed_tick)
     for test in islice(bench.suite(suite), 4):
         bench.run(test)
     assert len(nearest) > 5

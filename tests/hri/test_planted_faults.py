@@ -15,7 +15,7 @@ from controller.settings import Settings
 from pytest_hricdv.case import CaseResult
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Verdict
-from sim.places import PICKUP_M
+from sim.layout import PICKUP_M
 from sim.world import World
 from tests.hri import bench
 

@@ -11,8 +11,7 @@ import pytest
 
 from controller.waypoints import HOME
 from pytest_hricdv.runtime import Recorder
-from sim.engine import UPRIGHT, Engine, SimulationError
-from sim.physics_time import STEP_S, PhysicsTime, steps_until, time_of
+from sim.engine import STEP_S, UPRIGHT, Engine, PhysicsTime, SimulationError, steps_until, time_of
 from sim.world import World
 
 from .stage import Stage
@@ -126,4 +125,4 @@ def test_a_duration_ends_at_the_first_step_that_is_long_enough() -> None:
 
 def test_a_description_that_is_none_is_refused() -> None:
     with Engine(STEP_S) as engine, pytest.raises(SimulationError, match="refused the robot description '<robot/>'"):
-        engine.load("<robot/>", sleeps=False)
+        engine.load("<robot/>", may_sleep=False)

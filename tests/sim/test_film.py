@@ -132,5 +132,5 @@ def test_every_body_of_the_world_is_on_the_picture() -> None:
         numbers = range(bullet.getNumBodies(physicsClientId=world.engine.client))
         everything = {bullet.getBodyUniqueId(number, physicsClientId=world.engine.client) for number in numbers}
         assert len(everything - bodies) == 1  # the floor, which is painted
-        kinds = {shape.look.kind for shape in visible(world)}
+        kinds = {shape.visual.kind for shape in visible(world)}
         assert kinds == {bullet.GEOM_BOX, bullet.GEOM_SPHERE, bullet.GEOM_CYLINDER}

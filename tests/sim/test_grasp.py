@@ -11,8 +11,8 @@ from controller import waypoints
 from sim.engine import SimulationError, bullet
 from sim.fingers import CLOSED
 from sim.gripper import RELEASE_RAD
+from sim.layout import TABLE_TOP_M
 from sim.leg import Held
-from sim.places import TABLE_TOP_M
 from sim.world import World
 
 from .stage import Stage

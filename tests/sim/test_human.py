@@ -10,12 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.ports import LegReady, Request, TurnDone
-from sim.engine import UPRIGHT, SimulationError
+from sim.engine import STEP_S, UPRIGHT, SimulationError
 from sim.human import Human
+from sim.layout import AWAY_HAND_M, REST_HAND_M, SEAT_HEAD_M
 from sim.person import HAND_SPEED_M_S, PEAK_OVER_MEAN, SHORTEST_MOVE_S, Movement
-from sim.physics_time import STEP_S
-from sim.places import AWAY_HAND_M, REST_HAND_M, SEAT_HEAD_M
-from sim.script import PARAMETERS, checked
+from sim.script import PARAMETERS, check_script
 
 from .stage import AT_LEG, LOOKING, Stage, Step, handover, one_leg
 
@@ -222,12 +221,12 @@ def test_a_hand_moves_smoothly_and_slower_than_1_m_s(
 @pytest.mark.parametrize("command", [c for c, names in PARAMETERS.items() if names])
 def test_a_missing_or_bad_parameter_is_named(command: str) -> None:
     full = dict.fromkeys(PARAMETERS[command], 0.5)
-    checked([(command, full)])
+    check_script([(command, full)])
     for name in PARAMETERS[command]:
         with pytest.raises(SimulationError, match=name):
-            checked([(command, {n: v for n, v in full.items() if n != name})])
+            check_script([(command, {n: v for n, v in full.items() if n != name})])
         with pytest.raises(SimulationError, match="finite"):
-            checked([(command, {**full, name: math.nan})])
+            check_script([(command, {**full, name: math.nan})])
 
 
 def test_an_unknown_command_is_named_with_the_known_ones() -> None:

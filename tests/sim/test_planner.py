@@ -15,10 +15,8 @@ from hypothesis import strategies as st
 from controller.ports import JointPose, PlanningError
 from controller.waypoints import HOME, TO_HANDOVER, TO_PICKUP, TO_RESUPPLY
 from sim import planner
-from sim.engine import Engine
-from sim.physics_time import STEP_S
-from sim.planner import find_way, known
-from sim.scene import Scene
+from sim.engine import STEP_S, Engine
+from sim.planner import CollisionScene, find_path, is_cached
 from sim.timing import MAX_ACCELERATION_RAD_S2, SPEED_SHARE, time_path
 
 WAYS = {"home": (HOME,), "pickup": TO_PICKUP, "handover": TO_HANDOVER, "re-supply": TO_RESUPPLY}
@@ -37,24 +35,24 @@ DETOURS: list[tuple[JointPose, JointPose]] = [
 
 @pytest.mark.parametrize(("start", "goal"), DETOURS)
 def test_a_way_leads_around_what_is_in_between(start: JointPose, goal: JointPose) -> None:
-    way = find_way(start, (goal,))
+    way = find_path(start, (goal,))
     assert len(way) > 1
     assert way[-1] == goal
     with Engine(STEP_S) as engine:
-        scene = Scene(engine)
-        assert scene.blocked(start, goal)
-        assert not any(scene.beyond(pose) for pose in way)
-        assert not any(scene.blocked(here, there) for here, there in itertools.pairwise((start, *way)))
+        scene = CollisionScene(engine)
+        assert scene.obstacle(start, goal)
+        assert not any(scene.limit_violation(pose) for pose in way)
+        assert not any(scene.obstacle(here, there) for here, there in itertools.pairwise((start, *way)))
 
 
 def test_a_detour_is_the_same_after_others_and_in_another_process(monkeypatch: pytest.MonkeyPatch) -> None:
     start, goal = DETOURS[1]
-    monkeypatch.setattr(planner, "_ways", {})
-    first = find_way(start, (goal,))
-    planner._ways.clear()
-    find_way(DETOURS[0][0], (DETOURS[0][1],))
-    assert find_way(start, (goal,)) == first
-    code = f"from sim.planner import find_way; print(find_way({start!r}, ({goal!r},)))"
+    monkeypatch.setattr(planner, "_paths", {})
+    first = find_path(start, (goal,))
+    planner._paths.clear()
+    find_path(DETOURS[0][0], (DETOURS[0][1],))
+    assert find_path(start, (goal,)) == first
+    code = f"from sim.planner import find_path; print(find_path({start!r}, ({goal!r},)))"
     root = Path(__file__).parents[2]
     there = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
     assert there.stdout.strip() == repr(first)
@@ -62,34 +60,34 @@ def test_a_detour_is_the_same_after_others_and_in_another_process(monkeypatch: p
 
 
 def test_a_goal_to_which_no_way_is_found_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(planner, "_ways", {})
-    monkeypatch.setattr(planner, "MAX_LOOKS", -1)
+    monkeypatch.setattr(planner, "_paths", {})
+    monkeypatch.setattr(planner, "MAX_CHECKS", -1)
     start, goal = DETOURS[0]
     with pytest.raises(PlanningError, match=r"waypoint 1 .* of the way, and no way around it was found"):
-        find_way(start, (goal,))
+        find_path(start, (goal,))
 
 
 @pytest.mark.parametrize(("start", "end"), list(itertools.permutations(WAYS, 2)))
 def test_every_way_is_free_from_the_end_of_every_other_without_a_detour(start: str, end: str) -> None:
-    assert find_way(WAYS[start][-1], WAYS[end]) == WAYS[end]
-    assert known(WAYS[start][-1], WAYS[end])
+    assert find_path(WAYS[start][-1], WAYS[end]) == WAYS[end]
+    assert is_cached(WAYS[start][-1], WAYS[end])
 
 
 def test_a_waypoint_in_the_table_is_refused() -> None:
     low: JointPose = (-0.1, 0.5, -0.4, -0.1, 1.3, -0.2, -0.2, -0.2, 0.1)
     with pytest.raises(PlanningError, match=r"waypoint 1 .* comes within -?\d.\d+ m of table or bin$"):
-        find_way(TO_PICKUP[0], (low,))
+        find_path(TO_PICKUP[0], (low,))
 
 
 def test_a_waypoint_in_the_torso_is_refused() -> None:
     inwards: JointPose = (0.0, 0.0, 0.0, -0.1, -1.3, -0.3, 0.0, -0.1, 0.0)
     with pytest.raises(PlanningError, match="of the torso"):
-        find_way(HOME, (inwards,))
+        find_path(HOME, (inwards,))
 
 
 def test_a_waypoint_outside_the_limits_is_refused() -> None:
     with pytest.raises(PlanningError, match=r"waypoint 2 .*left_elbow_flex at 0\.9 rad is outside"):
-        find_way(HOME, (HOME, (0.0, 0.0, 0.0, 0.0, 0.0, 0.9, 0.0, 0.0, 0.0)))
+        find_path(HOME, (HOME, (0.0, 0.0, 0.0, 0.0, 0.0, 0.9, 0.0, 0.0, 0.0)))
 
 
 @pytest.mark.parametrize(

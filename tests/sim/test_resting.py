@@ -10,8 +10,8 @@ from controller import waypoints
 from pytest_hricdv.runtime import Recorder
 from sim.engine import UPRIGHT
 from sim.fingers import CLOSED, OPEN
+from sim.layout import REST_HIGH_M, REST_LOW_M, TABLE_TOP_M
 from sim.person import HAND_HALF_M
-from sim.places import REST_HIGH_M, REST_LOW_M, TABLE_TOP_M
 from sim.world import World
 
 from .stage import Stage, handover, one_leg
@@ -31,7 +31,7 @@ def test_about_three_in_a_hundred_rest_within_5_cm_of_the_closing_hand_and_none_
             for _ in range(4000)
         ]
         for share in (0.0, 0.5, 1.0):
-            world.fingers.drive.put([a + share * (b - a) for a, b in zip(OPEN, CLOSED, strict=True)])
+            world.fingers.drive.reset([a + share * (b - a) for a, b in zip(OPEN, CLOSED, strict=True)])
             distances = []
             for x, y, z in places:
                 world.engine.place(hand, ((x, y, z), UPRIGHT))

@@ -8,7 +8,7 @@ import pytest
 
 from controller.ports import LegReady, Reading, TurnDone
 from sim.engine import SimulationError
-from sim.gaze import Gaze, head_for
+from sim.gaze import Gaze, head_pose
 from sim.sensors import Sensors, Truth, classify
 
 from .stage import Stage
@@ -42,7 +42,7 @@ def make_ready(stage: Stage, pull_n: float = 8.0) -> None:
     leg = stage.world.legs.current
     x, y, z = leg.pose()[0]
     head, hand = stage.world.person.head, stage.world.person.hand
-    took_s = max(head.move(*head_for(READY, 1.0, (x, y, z))), hand.move((x + 0.03, y, z - 0.03)))
+    took_s = max(head.move(*head_pose(READY, 1.0, (x, y, z))), hand.move((x + 0.03, y, z - 0.03)))
     stage.world.person.pull(pull_n)
     stage.kernel.sleep(took_s + 1.0)
 
@@ -50,7 +50,7 @@ def make_ready(stage: Stage, pull_n: float = 8.0) -> None:
 @pytest.mark.parametrize(("gaze", "ready"), GAZES.values(), ids=GAZES)
 def test_gaze_is_read_from_the_head(stage: Stage, gaze: Gaze, ready: bool) -> None:
     leg = stage.world.legs.current
-    place, turn = head_for(gaze, -1.0, leg.pose()[0])
+    place, turn = head_pose(gaze, -1.0, leg.pose()[0])
 
     def look() -> None:
         stage.kernel.sleep(stage.world.person.head.move(place, turn))

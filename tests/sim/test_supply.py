@@ -7,9 +7,9 @@ import math
 import pytest
 
 from controller import waypoints
+from sim.layout import BIN_M, PICKUP_M, TABLE_TOP_M, in_bin
 from sim.leg import Held
 from sim.leg_supply import RESUPPLY_S
-from sim.places import BIN_M, PICKUP_M, TABLE_TOP_M, in_bin
 
 from .stage import Stage, handover, one_leg
 

@@ -7,8 +7,8 @@ import math
 import pytest
 
 from controller.ports import Reading
+from sim.layout import TABLE_TOP_M
 from sim.leg import Held
-from sim.places import TABLE_TOP_M
 from tests.hri import bench
 
 from .stage import Stage
@@ -24,7 +24,7 @@ def pulled(pull_n: float, *, at_leg: bool) -> Stage:
             x, y, z = world.legs.current.pose()[0]
             if at_leg:
                 stage.kernel.sleep(world.person.hand.move((x + 0.03, y, z - 0.03)))
-            world.disturb()
+            world.unfreeze()
             world.person.pull(pull_n)
             stage.kernel.sleep(1.0)
             assert stage.robot.hand.holds() == (pull_n < 15.0)
@@ -71,7 +71,7 @@ def test_the_sensors_feel_no_pull_at_a_leg_that_is_gone() -> None:
 
         def body() -> None:
             assert stage.fetch()
-            stage.world.disturb()
+            stage.world.unfreeze()
             stage.world.person.pull(20.0)
             stage.kernel.sleep(2.0)
             readings.append(sensors.read())

@@ -11,11 +11,10 @@ from typing import Any
 import pytest
 
 from controller.ports import ARM_JOINTS
-from sim.description import URDF, arm_description
-from sim.engine import Engine, SimulationError, bullet
+from sim.engine import STEP_S, Engine, SimulationError, bullet
 from sim.fingers import CLOSED, FINGER_JOINTS, OPEN, Fingers
-from sim.physics_time import STEP_S
 from sim.torso import PALM, Torso
+from sim.urdf import URDF, arm_description
 
 TABLE: list[dict[str, Any]] = json.loads(Path(__file__).with_name("bert2_joint_table.json").read_text())
 REVOLUTE = {row["joint"].removesuffix("_joint"): row for row in TABLE if row["type"] == "revolute"}
@@ -57,7 +56,7 @@ def test_the_arm_carries_the_mass_of_everything_but_the_stand(bodies: tuple[Tors
 def test_the_fingers_are_where_the_whole_robot_has_them(bodies: tuple[Torso, Fingers]) -> None:
     torso, fingers = bodies
     with Engine(STEP_S) as engine:
-        body, joints, _ = engine.load(URDF.read_text(encoding="utf-8"), sleeps=False, merges=True)
+        body, joints, _ = engine.load(URDF.read_text(encoding="utf-8"), may_sleep=False, merge_links=True)
         pose = dict(zip(ARM_JOINTS, (0.3, -0.2, -0.5, 0.2, 1.0, 0.1, -0.1, -0.3, 0.2), strict=True))
         torso.set_arm(tuple(pose.values()))
         fingers.follow(torso.palm_pose())

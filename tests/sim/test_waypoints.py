@@ -8,7 +8,7 @@ import pytest
 
 from controller import waypoints
 from sim.engine import bullet
-from sim.places import HANDOVER_M, PICKUP_M, in_bin
+from sim.layout import HANDOVER_M, PICKUP_M, in_bin
 
 from .stage import Stage
 

@@ -6,8 +6,7 @@ import pytest
 
 from controller import waypoints
 from sim.engine import Vector
-from sim.fingers import CLOSED
-from sim.touch import FLESH_MAX_N
+from sim.fingers import CLOSED, HAND_MAX_FORCE_N
 
 from .stage import Stage
 
@@ -43,7 +42,7 @@ def test_a_hand_between_the_fingers_stops_them_and_its_force_shows_while_they_cl
     assert held_then  # nothing is left of it
     signals = stage.recorder.finish().signals
     times, forces = signals["hand_contact_force"]
-    assert 5.0 < max(forces) <= LINKS * FLESH_MAX_N
+    assert 5.0 < max(forces) <= LINKS * HAND_MAX_FORCE_N
     began_s, ended_s = signals["hand_closing"][0][1:3]
     assert all(began_s <= at <= ended_s for at, force in zip(times, forces, strict=True) if force > 0.0)
     assert forces[-1] == 0.0

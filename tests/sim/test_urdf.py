@@ -8,19 +8,17 @@ import pytest
 
 from controller.ports import ARM_JOINTS
 from pytest_hricdv.runtime import Recorder
-from sim.description import arm_description, without_looks
-from sim.engine import Engine, SimulationError, bullet
-from sim.physics_time import STEP_S
+from sim.engine import STEP_S, Engine, SimulationError, bullet
 from sim.torso import PALM
-from sim.welding import welded
+from sim.urdf import arm_description, merge_fixed_joints, without_visuals
 from sim.world import World
 from tests.sim.memory import resident_kb
 
 
-def bodies(description: str, *, merges: bool) -> dict[str, Any]:
+def bodies(description: str, *, merge_links: bool) -> dict[str, Any]:
     """What an engine knows of a robot's links: joints, limits, masses, inertia, frames; and where they can be hit."""
     with Engine(STEP_S) as engine:
-        body, joints, limits = engine.load(description, sleeps=False, merges=merges)
+        body, joints, limits = engine.load(description, may_sleep=False, merge_links=merge_links)
         links, told = range(-1, len(joints)), {"physicsClientId": engine.client}
         hit = [
             [(shape[2], *shape[3], *shape[5], *shape[6]) for shape in bullet.getCollisionShapeData(body, link, **told)]
@@ -36,19 +34,19 @@ def bodies(description: str, *, merges: bool) -> dict[str, Any]:
 
 
 def test_a_welded_robot_is_the_one_that_pybullet_merges_to_the_bit() -> None:
-    description = without_looks(arm_description(ARM_JOINTS, PALM))
-    mine, its = bodies(welded(description), merges=False), bodies(description, merges=True)
+    description = without_visuals(arm_description(ARM_JOINTS, PALM))
+    mine, its = bodies(merge_fixed_joints(description), merge_links=False), bodies(description, merge_links=True)
     assert tuple(mine["joints"]) == ARM_JOINTS
     for what, value in its.items():
         assert mine[what] == value, what
 
 
 def test_a_robot_that_cannot_be_loaded_is_not_welded() -> None:
-    description = without_looks(arm_description(ARM_JOINTS, PALM)).replace(
+    description = without_visuals(arm_description(ARM_JOINTS, PALM)).replace(
         '<parent link="base_link"', '<parent link="b"'
     )
     with pytest.raises(SimulationError, match="PyBullet refused the robot description"):
-        welded(description)
+        merge_fixed_joints(description)
 
 
 def test_a_world_that_is_closed_leaves_no_memory_behind() -> None:

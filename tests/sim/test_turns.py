@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from sim.aims import aims
+from sim.turns import planned_turns
 
 LEG = ["tell leg", "receivesignal", "set_param location = 1", "set_param pressure = 0", "set_param gaze = 1"]
 READY = "tell humanReady"
 
 
 def test_a_leg_has_its_pose_in_the_order_of_the_readings() -> None:
-    assert aims([*LEG, READY]) == (("1", "not_bored", "101"),)
+    assert planned_turns([*LEG, READY]) == (("1", "not_bored", "101"),)
 
 
 def test_a_leg_given_up_for_boredom_counts_once() -> None:
     bored = ["tell leg", "receivesignal", "bored"]
-    assert aims([*bored, *LEG, READY, *LEG, READY]) == (
+    assert planned_turns([*bored, *LEG, READY, *LEG, READY]) == (
         ("2", "bored", "none"),
         ("2", "not_bored", "101"),
         ("2", "not_bored", "101"),
@@ -22,7 +22,7 @@ def test_a_leg_given_up_for_boredom_counts_once() -> None:
 
 
 def test_who_does_not_say_ready_has_no_pose_and_a_table_has_four_legs() -> None:
-    assert aims(LEG) == (("1", "not_bored", "none"),)
-    assert [legs for legs, _, _ in aims(LEG * 6)] == ["4"] * 6
-    assert aims([]) == ()
-    assert aims(["bored", "set_param gaze = 1"]) == ()
+    assert planned_turns(LEG) == (("1", "not_bored", "none"),)
+    assert [legs for legs, _, _ in planned_turns(LEG * 6)] == ["4"] * 6
+    assert planned_turns([]) == ()
+    assert planned_turns(["bored", "set_param gaze = 1"]) == ()
