@@ -21,8 +21,8 @@ from functools import partial
 from pathlib import Path
 
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Vocabulary, load_requirements
-from pytest_hricdv.monitor.logged import evaluate
-from pytest_hricdv.monitor.miss import nearest_miss
+from pytest_hricdv.monitor.near_miss import nearest_miss
+from pytest_hricdv.monitor.offline import evaluate
 from studies.session import machine
 
 RATE_HZ = 240

@@ -1,6 +1,6 @@
-"""What can be said about a formula without running it: what it reads, and when its value can change.
+"""Static analysis of formulas: what a formula reads, and when its value can change.
 
-Monitors are evaluated only when something changes that can change their formula; this is where that is decided.
+A monitor is evaluated only when an update can change the value of its formula; `sources` decides which updates can.
 A *source* is what is fed: the name of a signal, or `on(topic)` for a topic (its fields change only with a message).
 """
 
@@ -20,22 +20,23 @@ from pytest_hricdv.monitor.formula import (
     Number,
     On,
     Or,
-    Past,
+    PastFormula,
     Previously,
     Response,
     Rise,
     Since,
     Term,
 )
+from pytest_hricdv.monitor.requirement import Kind
 
 
 def source_of(name: str) -> str:
-    """The source by whose updates `name` (a signal, or `topic.field`) changes."""
+    """The source whose updates change `name` (a signal, or `topic.field`)."""
     topic, dot, _ = name.partition(".")
     return f"on({topic})" if dot else name
 
 
-def children(formula: Past) -> tuple[Past, ...]:
+def children(formula: PastFormula) -> tuple[PastFormula, ...]:
     """The formulas directly inside `formula`."""
     match formula:
         case BooleanName() | On() | Comparison():
@@ -46,15 +47,15 @@ def children(formula: Past) -> tuple[Past, ...]:
             return (formula.operand,)
 
 
-def walk(formula: Past) -> Iterator[Past]:
-    """`formula` and all formulas inside it, in the order in which they are written."""
+def walk(formula: PastFormula) -> Iterator[PastFormula]:
+    """`formula` and all formulas inside it, in the order of the text."""
     yield formula
     for child in children(formula):
         yield from walk(child)
 
 
-def conjuncts(formula: Past) -> Iterator[Past]:
-    """The parts of `formula` that all have to be true for it to be true, in the order in which they are written."""
+def conjuncts(formula: PastFormula) -> Iterator[PastFormula]:
+    """The operands of the outermost conjunctions of `formula`, in the order of the text."""
     if isinstance(formula, And):
         yield from conjuncts(formula.left)
         yield from conjuncts(formula.right)
@@ -62,7 +63,7 @@ def conjuncts(formula: Past) -> Iterator[Past]:
         yield formula
 
 
-def conditions(response: Response) -> tuple[Past, ...]:
+def conditions(response: Response) -> tuple[PastFormula, ...]:
     """The past formulas of a response."""
     release = getattr(response, "release", None)
     return (response.condition,) if release is None else (response.condition, release)
@@ -82,9 +83,9 @@ def term_names(term: Term) -> Iterator[FloatName]:
             return
 
 
-def names_of(parts: Iterable[Past]) -> dict[str, type[bool] | type[float]]:
-    """Name -> type of all signals and fields that some formulas read, in the order in which they are written."""
-    kinds: dict[str, type[bool] | type[float]] = {}
+def names_of(parts: Iterable[PastFormula]) -> dict[str, Kind]:
+    """Name -> type of all signals and fields that the formulas read, in the order of the text."""
+    kinds: dict[str, Kind] = {}
     for part in parts:
         for node in walk(part):
             match node:
@@ -97,24 +98,24 @@ def names_of(parts: Iterable[Past]) -> dict[str, type[bool] | type[float]]:
     return kinds
 
 
-def names_read(formula: Formula) -> dict[str, type[bool] | type[float]]:
-    """Name -> type of all signals and fields that a requirement reads, in the order in which they are written."""
+def names_read(formula: Formula) -> dict[str, Kind]:
+    """Name -> type of all signals and fields that a requirement reads, in the order of the text."""
     return names_of((formula.antecedent, *conditions(formula.response)))
 
 
-def topics_of(parts: Sequence[Past]) -> frozenset[str]:
-    """The topics whose messages some formulas need: named by `on(topic)` or by a field."""
+def topics_of(parts: Sequence[PastFormula]) -> frozenset[str]:
+    """The topics whose messages the formulas read, by `on(topic)` or by a field."""
     arrivals = {node.topic for part in parts for node in walk(part) if isinstance(node, On)}
     return frozenset(arrivals | {name.partition(".")[0] for name in names_of(parts) if "." in name})
 
 
 def topics_read(formula: Formula) -> frozenset[str]:
-    """The topics whose messages a requirement needs."""
+    """The topics whose messages a requirement reads."""
     return topics_of((formula.antecedent, *conditions(formula.response)))
 
 
-def is_instantaneous(formula: Past) -> bool:
-    """Whether `formula` can be true at isolated instants only, never for any length of time."""
+def is_instantaneous(formula: PastFormula) -> bool:
+    """Whether `formula` can be true only at isolated instants, never for a length of time."""
     match formula:
         case On() | Rise() | Fall():
             return True
@@ -126,20 +127,20 @@ def is_instantaneous(formula: Past) -> bool:
             return False
 
 
-def is_lasting(formula: Past) -> bool:
-    """Whether the value at an instant is also the value right after it, so that the instant alone need be looked at.
+def is_right_continuous(formula: PastFormula) -> bool:
+    """Whether the value at each instant is also the value right after it, so that only instants need evaluation.
 
-    Signals are so, and what is made from them. Messages, edges and `previously` single out an instant.
+    Signals and formulas over signals are. Messages, edges and `previously` differ at single instants.
     """
     return not any(isinstance(node, On | Rise | Fall | Previously) for node in walk(formula))
 
 
-def sources(formula: Past) -> frozenset[str]:
+def sources(formula: PastFormula) -> frozenset[str]:
     """The sources whose updates can change the value of `formula`.
 
-    A conjunction with a part that is true at instants only can be true at those instants only, so the other part need
-    not be followed: `fall(leg_held) & leg_offset < 0.15` is looked at when `leg_held` changes, however often
-    `leg_offset` does. (The formulas inside past operators are followed for themselves; see `compile`.)
+    A conjunction with an operand that is true only at isolated instants can be true only at these instants, so updates
+    of the other operand alone do not matter: `fall(leg_held) & leg_offset < 0.15` is evaluated when `leg_held` changes,
+    however often `leg_offset` does. (The operands of past operators have sources of their own; see `compiler`.)
     """
     match formula:
         case BooleanName():

@@ -1,14 +1,14 @@
-"""Requirements written in Python: functions and operators that give the very formula that the text would.
+"""Requirements written in Python: functions and operators that build the same formulas as the text.
 
 >>> ready = on("reading") & field("reading.gaze") & field("reading.pressure")
 >>> print(always(ready >> eventually(fall(signal("leg_held")) & (signal("leg_offset") < 0.15), 0, 10)))
 always(on(reading) & reading.gaze & reading.pressure -> eventually[0:10](fall(leg_held) & leg_offset < 0.15))
 
 `& | ~` are "and", "or", "not", and `>>` is the arrow between antecedent and response. In Python they bind more strongly
-than comparisons, so a comparison needs its parentheses; forgetting them is an error that says so. Times are seconds.
+than comparisons, so a comparison needs parentheses; without them there is an error with this advice. Times are seconds.
 
-Names and types are checked against a vocabulary where there is one: by `check_requirement`, or when the requirements
-are handed to a testbench.
+Names and types are checked against a vocabulary later: by `check_requirement`, or when a testbench loads the
+requirements.
 """
 
 from __future__ import annotations
@@ -18,9 +18,8 @@ from collections.abc import Sequence
 from typing import overload
 
 from pytest_hricdv.monitor import formula as ast
-from pytest_hricdv.monitor.operands import Condition, Implication, Name, Quantity, as_number, as_past, as_term
-from pytest_hricdv.monitor.requirement import Requirement
-from pytest_hricdv.monitor.vocabulary import IDENTIFIER
+from pytest_hricdv.monitor.dsl import Condition, Implication, Name, Quantity, as_number, as_past, as_term
+from pytest_hricdv.monitor.requirement import IDENTIFIER, Requirement
 
 __all__ = [
     "always",
@@ -44,18 +43,18 @@ __all__ = [
 
 
 def signal(name: str) -> Name:
-    """A signal: a condition if it is a bool, a number if it is a float. Raises ValueError for what is no name."""
+    """A signal: a condition if it is a bool, a number if it is a float. Raises ValueError for an invalid name."""
     return Name(_identifier(name))
 
 
 def field(name: str) -> Name:
-    """The last value of a message's field, written `topic.field`. Raises ValueError for what is no such name."""
+    """The last value of a message's field, written `topic.field`. Raises ValueError for an invalid name."""
     topic, _, member = name.partition(".")
     return Name(f"{_identifier(topic)}.{_identifier(member)}")
 
 
 def on(topic: str) -> Condition:
-    """True at the instant at which a message of the topic arrives. Raises ValueError for what is no name."""
+    """True at the instant at which a message of the topic arrives. Raises ValueError for an invalid name."""
     return Condition(ast.On(_identifier(topic)))
 
 
@@ -63,7 +62,7 @@ def on(topic: str) -> Condition:
 
 
 def equal(left: Quantity | float, right: Quantity | float) -> Condition:
-    """`left == right`. (Python's own `==` compares the objects that formulas are built from.)"""
+    """`left == right`. (Python's `==` would compare the Python objects.)"""
     return Condition(ast.Comparison("==", as_term(left), as_term(right)))
 
 
@@ -73,42 +72,42 @@ def unequal(left: Quantity | float, right: Quantity | float) -> Condition:
 
 
 def rise(condition: Condition) -> Condition:
-    """True at the instant at which `condition` turns true."""
+    """True at the instant at which `condition` becomes true."""
     return Condition(ast.Rise(as_past(condition)))
 
 
 def fall(condition: Condition) -> Condition:
-    """True at the instant at which `condition` turns false."""
+    """True at the instant at which `condition` becomes false."""
     return Condition(ast.Fall(as_past(condition)))
 
 
 def previously(condition: Condition) -> Condition:
-    """`condition` as it was just before."""
+    """`condition` just before the instant."""
     return Condition(ast.Previously(as_past(condition)))
 
 
 def once(condition: Condition, start_s: float = 0.0, end_s: float = math.inf) -> Condition:
-    """`condition` was true somewhere between `end_s` and `start_s` seconds ago; without a window: ever."""
+    """`condition` was true at some time between `end_s` and `start_s` seconds ago; without a window: ever."""
     return Condition(ast.Once(as_past(condition), *_window(start_s, end_s)))
 
 
 def historically(condition: Condition, start_s: float = 0.0, end_s: float = math.inf) -> Condition:
-    """`condition` was true all the time between `end_s` and `start_s` seconds ago; without a window: always."""
+    """`condition` was true at all times between `end_s` and `start_s` seconds ago; without a window: always."""
     return Condition(ast.Historically(as_past(condition), *_window(start_s, end_s)))
 
 
 def since(condition: Condition, start: Condition) -> Condition:
-    """`condition since start`: `start` was true, and `condition` has been ever since."""
+    """`condition since start`: `start` was true, and `condition` has been true since then."""
     return Condition(ast.Since(as_past(condition), as_past(start)))
 
 
 # --- responses and formulas
 
 
-class Lasting:
-    """`always(condition)` as a response that still needs its end."""
+class UnfinishedAlways:
+    """`always(condition)`: a response only with `.until(release)`."""
 
-    def __init__(self, condition: ast.Past) -> None:
+    def __init__(self, condition: ast.PastFormula) -> None:
         self._condition = condition
 
     def until(self, release: Condition) -> ast.HoldsUntil:
@@ -120,27 +119,27 @@ class Lasting:
 
 
 def eventually(condition: Condition, start_s: float, end_s: float) -> ast.Eventually:
-    """The response `eventually[a:b](condition)`: true somewhere from `start_s` to `end_s` after the trigger."""
+    """The response `eventually[a:b](condition)`: true at some time from `start_s` to `end_s` after the trigger."""
     return ast.Eventually(as_past(condition), *_window(start_s, end_s))
 
 
 @overload
 def always(what: Implication) -> ast.Formula: ...
 @overload
-def always(what: Condition) -> Lasting: ...
+def always(what: Condition) -> UnfinishedAlways: ...
 @overload
 def always(what: Condition, start_s: float, end_s: float) -> ast.AlwaysWithin: ...
 def always(
     what: Implication | Condition, start_s: float | None = None, end_s: float | None = None
-) -> ast.Formula | Lasting | ast.AlwaysWithin:
+) -> ast.Formula | UnfinishedAlways | ast.AlwaysWithin:
     """As in the text: a whole formula, or a response.
 
-    `always(antecedent >> response)` is a formula. As responses, `always(condition, a, b)` says that `condition` is true
-    all over the time from `a` to `b` seconds after the trigger, and `always(condition).until(release)` until `release`.
+    `always(antecedent >> response)` is a formula. As responses, `always(condition, a, b)` requires `condition` at all
+    times from `a` to `b` seconds after the trigger, and `always(condition).until(release)` until `release`.
 
     Raises:
-        TypeError: no implication and no condition, or one end of a window only.
-        ValueError: a window that is none.
+        TypeError: neither an implication nor a condition, or only one end of a window.
+        ValueError: a window that ends before it starts.
     """
     if isinstance(what, Implication):
         if start_s is not None or end_s is not None:
@@ -148,24 +147,24 @@ def always(
         return ast.Formula(what.antecedent, what.response)
     condition = as_past(what)
     if start_s is None and end_s is None:
-        return Lasting(condition)
+        return UnfinishedAlways(condition)
     if start_s is None or end_s is None:
         raise TypeError("a window has two ends: always(condition, a, b), in seconds after the trigger")
     return ast.AlwaysWithin(condition, *_window(start_s, end_s))
 
 
 def requirement(id: str, title: str, formula: ast.Formula, source: str = "", shows: Sequence[str] = ()) -> Requirement:
-    """A requirement as a table of a TOML file would give it; its text is written from the formula.
+    """A requirement as from a table of a TOML file; its text is written from the formula.
 
     Args:
         id: such as `R1`.
-        title: what it says, in a sentence.
-        formula: what `always(antecedent >> response)` gave.
+        title: the requirement in one sentence.
+        formula: the result of `always(antecedent >> response)`.
         source: where it comes from; may be empty.
-        shows: numeric signals whose value a violation tells, too (see `Requirement`).
+        shows: numeric signals that a violation reports in addition (see `Requirement`).
 
     Raises:
-        TypeError: `formula` is none, for instance because the antecedent is missing.
+        TypeError: `formula` is not a formula, for instance because the antecedent is missing.
     """
     if not isinstance(formula, ast.Formula):
         raise TypeError(f"{id}: expected always(antecedent >> response), got {formula!r}")
@@ -174,12 +173,12 @@ def requirement(id: str, title: str, formula: ast.Formula, source: str = "", sho
 
 def _identifier(name: str) -> str:
     if not IDENTIFIER.fullmatch(name):
-        raise ValueError(f"{name!r} is no name: signal(name), on(topic), field('topic.field')")
+        raise ValueError(f"{name!r} is not a valid name: signal(name), on(topic), field('topic.field')")
     return name
 
 
 def _window(start_s: float, end_s: float) -> tuple[float, float]:
-    window = as_number(start_s, "the start of a window"), as_number(end_s, "the end of a window", endless=True)
+    window = as_number(start_s, "the start of a window"), as_number(end_s, "the end of a window", allow_infinite=True)
     if window[1] < window[0]:
         raise ValueError(f"a window from a to b needs a <= b, got {start_s} to {end_s}; times are in seconds")
     return window

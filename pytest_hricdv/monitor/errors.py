@@ -1,4 +1,4 @@
-"""What the monitors raise, and where in a requirement file it went wrong."""
+"""The errors of this package, and the location of an error in a requirement file."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from difflib import get_close_matches
 class RequirementError(ValueError):
     """A requirement file, or the text of a formula in it, is wrong.
 
-    The text says where (file, requirement, line and column), shows the line with a caret under the place, and says
-    what was expected, what came and what to do. `position` is the index of the first wrong character in the formula,
-    or None when the file and not a formula is wrong.
+    The text gives the place (file, requirement, line and column), shows the line with a caret under the place, and
+    says what was expected, what was found and what to do. `position` is the index of the first wrong character in the
+    formula, or None if the error is in the file and not in a formula.
     """
 
     def __init__(self, text: str, position: int | None = None) -> None:
@@ -22,37 +22,29 @@ class RequirementError(ValueError):
 
 
 class MonitorError(RuntimeError):
-    """A run was fed to the monitors wrongly: back in time, a value that is NaN, of the wrong type, or missing."""
+    """The monitors were fed wrongly: time went back, or a value is NaN, of the wrong type, or missing."""
 
 
-def no_value_yet(requirement: str, time_s: float, name: str) -> MonitorError:
+def unset_value_error(requirement: str, time_s: float, name: str) -> MonitorError:
     """The error of a requirement that reads `name` before it has a value."""
     advice = "signals need a value from the start of the run; guard a field with on(topic) & ..."
     return MonitorError(f"{requirement} at {time_s} s reads {name}, which has no value yet; {advice}")
 
 
-def never_a_value(requirement: str, names: Iterable[str]) -> MonitorError:
-    """The error of a requirement over signals that the run had no value of at all."""
+def unset_signals_error(requirement: str, names: Iterable[str]) -> MonitorError:
+    """The error of a requirement that reads signals which had no value in the whole run."""
     text = f"{requirement} reads {', '.join(names)}, which had no value in the whole run: feed every signal"
     return MonitorError(text)
 
 
-class UnknownValueError(LookupError):
-    """A formula read a signal or field that has had no value yet. Internal: becomes a `MonitorError` with the time."""
-
-    def __init__(self, name: str) -> None:
-        super().__init__(name)
-        self.name = name
-
-
 @dataclass(frozen=True)
 class FormulaSource:
-    """Where the text of a formula comes from, to point into it.
+    """Where the text of a formula comes from; makes errors that point into it.
 
     Attributes:
-        formula: the text of the formula, which may have several lines.
-        requirement: the requirement's id; empty for a formula that stands alone.
-        path: the file, as the user named it; empty for a formula that stands alone.
+        formula: the text of the formula; it may have several lines.
+        requirement: the requirement's id; empty for a formula without a requirement.
+        path: the file, as the user named it; empty for a formula without a file.
         document: the whole text of that file.
     """
 
@@ -68,7 +60,7 @@ class FormulaSource:
         line = self.formula[line_start:].split("\n", 1)[0]
         column = start - line_start
         width = max(1, min(end, line_start + len(line)) - start)
-        # Tabs are kept in front of the caret, so that it stands right whatever a terminal makes of them.
+        # Tabs are kept before the caret, so that it is in the right column for any tab width of the terminal.
         indent = "".join("\t" if character == "\t" else " " for character in line[:column])
         text = f"{self._place(start)}: {problem}\n    {line}\n    {indent}{'^' * width}"
         return RequirementError(f"{text}\n{advice}" if advice else text, start)
@@ -84,15 +76,15 @@ class FormulaSource:
         return f"{self.path}: {owner}, {within}" if self.path else f"{owner}, {within}"
 
     def _offset_in_document(self) -> int | None:
-        """Where the formula starts in the file; None if it is written with escapes and so cannot be found."""
+        """Where the formula starts in the file; None if it is written with escapes and cannot be found."""
         name = re.escape(self.requirement)
         header = re.search(rf"^[ \t]*\[[ \t]*[\"']?{name}[\"']?[ \t]*\]", self.document, re.MULTILINE)
         if not self.document or header is None:
             return None
         opening = r"^[ \t]*[\"']?formula[\"']?[ \t]*=[ \t]*(?:\"\"\"\n?|'''\n?|\"|')"
         formula = re.compile(f"{opening}({re.escape(self.formula)})", re.MULTILINE)
-        found = formula.search(self.document, header.end())
-        return found.start(1) if found else None
+        match = formula.search(self.document, header.end())
+        return match.start(1) if match else None
 
 
 def _line_and_column(text: str, index: int) -> tuple[int, int]:
@@ -100,8 +92,8 @@ def _line_and_column(text: str, index: int) -> tuple[int, int]:
     return text.count("\n", 0, index) + 1, index - text.rfind("\n", 0, index)
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Advice for an unknown name: the nearest known one if there is one, and all that are known."""
+def name_advice(name: str, known: Iterable[str]) -> str:
+    """Advice for an unknown name: the nearest known name if there is one, and all known names."""
     names = sorted(known)
     close = get_close_matches(name, names, n=1, cutoff=0.6)
     hint = f"did you mean {close[0]!r}? " if close else ""

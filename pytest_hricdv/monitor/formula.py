@@ -1,36 +1,69 @@
 """The formula of a requirement as data: `always(antecedent -> response)`.
 
-A formula is about a run in dense time: signals are constant between their updates, a message is there for one instant.
-Every node is a frozen dataclass that compares by value, so that equal requirements share one compiled program.
-`str` of a node is its text in the requirement language, which parses back to an equal node. Times are seconds.
+A formula is about a run in dense time: signals are constant between updates, and a message exists for one instant.
+Every node is a frozen dataclass that compares by value, so equal requirements share one compiled program.
+`str(node)` is its text in the requirement language; the parser reads that text as an equal node. Times are in seconds.
+
+Terms, past formulas and responses are in one module because they may contain each other.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from enum import IntEnum
+from typing import ClassVar, Literal
 
 ArithmeticOperator = Literal["+", "-", "*", "/"]
 Relation = Literal["<", "<=", ">", ">=", "==", "!="]
 
 
+class Precedence(IntEnum):
+    """How strongly the outermost operator of a text binds, from weak to strong, as in `requirement.lark`."""
+
+    SINCE = 0
+    OR = 1
+    AND = 2
+    NOT = 3
+    COMPARISON = 4
+    SUM = 5
+    PRODUCT = 6
+    UNARY = 7
+    ATOM = 8
+
+
 class Node:
-    """Any part of a formula."""
+    """Any part of a formula. A subclass whose text is not an atom sets `PRECEDENCE`."""
 
-    def __str__(self) -> str:
-        # Here, because the text is written by what the nodes are, so that module needs this one.
-        from pytest_hricdv.monitor.text import text_of
+    PRECEDENCE: ClassVar[Precedence] = Precedence.ATOM
 
-        return text_of(self)
+    @property
+    def precedence(self) -> Precedence:
+        """How strongly the text of this node binds."""
+        return self.PRECEDENCE
+
+    def operand_text(self, minimum: Precedence) -> str:
+        """The text as an operand; in parentheses if it binds more weakly than `minimum`."""
+        return str(self) if self.precedence >= minimum else f"({self})"
 
 
-# --- terms: numbers -----------------------------------------------------------------------------------------------
+def _number(value: float) -> str:
+    return repr(value).removesuffix(".0")
+
+
+def _window(start_s: float, end_s: float) -> str:
+    return f"[{_number(start_s)}:{_number(end_s)}]"
+
+
+# --- terms: a number at each time -----------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Number(Node):
     value: float
+
+    def __str__(self) -> str:
+        return _number(self.value)
 
 
 @dataclass(frozen=True)
@@ -39,10 +72,17 @@ class FloatName(Node):
 
     name: str
 
+    def __str__(self) -> str:
+        return self.name
+
 
 @dataclass(frozen=True)
 class Negative(Node):
+    PRECEDENCE = Precedence.UNARY
     operand: Term
+
+    def __str__(self) -> str:
+        return f"-{self.operand.operand_text(Precedence.ATOM)}"
 
 
 @dataclass(frozen=True)
@@ -51,11 +91,20 @@ class Arithmetic(Node):
     left: Term
     right: Term
 
+    @property
+    def precedence(self) -> Precedence:
+        return Precedence.SUM if self.operator in "+-" else Precedence.PRODUCT
+
+    def __str__(self) -> str:
+        # Operators of one precedence group from the left, so an equal one on the right side needs parentheses.
+        left = self.left.operand_text(self.precedence)
+        return f"{left} {self.operator} {self.right.operand_text(Precedence(self.precedence + 1))}"
+
 
 Term = Number | FloatName | Negative | Arithmetic
 
 
-# --- past formulas: true or false at each time, by what has been so far ---------------------------------------------
+# --- past formulas: true or false at each time, decided by the run up to that time ------------------------------------
 
 
 @dataclass(frozen=True)
@@ -64,6 +113,9 @@ class BooleanName(Node):
 
     name: str
 
+    def __str__(self) -> str:
+        return self.name
+
 
 @dataclass(frozen=True)
 class On(Node):
@@ -71,129 +123,170 @@ class On(Node):
 
     topic: str
 
+    def __str__(self) -> str:
+        return f"on({self.topic})"
+
 
 @dataclass(frozen=True)
 class Comparison(Node):
     """`left relation right [hysteresis h] [for d]`.
 
-    With a hysteresis, once false it is true again only past the bound by `hysteresis` (same unit as the terms).
-    With `for_s`, it is true once the comparison has held for that long without a break.
+    With a hysteresis, a comparison that became false is true again only when it passes the bound by `hysteresis` (same
+    unit as the terms). With `for_s`, it is true once the comparison has held for that long without a break.
     """
 
+    PRECEDENCE = Precedence.COMPARISON
     relation: Relation
     left: Term
     right: Term
     hysteresis: float = 0.0
     for_s: float = 0.0
 
+    def __str__(self) -> str:
+        left, right = self.left.operand_text(Precedence.SUM), self.right.operand_text(Precedence.SUM)
+        hysteresis = f" [hysteresis {_number(self.hysteresis)}]" if self.hysteresis else ""
+        duration = f" [for {_number(self.for_s)}]" if self.for_s else ""
+        return f"{left} {self.relation} {right}{hysteresis}{duration}"
+
 
 @dataclass(frozen=True)
 class Not(Node):
-    operand: Past
+    PRECEDENCE = Precedence.NOT
+    operand: PastFormula
+
+    def __str__(self) -> str:
+        return f"!{self.operand.operand_text(Precedence.ATOM)}"
 
 
 @dataclass(frozen=True)
 class And(Node):
-    left: Past
-    right: Past
+    PRECEDENCE = Precedence.AND
+    left: PastFormula
+    right: PastFormula
+
+    def __str__(self) -> str:
+        return f"{self.left.operand_text(Precedence.AND)} & {self.right.operand_text(Precedence.NOT)}"
 
 
 @dataclass(frozen=True)
 class Or(Node):
-    left: Past
-    right: Past
+    PRECEDENCE = Precedence.OR
+    left: PastFormula
+    right: PastFormula
+
+    def __str__(self) -> str:
+        return f"{self.left.operand_text(Precedence.OR)} | {self.right.operand_text(Precedence.AND)}"
 
 
 @dataclass(frozen=True)
-class Rise(Node):
-    """True only at an instant at which the operand turns true, at that instant or right after it."""
+class _NamedOperator(Node):
+    """An operator that is written as its lower-case class name, with one operand."""
 
-    operand: Past
+    operand: PastFormula
+
+    def __str__(self) -> str:
+        return f"{type(self).__name__.lower()}({self.operand})"
+
+
+class Rise(_NamedOperator):
+    """True only at an instant at which the operand becomes true, at that instant or right after it."""
+
+
+class Fall(_NamedOperator):
+    """True only at an instant at which the operand becomes false, at that instant or right after it."""
+
+
+class Previously(_NamedOperator):
+    """The operand just before: the left limit, not the previous sample, so that the sampling rate does not matter."""
 
 
 @dataclass(frozen=True)
-class Fall(Node):
-    """True only at an instant at which the operand turns false, at that instant or right after it."""
+class _WindowedOperator(_NamedOperator):
+    """A named operator over a window of the past; without a window: over the whole past."""
 
-    operand: Past
-
-
-@dataclass(frozen=True)
-class Once(Node):
-    """At time t: the operand was true somewhere in [t - end_s, t - start_s], within the run."""
-
-    operand: Past
     start_s: float = 0.0
     end_s: float = math.inf
 
-
-@dataclass(frozen=True)
-class Historically(Node):
-    """At time t: the operand was true all over [t - end_s, t - start_s], within the run."""
-
-    operand: Past
-    start_s: float = 0.0
-    end_s: float = math.inf
+    def __str__(self) -> str:
+        window = "" if (self.start_s, self.end_s) == (0, math.inf) else _window(self.start_s, self.end_s)
+        return f"{type(self).__name__.lower()}{window}({self.operand})"
 
 
-@dataclass(frozen=True)
-class Previously(Node):
-    """The operand as it was just before: not one sample ago, which would depend on how finely a run is sampled."""
+class Once(_WindowedOperator):
+    """At time t: the operand was true at some time in [t - end_s, t - start_s], within the run."""
 
-    operand: Past
+
+class Historically(_WindowedOperator):
+    """At time t: the operand was true at all times in [t - end_s, t - start_s], within the run."""
 
 
 @dataclass(frozen=True)
 class Since(Node):
-    """`right` was true at some time, and `left` has been true ever since (after that time, up to now).
+    """`right` was true at some time, and `left` has been true at all times after it, up to now.
 
-    It is enough that `left` becomes true at the very time at which `right` ceases to be.
+    It is enough that `left` becomes true at the very time at which `right` becomes false.
     """
 
-    left: Past
-    right: Past
+    PRECEDENCE = Precedence.SINCE
+    left: PastFormula
+    right: PastFormula
+
+    def __str__(self) -> str:
+        return f"{self.left.operand_text(Precedence.OR)} since {self.right.operand_text(Precedence.OR)}"
 
 
-Past = BooleanName | On | Comparison | Not | And | Or | Rise | Fall | Once | Historically | Previously | Since
+PastFormula = BooleanName | On | Comparison | Not | And | Or | Rise | Fall | Once | Historically | Previously | Since
 
 
-# --- responses ------------------------------------------------------------------------------------------------------
+# --- responses: what has to hold when the antecedent does -------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Holds(Node):
-    """State response: true as long as the antecedent is; an attempt is an episode of the antecedent."""
+    """State response: true while the antecedent is true; an attempt is an episode of the antecedent."""
 
-    condition: Past
+    condition: PastFormula
+
+    def __str__(self) -> str:
+        return str(self.condition)
 
 
 @dataclass(frozen=True)
 class Eventually(Node):
-    """True somewhere in [trigger + start_s, trigger + end_s]; an attempt starts when the antecedent turns true."""
+    """True at some time in [trigger + start_s, trigger + end_s]; an attempt starts when the antecedent becomes true."""
 
-    condition: Past
+    condition: PastFormula
     start_s: float
     end_s: float
+
+    def __str__(self) -> str:
+        return f"eventually{_window(self.start_s, self.end_s)}({self.condition})"
 
 
 @dataclass(frozen=True)
 class AlwaysWithin(Node):
-    """True all over [trigger + start_s, trigger + end_s]; an attempt starts when the antecedent turns true."""
+    """True at all times in [trigger + start_s, trigger + end_s]; an attempt starts when the antecedent becomes true."""
 
-    condition: Past
+    condition: PastFormula
     start_s: float
     end_s: float
+
+    def __str__(self) -> str:
+        return f"always{_window(self.start_s, self.end_s)}({self.condition})"
 
 
 @dataclass(frozen=True)
 class HoldsUntil(Node):
     """Weak until: true from the trigger until `release` is first true, or to the end of the run.
 
-    `condition` need not hold any more at the instant of `release`.
+    At the instant of `release`, `condition` may already be false.
     """
 
-    condition: Past
-    release: Past
+    condition: PastFormula
+    release: PastFormula
+
+    def __str__(self) -> str:
+        return f"always({self.condition}) until {self.release}"
 
 
 Response = Holds | Eventually | AlwaysWithin | HoldsUntil
@@ -203,5 +296,8 @@ Response = Holds | Eventually | AlwaysWithin | HoldsUntil
 class Formula(Node):
     """`always(antecedent -> response)`."""
 
-    antecedent: Past
+    antecedent: PastFormula
     response: Response
+
+    def __str__(self) -> str:
+        return f"always({self.antecedent} -> {self.response})"

@@ -1,4 +1,4 @@
-"""A run that is over, as it was logged: what is judged after the fact, and what explains why nothing was checked."""
+"""A logged run: the input of offline evaluation and of the search for a nearest miss."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from itertools import groupby
 from operator import itemgetter
 from typing import Protocol
 
-from pytest_hricdv.monitor.view import Nanoseconds, nanoseconds
+from pytest_hricdv.monitor.evaluation_state import Nanoseconds, nanoseconds
 
 Update = tuple[str, "float | bool | Mapping[str, object]"]
 
@@ -29,10 +29,10 @@ class Message(Protocol):
 
 @dataclass(frozen=True)
 class Log:
-    """A logged run. `Log(record.signals, record.messages, end_s)` is that of a recorded one.
+    """A logged run; of a recorded run: `Log(record.signals, record.messages, end_s)`.
 
     Attributes:
-        signals: name -> times (s, not decreasing) and the values from these times on; a bool may be written 0.0 or 1.0.
+        signals: name -> times (s, not decreasing), and the value from each time on; a bool may be written 0.0 or 1.0.
         messages: in the order of time.
         end_s: when the run ended (s).
     """
@@ -43,25 +43,25 @@ class Log:
 
     @property
     def start_s(self) -> float:
-        """When the run began: at its first update (s)."""
+        """When the run began: the time of its first update (s)."""
         firsts = [times[0] for times, _ in self.signals.values() if len(times)]
         firsts += [message.time_s for message in self.messages[:1]]
         return min(firsts, default=self.end_s)
 
     @property
     def end_ns(self) -> Nanoseconds:
-        """When the run ended, as the monitors count time."""
+        """When the run ended (ns)."""
         return nanoseconds(self.end_s)
 
     def instants(self, names: Iterable[str], topics: Iterable[str]) -> Iterator[tuple[Nanoseconds, list[Update]]]:
-        """What was updated when, in the order of time: signals with their value, topics with the message's fields.
+        """The instants in the order of time, with their updates: (signal, value) or (topic, fields of the message).
 
-        The first and the last instant of the run are there whether or not anything was updated at them.
+        The first and the last instant of the run are always included, with or without an update.
         """
-        heard = frozenset(topics)
+        wanted = frozenset(topics)
         streams: list[Iterable[tuple[Nanoseconds, Update]]] = [
             [(nanoseconds(self.start_s), ("", {})), (self.end_ns, ("", {}))],
-            ((nanoseconds(each.time_s), (each.topic, each.fields)) for each in self.messages if each.topic in heard),
+            ((nanoseconds(each.time_s), (each.topic, each.fields)) for each in self.messages if each.topic in wanted),
         ]
         for name in names:
             times, values = self.signals.get(name, ((), ()))

@@ -1,10 +1,10 @@
-"""The stateful parts of a formula: past operators, and comparisons with hysteresis.
+"""The stateful operators of a compiled formula: past operators, and comparisons with hysteresis.
 
-Each is stepped at every instant at which its operand can change, and at its own `wake_ns`. Times are whole
-nanoseconds, so that a bound of a window falls together with an update that comes exactly there.
+Each operator is stepped at every instant at which its operand can change, and at its own `wake_ns`. Times are whole
+nanoseconds, so that a bound of a window and an update at the same time are one instant.
 
-Before an operator's operand is first known the operator is itself unknown. Just before that, the operand counts as
-what it is then without a message, so that the first value of a signal is no edge, but a first message is one.
+The output of an operator is unknown until its operands are known. Just before that instant, an operand has the value
+that it has then without a message: the first value of a signal is not an edge, but a first message is.
 """
 
 from __future__ import annotations
@@ -14,69 +14,74 @@ from abc import ABC, abstractmethod
 from collections import deque
 from dataclasses import dataclass
 
-from pytest_hricdv.monitor.errors import UnknownValueError
-from pytest_hricdv.monitor.view import NO_MESSAGE, Condition, Nanoseconds, View
+from pytest_hricdv.monitor.evaluation_state import (
+    NO_MESSAGE,
+    Condition,
+    EvaluationState,
+    Nanoseconds,
+    UnknownValueError,
+)
 
 
 class Operator(ABC):
     """One stateful operator in one run; `index` is its number in the program.
 
-    `wake_ns` is the next time at which it may change by itself; infinity if there is none.
+    `wake_ns` is the next time at which the output may change without an update; infinity if there is none.
     """
 
     wake_ns: Nanoseconds = math.inf
 
     def __init__(self, index: int) -> None:
         self._index = index
-        self._begun = False
+        self._started = False
 
     @abstractmethod
-    def step(self, now_ns: Nanoseconds, view: View) -> None:
-        """Bring the outputs `view.at` and `view.after` to `now_ns`."""
+    def step(self, now_ns: Nanoseconds, state: EvaluationState) -> None:
+        """Compute the outputs at `now_ns`, `state.at`, and right after it, `state.after`."""
 
-    def _stay_unknown(self, view: View, name: str) -> None:
-        for outputs in (view.before, view.at, view.after):
+    def _mark_unknown(self, state: EvaluationState, name: str) -> None:
+        for outputs in (state.before, state.at, state.after):
             outputs.unknown[self._index] = name
 
 
 class PastOperator(Operator):
-    """An operator of the formulas `operands`."""
+    """An operator over past formulas, its `operands`."""
 
     def __init__(self, index: int, *operands: Condition) -> None:
         super().__init__(index)
         self._operands = operands
 
-    def step(self, now_ns: Nanoseconds, view: View) -> None:
+    def step(self, now_ns: Nanoseconds, state: EvaluationState) -> None:
         index = self._index
         try:
-            at = [operand(view.values, view.arrived, view.at) for operand in self._operands]
-            after = [operand(view.values, NO_MESSAGE, view.after) for operand in self._operands]
-            if not self._begun:
-                before = [operand(view.values, NO_MESSAGE, view.before) for operand in self._operands]
+            at = [operand(state.values, state.arrived, state.at) for operand in self._operands]
+            after = [operand(state.values, NO_MESSAGE, state.after) for operand in self._operands]
+            if not self._started:
+                before = [operand(state.values, NO_MESSAGE, state.before) for operand in self._operands]
         except UnknownValueError as unknown:
-            if self._begun:
+            if self._started:
                 raise
-            self._stay_unknown(view, unknown.name)
+            self._mark_unknown(state, unknown.name)
             return
-        if not self._begun:
-            self._begun = True
-            view.after[index] = self._begin(now_ns, before)
-        view.before[index] = view.after[index]
-        view.at[index], view.after[index] = self._advance(now_ns, at, after)
+        if not self._started:
+            self._started = True
+            state.after[index] = self._start(now_ns, before)
+        state.before[index] = state.after[index]
+        state.at[index], state.after[index] = self._advance(now_ns, at, after)
 
     @abstractmethod
-    def _begin(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
-        """Start; `before` are the operands just before `now_ns`. Returns what the operator said then."""
+    def _start(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
+        """Start with the operands just before `now_ns`; returns the output of the operator at that time."""
 
     @abstractmethod
     def _advance(self, now_ns: Nanoseconds, at: list[bool], after: list[bool]) -> tuple[bool, bool]:
-        """What the operator says at `now_ns` and right after, from its operands at both."""
+        """The outputs at `now_ns` and right after it, from the operands at both."""
 
 
 class RiseOperator(PastOperator):
-    """The operand turns true at the instant or right after it."""
+    """The operand becomes true at the instant or right after it."""
 
-    def _begin(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
+    def _start(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
         self._before = before[0]
         return False
 
@@ -87,9 +92,9 @@ class RiseOperator(PastOperator):
 
 
 class PreviouslyOperator(PastOperator):
-    """The operand as it was just before."""
+    """The operand just before the instant."""
 
-    def _begin(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
+    def _start(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
         self._before = before[0]
         return before[0]
 
@@ -99,9 +104,9 @@ class PreviouslyOperator(PastOperator):
 
 
 class SinceOperator(PastOperator):
-    """The second operand was true, and the first has been ever since."""
+    """The second operand was true, and the first has been true since then."""
 
-    def _begin(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
+    def _start(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
         self._holds = False
         return False
 
@@ -112,8 +117,8 @@ class SinceOperator(PastOperator):
 
 
 @dataclass(slots=True)
-class _Stretch:
-    """A stretch of time over which `once` is true: the operand's, moved by the window. Ends may be open or closed."""
+class _Interval:
+    """A time interval in which `once` is true: one of the operand, shifted by the window. Ends are open or closed."""
 
     start_ns: Nanoseconds
     start_open: bool
@@ -122,60 +127,60 @@ class _Stretch:
 
 
 class OnceOperator(PastOperator):
-    """The operand was true somewhere in [now - end, now - start]."""
+    """The operand was true at some time in [now - end, now - start]."""
 
     def __init__(self, index: int, operand: Condition, start_ns: Nanoseconds, end_ns: Nanoseconds) -> None:
         super().__init__(index, operand)
         self._start_ns = start_ns
         self._end_ns = end_ns
-        self._stretches: deque[_Stretch] = deque()
+        self._intervals: deque[_Interval] = deque()
         self._holds = False
 
-    def _begin(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
+    def _start(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
         return False
 
     def _advance(self, now_ns: Nanoseconds, at: list[bool], after: list[bool]) -> tuple[bool, bool]:
         for holds, right_after in ((at[0], False), (after[0], True)):
             if holds != self._holds:
                 self._holds = holds
-                (self._open if holds else self._close)(now_ns, right_after)
-        stretches = self._stretches
-        now = any(_contains(stretch, now_ns) for stretch in stretches)
-        soon = any(stretch.start_ns <= now_ns < stretch.end_ns for stretch in stretches)
-        while stretches and stretches[0].end_ns <= now_ns:
-            stretches.popleft()
-        ends = (end for stretch in stretches for end in (stretch.start_ns, stretch.end_ns) if end > now_ns)
+                (self._open_interval if holds else self._close_interval)(now_ns, right_after)
+        intervals = self._intervals
+        holds_at = any(_contains(interval, now_ns) for interval in intervals)
+        holds_after = any(interval.start_ns <= now_ns < interval.end_ns for interval in intervals)
+        while intervals and intervals[0].end_ns <= now_ns:
+            intervals.popleft()
+        ends = (end for interval in intervals for end in (interval.start_ns, interval.end_ns) if end > now_ns)
         self.wake_ns = min(ends, default=math.inf)
-        return now, soon
+        return holds_at, holds_after
 
-    def _open(self, now_ns: Nanoseconds, right_after: bool) -> None:
+    def _open_interval(self, now_ns: Nanoseconds, right_after: bool) -> None:
         start_ns = now_ns + self._start_ns
-        last = self._stretches[-1] if self._stretches else None
+        last = self._intervals[-1] if self._intervals else None
         if last is not None and start_ns < last.end_ns:
-            last.end_ns = math.inf  # they overlap: one stretch, so that a chattering operand costs no memory
+            last.end_ns = math.inf  # overlapping intervals are merged, so that a chattering operand needs no memory
         else:
-            self._stretches.append(_Stretch(start_ns, right_after))
+            self._intervals.append(_Interval(start_ns, right_after))
 
-    def _close(self, now_ns: Nanoseconds, right_after: bool) -> None:
-        last = self._stretches[-1]
+    def _close_interval(self, now_ns: Nanoseconds, right_after: bool) -> None:
+        last = self._intervals[-1]
         last.end_ns, last.end_open = now_ns + self._end_ns, not right_after
 
 
-def _contains(stretch: _Stretch, now_ns: Nanoseconds) -> bool:
-    starts = stretch.start_ns < now_ns if stretch.start_open else stretch.start_ns <= now_ns
-    ends = now_ns < stretch.end_ns if stretch.end_open else now_ns <= stretch.end_ns
+def _contains(interval: _Interval, now_ns: Nanoseconds) -> bool:
+    starts = interval.start_ns < now_ns if interval.start_open else interval.start_ns <= now_ns
+    ends = now_ns < interval.end_ns if interval.end_open else now_ns <= interval.end_ns
     return starts and ends
 
 
 class ForOperator(PastOperator):
-    """The operand, a comparison, has been true for a length of time, all of it within the run."""
+    """The operand, a comparison, has been true for a duration, all of it within the run."""
 
     def __init__(self, index: int, operand: Condition, length_ns: Nanoseconds) -> None:
         super().__init__(index, operand)
         self._length_ns = length_ns
         self._since_ns = math.inf
 
-    def _begin(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
+    def _start(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
         return False
 
     def _advance(self, now_ns: Nanoseconds, at: list[bool], after: list[bool]) -> tuple[bool, bool]:
@@ -189,11 +194,11 @@ class ForOperator(PastOperator):
 
 
 class HysteresisOperator(Operator):
-    """A comparison that, once false, is true again only past its bound by the hysteresis.
+    """A comparison that, once false, is true again only when it passes its bound by the hysteresis.
 
     Args:
         bound: the comparison with its own bound.
-        return_bound: the same with the bound to come back over.
+        return_bound: the comparison with the bound shifted by the hysteresis.
     """
 
     def __init__(self, index: int, bound: Condition, return_bound: Condition) -> None:
@@ -206,16 +211,17 @@ class HysteresisOperator(Operator):
         """Forget past violations: a new attempt is judged by the bound itself."""
         self._violated = False
 
-    def step(self, now_ns: Nanoseconds, view: View) -> None:
-        # Signals last, so the instant and the time after it are one here; and this runs at every physics substep.
+    def step(self, now_ns: Nanoseconds, state: EvaluationState) -> None:
+        # Signals are right-continuous, so the outputs at the instant and right after it are equal. This runs at every
+        # physics substep.
         index = self._index
         comparison = self._return_bound if self._violated else self._bound
         try:
-            holds = comparison(view.values, NO_MESSAGE, view.at)
+            holds = comparison(state.values, NO_MESSAGE, state.at)
         except UnknownValueError as unknown:
-            self._stay_unknown(view, unknown.name)
+            self._mark_unknown(state, unknown.name)
             return
-        view.before[index] = not self._violated if self._begun else holds
-        view.at[index] = view.after[index] = holds
+        state.before[index] = not self._violated if self._started else holds
+        state.at[index] = state.after[index] = holds
         self._violated = not holds
-        self._begun = True
+        self._started = True

@@ -18,7 +18,7 @@ from pytest_hricdv.monitor.formula import (
     Not,
     Number,
     Or,
-    Past,
+    PastFormula,
     Term,
 )
 
@@ -61,7 +61,7 @@ def is_same(requirement: Requirement, wanted: Reason, verdict: Verdict) -> bool:
     return verdict.verdict == "Failed" and any(reason(requirement, each) == wanted for each in verdict.violations)
 
 
-def _truth(formula: Past, values: Mapping[str, float | bool]) -> bool | None:
+def _truth(formula: PastFormula, values: Mapping[str, float | bool]) -> bool | None:
     """Whether it holds; None where the values alone do not say."""
     match formula:
         case BooleanName():

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.log import Log
-from tests.monitor.offline import TICK_S, Trace, Value
+from tests.monitor.reference import TICK_S, Trace, Value
 
 
 @dataclass(frozen=True)

@@ -26,13 +26,13 @@ from pytest_hricdv.monitor.formula import (
     On,
     Once,
     Or,
-    Past,
+    PastFormula,
     Previously,
     Response,
     Rise,
     Since,
 )
-from tests.monitor.offline import TICK_S, Instant, Trace
+from tests.monitor.reference import TICK_S, Instant, Trace
 
 Signals = Mapping[str, st.SearchStrategy[Any]]
 Messages = Mapping[str, st.SearchStrategy[dict[str, Any]]]
@@ -108,7 +108,7 @@ comparisons = st.one_of(
     ),
     st.builds(Comparison, st.sampled_from(["==", "!="]), terms, terms),
 )
-atoms: st.SearchStrategy[Past] = st.one_of(
+atoms: st.SearchStrategy[PastFormula] = st.one_of(
     st.sampled_from(["p", "q"]).map(BooleanName),
     st.sampled_from(["a", "b"]).map(On),
     st.just(And(On("m"), BooleanName("m.ok"))),
@@ -123,11 +123,11 @@ def windows(draw: st.DrawFn, least_end: int = 0) -> tuple[float, float]:
     return start * TICK_S, end * TICK_S
 
 
-def _windowed(kind: type[Once] | type[Historically], operand: Past, window: tuple[float, float]) -> Past:
+def _windowed(kind: type[Once] | type[Historically], operand: PastFormula, window: tuple[float, float]) -> PastFormula:
     return kind(operand, *window)
 
 
-def larger(inner: st.SearchStrategy[Past]) -> st.SearchStrategy[Past]:
+def larger(inner: st.SearchStrategy[PastFormula]) -> st.SearchStrategy[PastFormula]:
     return st.one_of(
         st.builds(Not, inner),
         st.builds(And, inner, inner),

@@ -169,7 +169,7 @@ def test_a_text_that_says_something_else_than_its_formula_is_refused() -> None:
     ("mistake", "says"),
     [
         (lambda: p and q, "write & | ~ for and, or, not"),
-        (lambda: 0 < x < 1, r"no a < x < b"),
+        (lambda: 0 < x < 1, r"\(a < x\) & \(x < b\) for a < x < b"),
         (lambda: x == 1, r"write equal\(a, b\)"),
         (lambda: x != 1, r"write equal\(a, b\)"),
         (lambda: x < 1 & p, "put parentheses around each"),
@@ -200,9 +200,9 @@ def test_a_mistake_of_type_is_refused_where_it_is_made(mistake: Callable[[], obj
         (lambda: (x < 1).lasting(math.inf), "a duration"),
         (lambda: x < math.nan, "a number"),
         (lambda: x < -math.inf, "a number"),
-        (lambda: signal("m.ok"), "'m.ok' is no name"),
-        (lambda: field("m"), "'' is no name"),
-        (lambda: on("a b"), "'a b' is no name"),
+        (lambda: signal("m.ok"), "'m.ok' is not a valid name"),
+        (lambda: field("m"), "'' is not a valid name"),
+        (lambda: on("a b"), "'a b' is not a valid name"),
     ],
 )
 def test_a_wrong_value_is_refused_where_it_is_written(mistake: Callable[[], object], says: str) -> None:

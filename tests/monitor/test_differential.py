@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pytest_hricdv.monitor import Requirement, Verdict
 from pytest_hricdv.monitor.formula import Formula
 from tests.monitor.logs import run
-from tests.monitor.offline import TICK_S, Instant, Offline, Opinion, Trace
+from tests.monitor.reference import TICK_S, Instant, Offline, Opinion, Trace
 from tests.monitor.strategies import formulas, small_traces, table_traces
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5
 

@@ -101,15 +101,15 @@ def test_a_formula_written_with_escapes_is_located_by_its_own_columns(tmp_path: 
     [
         ("", "no requirement in this file"),
         ("[R1", "not TOML"),
-        ('title = "x"', "'title' stands outside a requirement"),
+        ('title = "x"', "'title' is outside of a requirement"),
         ('[R1]\ntitle = "x"', "requirement R1: no 'formula'"),
         ('[R1]\nformula = "always(p -> q)"', "requirement R1: no 'title'"),
         ('[R1]\ntitel = "x"', "unknown key 'titel'\ndid you mean 'title'?"),
         ("[R1]\ntitle = 3", "'title' has to be a text, got 3"),
         ('[R1]\ntitle = "x"\nformula = ""', "the formula is empty"),
         ('[R1]\nshows = "x"', "requirement R1: 'shows' has to be a list of signals, got 'x'"),
-        ('[R1]\nshows = ["xx"]', "shows 'xx', which is no numeric signal\ndid you mean 'x'? known: x, y"),
-        ('[R1]\nshows = ["p"]', "shows 'p', which is no numeric signal"),
+        ('[R1]\nshows = ["xx"]', "shows 'xx', which is not a numeric signal\ndid you mean 'x'? known: x, y"),
+        ('[R1]\nshows = ["p"]', "shows 'p', which is not a numeric signal"),
     ],
 )
 def test_a_file_that_is_wrong_is_refused(document: str, says: str, tmp_path: Path) -> None:

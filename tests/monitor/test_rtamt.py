@@ -28,14 +28,14 @@ from pytest_hricdv.monitor.formula import (
     On,
     Once,
     Or,
-    Past,
+    PastFormula,
     Previously,
     Response,
     Rise,
     Since,
 )
 from tests.monitor.logs import run
-from tests.monitor.offline import TICK_S, Instant, Trace
+from tests.monitor.reference import TICK_S, Instant, Trace
 from tests.monitor.strategies import (
     MESSAGES,
     SIGNALS,
@@ -50,7 +50,7 @@ from tests.monitor.vocabulary import R1, R2, R3, R4, R5
 
 pytest.importorskip("rtamt", reason="the oracle has no release for this Python")
 
-from tests.monitor import oracle
+from tests.monitor import rtamt_oracle
 
 QUICK = settings(deadline=None, suppress_health_check=list(HealthCheck), max_examples=50)
 THOROUGH = settings(QUICK, max_examples=2000)
@@ -59,8 +59,8 @@ THOROUGH = settings(QUICK, max_examples=2000)
 def agrees(formula: Formula, trace: Trace) -> None:
     assume(trace.last > 0)  # rtamt cannot evaluate a single sample
     verdict = run(formula, trace)
-    ours = oracle.Counts(verdict.verdict, verdict.attempts, verdict.passes, verdict.failures, verdict.pending)
-    assert ours == oracle.judge(formula, trace)
+    ours = rtamt_oracle.Counts(verdict.verdict, verdict.attempts, verdict.passes, verdict.failures, verdict.pending)
+    assert ours == rtamt_oracle.judge(formula, trace)
 
 
 # --- the case study: no value lies on a bound, where rtamt's robustness does not say which side it is
@@ -120,15 +120,15 @@ remembering = st.builds(
     st.sampled_from([1.0, 2.0]),
     st.sampled_from([0.0, TICK_S]),
 )
-truths: st.SearchStrategy[Past] = st.sampled_from(["p", "q"]).map(BooleanName)
-messages: st.SearchStrategy[Past] = st.sampled_from([On("a"), On("b"), And(On("m"), BooleanName("m.ok"))])
+truths: st.SearchStrategy[PastFormula] = st.sampled_from(["p", "q"]).map(BooleanName)
+messages: st.SearchStrategy[PastFormula] = st.sampled_from([On("a"), On("b"), And(On("m"), BooleanName("m.ok"))])
 
 
-def windowed(kind: type[Once] | type[Historically], operand: Past, window: tuple[float, float]) -> Past:
+def windowed(kind: type[Once] | type[Historically], operand: PastFormula, window: tuple[float, float]) -> PastFormula:
     return kind(operand, *window)
 
 
-def larger(inner: st.SearchStrategy[Past]) -> st.SearchStrategy[Past]:
+def larger(inner: st.SearchStrategy[PastFormula]) -> st.SearchStrategy[PastFormula]:
     return st.one_of(
         st.builds(Not, inner),
         st.builds(And, inner, inner),

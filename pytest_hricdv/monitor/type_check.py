@@ -1,6 +1,6 @@
-"""Syntax tree to formula: names are looked up in the vocabulary, types and times are checked.
+"""Syntax tree to formula: names are looked up in the vocabulary; types, windows and conditions are checked.
 
-Imports lark, so it is itself imported only when a formula is parsed.
+Imports lark, so this module is imported only when a formula is parsed.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import cast
 from lark import Token, Tree
 
 from pytest_hricdv.monitor.analysis import is_instantaneous
-from pytest_hricdv.monitor.errors import FormulaSource, RequirementError, nearest
+from pytest_hricdv.monitor.errors import FormulaSource, RequirementError, name_advice
 from pytest_hricdv.monitor.formula import (
     AlwaysWithin,
     And,
@@ -33,7 +33,7 @@ from pytest_hricdv.monitor.formula import (
     On,
     Once,
     Or,
-    Past,
+    PastFormula,
     Previously,
     Relation,
     Response,
@@ -41,26 +41,26 @@ from pytest_hricdv.monitor.formula import (
     Since,
     Term,
 )
-from pytest_hricdv.monitor.vocabulary import Vocabulary
+from pytest_hricdv.monitor.requirement import Kind, Vocabulary
 
 Node = Tree[Token] | Token
 
 
-def elaborate(tree: Tree[Token], source: FormulaSource, vocabulary: Vocabulary) -> Formula:
-    """The formula that a syntax tree stands for.
+def checked_formula(tree: Tree[Token], source: FormulaSource, vocabulary: Vocabulary) -> Formula:
+    """The formula of a syntax tree, with correct names and types.
 
     Raises:
-        RequirementError: an unknown name, a type that does not fit, a window that is none, or a condition that could
-            never hold where it stands.
+        RequirementError: an unknown name, a type error, a window that ends before it starts, or a condition that
+            can never hold where it stands.
     """
-    return _Elaborator(source, vocabulary).formula(tree)
+    return _TypeChecker(source, vocabulary).formula(tree)
 
 
-class _Elaborator:
+class _TypeChecker:
     def __init__(self, source: FormulaSource, vocabulary: Vocabulary) -> None:
         self._source = source
         self._vocabulary = vocabulary
-        self._past_rules: dict[str, Callable[[Tree[Token]], Past]] = {
+        self._past_rules: dict[str, Callable[[Tree[Token]], PastFormula]] = {
             "name": self._boolean_name,
             "on": self._on,
             "comparison": self._comparison,
@@ -69,8 +69,8 @@ class _Elaborator:
             "disjunction": lambda tree: Or(self._past(tree.children[0]), self._past(tree.children[1])),
             "since": lambda tree: Since(self._past(tree.children[0]), self._past(tree.children[1])),
             "parentheses": lambda tree: self._past(tree.children[0]),
-            "edge": self._edge,
-            "past": self._windowed,
+            "unary_operator": self._unary_operator,
+            "windowed_operator": self._windowed_operator,
         }
         self._term_rules: dict[str, Callable[[Tree[Token]], Term]] = {
             "name": self._float_name,
@@ -87,17 +87,17 @@ class _Elaborator:
         if not isinstance(response, Holds) or is_instantaneous(antecedent):
             return Formula(antecedent, response)
         advice = "it would fail right after the instant; did you mean `eventually[0:d](...)`?"
-        self._require_lasting(response.condition, response_node, "all through the antecedent", advice)
+        self._reject_instantaneous(response.condition, response_node, "as long as the antecedent", advice)
         return Formula(antecedent, response)
 
     def _response(self, tree: Tree[Token]) -> Response:
-        parts = [child for child in tree.children if not _is_word(child)]
+        parts = [child for child in tree.children if not _is_keyword(child)]
         match tree.data:
             case "holds":
                 return Holds(self._past(parts[0]))
             case "holds_until":
                 condition = self._past(parts[0])
-                self._require_lasting(condition, parts[0], "until something else", "")
+                self._reject_instantaneous(condition, parts[0], "until something else", "")
                 return HoldsUntil(condition, self._past(parts[1]))
         start_s, end_s = self._window(cast("Tree[Token]", parts[0]))
         condition = self._past(parts[1])
@@ -106,12 +106,12 @@ class _Elaborator:
             raise self._error(parts[0], "a window of a response has to end after the trigger", advice)
         if tree.data == "eventually":
             return Eventually(condition, start_s, end_s)
-        self._require_lasting(condition, parts[1], "all over a window", "")
+        self._reject_instantaneous(condition, parts[1], "for a whole window", "")
         return AlwaysWithin(condition, start_s, end_s)
 
     # --- formulas
 
-    def _past(self, node: Node) -> Past:
+    def _past(self, node: Node) -> PastFormula:
         tree = cast("Tree[Token]", node)
         rule = self._past_rules.get(tree.data)
         if rule is None:
@@ -119,22 +119,22 @@ class _Elaborator:
             raise self._error(tree, "expected a condition (true or false), but this is a number", advice)
         return rule(tree)
 
-    def _boolean_name(self, tree: Tree[Token]) -> Past:
+    def _boolean_name(self, tree: Tree[Token]) -> PastFormula:
         if self._kind(tree) is float:
             advice = "compare it with a bound, for instance `... < 0.25`"
             raise self._error(tree, f"expected a condition, but {tree.children[0]!s} is a float", advice)
         return BooleanName(str(tree.children[0]))
 
-    def _on(self, tree: Tree[Token]) -> Past:
+    def _on(self, tree: Tree[Token]) -> PastFormula:
         topic = cast("Token", tree.children[0])
         if topic not in self._vocabulary.messages:
-            advice = nearest(topic, self._vocabulary.messages)
+            advice = name_advice(topic, self._vocabulary.messages)
             if topic in self._vocabulary.signals:
                 advice = f"{topic} is a signal; on(...) takes a topic. {advice}"
             raise self._error(topic, f"unknown topic {str(topic)!r}", advice)
         return On(str(topic))
 
-    def _comparison(self, tree: Tree[Token]) -> Past:
+    def _comparison(self, tree: Tree[Token]) -> PastFormula:
         left, relation, right, *qualifiers = tree.children
         values = {"hysteresis": 0.0, "for": 0.0}
         given: set[str] = set()
@@ -149,7 +149,7 @@ class _Elaborator:
         sides = self._term(left), self._term(right)
         return Comparison(cast("Relation", str(relation)), *sides, values["hysteresis"], values["for"])
 
-    def _edge(self, tree: Tree[Token]) -> Past:
+    def _unary_operator(self, tree: Tree[Token]) -> PastFormula:
         word, operand_node = tree.children
         operand = self._past(operand_node)
         match str(word):
@@ -157,17 +157,17 @@ class _Elaborator:
                 return Rise(operand)
             case "fall":
                 return Fall(operand)
-        advice = "to ask whether it was there lately, write `once[0:d](...)`"
-        self._require_lasting(operand, operand_node, "just before", advice)
+        advice = "to ask whether it was true recently, write `once[0:d](...)`"
+        self._reject_instantaneous(operand, operand_node, "just before", advice)
         return Previously(operand)
 
-    def _windowed(self, tree: Tree[Token]) -> Past:
+    def _windowed_operator(self, tree: Tree[Token]) -> PastFormula:
         word, window, operand_node = tree.children
         start_s, end_s = (0.0, math.inf) if window is None else self._window(cast("Tree[Token]", window))
         operand = self._past(operand_node)
         if str(word) == "once":
             return Once(operand, start_s, end_s)
-        self._require_lasting(operand, operand_node, "all over a time", "")
+        self._reject_instantaneous(operand, operand_node, "for a length of time", "")
         return Historically(operand, start_s, end_s)
 
     def _window(self, tree: Tree[Token]) -> tuple[float, float]:
@@ -211,17 +211,17 @@ class _Elaborator:
 
     # --- names and errors
 
-    def _kind(self, tree: Tree[Token]) -> type[bool] | type[float]:
+    def _kind(self, tree: Tree[Token]) -> Kind:
         name = str(tree.children[0])
         kind = self._vocabulary.kind(name)
         if kind is not None:
             return kind
-        advice = nearest(name, self._vocabulary.names())
+        advice = name_advice(name, self._vocabulary.names())
         if name in self._vocabulary.messages:
             advice = f"{name} is a topic: `on({name})` is true when a message arrives, `{name}.field` is its last value"
         raise self._error(tree, f"unknown name {name!r}", advice)
 
-    def _require_lasting(self, formula: Past, node: Node, where: str, advice: str) -> None:
+    def _reject_instantaneous(self, formula: PastFormula, node: Node, where: str, advice: str) -> None:
         if is_instantaneous(formula):
             problem = f"this is true for single instants only (on, rise, fall), so it can never hold {where}"
             raise self._error(node, problem, advice)
@@ -232,5 +232,5 @@ class _Elaborator:
         return self._source.error(node.meta.start_pos, node.meta.end_pos, problem, advice)
 
 
-def _is_word(node: Node) -> bool:
+def _is_keyword(node: Node) -> bool:
     return isinstance(node, Token)

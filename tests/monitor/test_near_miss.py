@@ -11,10 +11,10 @@ from hypothesis import HealthCheck, assume, given, settings
 from pytest_hricdv.monitor import MonitorSet, Requirement
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.log import Log
-from pytest_hricdv.monitor.miss import explained, nearest_miss
+from pytest_hricdv.monitor.near_miss import explained, nearest_miss
 from pytest_hricdv.monitor.verdict import NearestMiss
 from tests.monitor.logs import Logged, log_of, run
-from tests.monitor.offline import TICK_S, Offline, Trace
+from tests.monitor.reference import TICK_S, Offline, Trace
 from tests.monitor.strategies import formulas, small_traces, table_traces
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5, requirement
 

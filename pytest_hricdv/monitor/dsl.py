@@ -1,4 +1,4 @@
-"""What requirements written in Python are made of: conditions and numbers with operators that build formulas."""
+"""The operands of requirements written in Python: conditions and quantities whose operators build formulas."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ _PARENTHESES = "in Python & | ~ >> bind more strongly than comparisons: put pare
 
 
 class Condition:
-    """True or false at each time, by what has been so far."""
+    """A past formula: true or false at each time."""
 
-    def __init__(self, past: ast.Past) -> None:
+    def __init__(self, past: ast.PastFormula) -> None:
         self.past = past
 
     @overload
@@ -21,7 +21,7 @@ class Condition:
     @overload
     def __and__(self, other: Condition) -> Condition: ...
     def __and__(self, other: Condition | Implication) -> Condition | Implication:
-        # `p & q >> r` is read as `p & (q >> r)` by Python and meant as `(p & q) >> r`.
+        # Python parses `p & q >> r` as `p & (q >> r)`; `(p & q) >> r` is meant.
         if isinstance(other, Implication):
             return Implication(ast.And(self.past, other.antecedent), other.response)
         return Condition(ast.And(self.past, as_past(other)))
@@ -44,44 +44,46 @@ class Condition:
         return Implication(self.past, ast.Holds(as_past(response)))
 
     def __rand__(self, other: object) -> NoReturn:
-        raise TypeError(f"{other!r} is no condition; {_PARENTHESES}")
+        raise TypeError(f"{other!r} is not a condition; {_PARENTHESES}")
 
     __ror__ = __rand__
 
     def __eq__(self, other: object) -> NoReturn:
         raise TypeError("== compares Python objects; write equal(a, b) or unequal(a, b) for numbers, p or ~p for bools")
 
-    __hash__ = None  # type: ignore[assignment]  # nothing that cannot be compared can be a key
+    __hash__ = None  # type: ignore[assignment]  # without comparison, it cannot be a dict key
 
     def __bool__(self) -> NoReturn:
-        raise TypeError("a condition is decided when a run is judged: write & | ~ for and, or, not, and no a < x < b")
+        raise TypeError(
+            "a condition has no truth value in Python: write & | ~ for and, or, not, (a < x) & (x < b) for a < x < b"
+        )
 
     def __repr__(self) -> str:
         return f"<condition {self.past}>"
 
 
-class Bound(Condition):
+class Inequality(Condition):
     """A comparison with `< <= > >=`, to which a hysteresis and a minimum duration can be added."""
 
     def __init__(self, comparison: ast.Comparison) -> None:
         super().__init__(comparison)
         self._comparison = comparison
 
-    def hysteresis(self, width: float) -> Bound:
+    def hysteresis(self, width: float) -> Inequality:
         """`[hysteresis h]`: once false, true again only past the bound by `width`, in the unit of the comparison."""
         old = self._comparison
         width = as_number(width, "a hysteresis")
-        return Bound(ast.Comparison(old.relation, old.left, old.right, width, old.for_s))
+        return Inequality(ast.Comparison(old.relation, old.left, old.right, width, old.for_s))
 
-    def lasting(self, duration_s: float) -> Bound:
+    def lasting(self, duration_s: float) -> Inequality:
         """`[for d]`: true once it has held for `duration_s` seconds."""
         old = self._comparison
         duration_s = as_number(duration_s, "a duration")
-        return Bound(ast.Comparison(old.relation, old.left, old.right, old.hysteresis, duration_s))
+        return Inequality(ast.Comparison(old.relation, old.left, old.right, old.hysteresis, duration_s))
 
 
 class Quantity:
-    """A number at each time."""
+    """A term: a number at each time."""
 
     def __init__(self, term: ast.Term) -> None:
         self.term = term
@@ -113,17 +115,17 @@ class Quantity:
     def __neg__(self) -> Quantity:
         return Quantity(ast.Negative(self.term))
 
-    def __lt__(self, other: Quantity | float) -> Bound:
-        return Bound(ast.Comparison("<", self.term, as_term(other)))
+    def __lt__(self, other: Quantity | float) -> Inequality:
+        return Inequality(ast.Comparison("<", self.term, as_term(other)))
 
-    def __le__(self, other: Quantity | float) -> Bound:
-        return Bound(ast.Comparison("<=", self.term, as_term(other)))
+    def __le__(self, other: Quantity | float) -> Inequality:
+        return Inequality(ast.Comparison("<=", self.term, as_term(other)))
 
-    def __gt__(self, other: Quantity | float) -> Bound:
-        return Bound(ast.Comparison(">", self.term, as_term(other)))
+    def __gt__(self, other: Quantity | float) -> Inequality:
+        return Inequality(ast.Comparison(">", self.term, as_term(other)))
 
-    def __ge__(self, other: Quantity | float) -> Bound:
-        return Bound(ast.Comparison(">=", self.term, as_term(other)))
+    def __ge__(self, other: Quantity | float) -> Inequality:
+        return Inequality(ast.Comparison(">=", self.term, as_term(other)))
 
     __eq__ = Condition.__eq__
     __hash__ = None  # type: ignore[assignment]
@@ -133,7 +135,7 @@ class Quantity:
 
 
 class Name(Condition, Quantity):
-    """A signal or a field, which is a condition or a number by its place, as in the text."""
+    """A signal or a field; its position decides whether it is a condition or a number, as in the text."""
 
     def __init__(self, name: str) -> None:
         Condition.__init__(self, ast.BooleanName(name))
@@ -144,9 +146,9 @@ class Name(Condition, Quantity):
 
 
 class Implication:
-    """`antecedent >> response`, to be put into `always(...)`."""
+    """`antecedent >> response`, the argument of `always(...)`."""
 
-    def __init__(self, antecedent: ast.Past, response: ast.Response) -> None:
+    def __init__(self, antecedent: ast.PastFormula, response: ast.Response) -> None:
         self.antecedent = antecedent
         self.response = response
 
@@ -156,8 +158,8 @@ class Implication:
     __lt__ = __le__ = __gt__ = __ge__ = _compare
 
 
-def as_past(condition: Condition) -> ast.Past:
-    """The formula of a condition. Raises TypeError for anything else, and says what to write."""
+def as_past(condition: Condition) -> ast.PastFormula:
+    """The formula of a condition. Raises TypeError for anything else, with advice."""
     if isinstance(condition, Condition):
         return condition.past
     raise TypeError(f"expected a condition, got {condition!r}; {_PARENTHESES}")
@@ -172,15 +174,15 @@ def as_term(quantity: Quantity | float) -> ast.Term:
     return ast.Number(as_number(quantity, "a number"))
 
 
-def as_number(value: float, what: str, *, endless: bool = False) -> float:
-    """A float of at least 0; only if `endless` may it be infinite.
+def as_number(value: float, what: str, *, allow_infinite: bool = False) -> float:
+    """A float of at least 0; it may be infinite only with `allow_infinite`.
 
     Raises:
-        TypeError: no number.
+        TypeError: not a number.
         ValueError: negative, NaN, or infinite.
     """
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise TypeError(f"{what}: expected a number, got {value!r}")
-    if not value >= 0 or (math.isinf(value) and not endless):
+    if not value >= 0 or (math.isinf(value) and not allow_infinite):
         raise ValueError(f"{what}: expected a finite number of at least 0, got {value}")
     return float(value)

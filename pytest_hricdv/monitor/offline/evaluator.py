@@ -1,7 +1,8 @@
-"""Past formulas evaluated over all times of a logged run at once, as numpy arrays.
+"""Past formulas evaluated at all times of a logged run at once, as numpy arrays.
 
-A run is cut at the times at which anything can change. At each there is the instant itself and the time right after
-it, up to the next; and, for operators whose history begins there, what was just before (see `operators`).
+The grid of a run has all times at which anything can change. At each time of the grid a formula has a value at the
+instant, one right after it, valid up to the next time, and, if its history starts there, one just before it (see
+`monitor.operators`).
 """
 
 from __future__ import annotations
@@ -12,10 +13,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_hricdv.monitor import sweep
 from pytest_hricdv.monitor.analysis import names_of, topics_of
-from pytest_hricdv.monitor.errors import MonitorError, no_value_yet
-from pytest_hricdv.monitor.expression import HysteresisScope
+from pytest_hricdv.monitor.compiler import HysteresisScope
+from pytest_hricdv.monitor.errors import MonitorError, unset_value_error
+from pytest_hricdv.monitor.evaluation_state import nanoseconds, seconds
 from pytest_hricdv.monitor.formula import (
     And,
     Arithmetic,
@@ -30,17 +31,19 @@ from pytest_hricdv.monitor.formula import (
     On,
     Once,
     Or,
-    Past,
+    PastFormula,
     Previously,
     Rise,
     Since,
     Term,
 )
-from pytest_hricdv.monitor.series import SeriesOfLog, Times
-from pytest_hricdv.monitor.sweep import UNDEFINED, UNKNOWN, Codes, Truth
-from pytest_hricdv.monitor.view import nanoseconds, seconds
+from pytest_hricdv.monitor.offline import array_operators
+from pytest_hricdv.monitor.offline.array_operators import UNDEFINED, UNKNOWN, Codes, Truth
+from pytest_hricdv.monitor.offline.series import SeriesOfLog, Times
 
 Numbers = NDArray[np.float64]
+# Formulas with a history; a comparison has one with `[for d]`.
+_PastOperator = Comparison | Rise | Fall | Previously | Once | Historically | Since
 
 _COMPARE: dict[str, Callable[[Numbers, Numbers], NDArray[np.bool_]]] = {
     "<": np.less,
@@ -58,15 +61,15 @@ _COMPUTE: dict[str, Callable[[Numbers, Numbers], Numbers]] = {
 }
 
 
-def grid_of(parts: tuple[Past, ...], series: SeriesOfLog, more: Times | None = None) -> Times:
-    """The times (ns) at which any of some formulas can change, the first and the last of the run, and `more`."""
+def grid_of(parts: tuple[PastFormula, ...], series: SeriesOfLog, more: Times | None = None) -> Times:
+    """The times (ns) at which one of the formulas can change, the first and the last time of the run, and `more`."""
     ends = np.array([series.start_ns, series.end_ns], np.int64)
     times = [ends, *(_changes(part, series) for part in parts), *([] if more is None else [more])]
-    grid = np.sort(np.concatenate(times), kind="stable")  # sorted runs one after the other: nearly linear
+    grid = np.sort(np.concatenate(times), kind="stable")  # concatenated sorted arrays: nearly linear
     return grid[np.append(np.diff(grid) > 0, True) & (grid <= series.end_ns)]
 
 
-def _changes(formula: Past, series: SeriesOfLog) -> Times:
+def _changes(formula: PastFormula, series: SeriesOfLog) -> Times:
     match formula:
         case Once() | Historically():
             shifts = [formula.start_s, formula.end_s]
@@ -84,18 +87,18 @@ def _changes(formula: Past, series: SeriesOfLog) -> Times:
     return np.concatenate(shifted)
 
 
-def _updates(formula: Past, series: SeriesOfLog) -> Times:
+def _updates(formula: PastFormula, series: SeriesOfLog) -> Times:
     signals = [name for name in names_of([formula]) if "." not in name]
     sources = [*signals, *(f"on({topic})" for topic in topics_of([formula]))]
     return np.concatenate([np.empty(0, np.int64), *(series.updates(source) for source in sources)])
 
 
 class Evaluator:
-    """Evaluates formulas of one requirement on one grid of times.
+    """Evaluates the formulas of one requirement on one grid.
 
     Args:
         requirement: its id, for errors.
-        starts: positions at which attempts begin: comparisons with a hysteresis in a state response start afresh there.
+        starts: positions at which attempts begin; the hystereses of a state response are reset there.
     """
 
     def __init__(self, requirement: str, series: SeriesOfLog, grid: Times, starts: NDArray[np.intp]) -> None:
@@ -104,8 +107,8 @@ class Evaluator:
         self._series = series
         self._starts = starts
 
-    def truth(self, formula: Past, scope: HysteresisScope = HysteresisScope.RUN) -> Truth:
-        """The truth of a formula; inside past operators hysteresis is always over the run."""
+    def truth(self, formula: PastFormula, scope: HysteresisScope = HysteresisScope.RUN) -> Truth:
+        """The truth of a formula; inside past operators, the scope of a hysteresis is the run."""
         match formula:
             case BooleanName():
                 values, known = self._values(formula.name)
@@ -118,25 +121,25 @@ class Evaluator:
             case Comparison(for_s=0):
                 return self._comparison(formula, scope)
             case Not():
-                return Truth(*(sweep.negated(codes) for codes in self.truth(formula.operand, scope)))
+                return self.truth(formula.operand, scope).negated()
             case And():
                 pairs = zip(self.truth(formula.left, scope), self.truth(formula.right, scope), strict=True)
                 return Truth(*(np.where(left == 1, right, left) for left, right in pairs))
             case Or():
                 pairs = zip(self.truth(formula.left, scope), self.truth(formula.right, scope), strict=True)
                 return Truth(*(np.where(left == 0, right, left) for left, right in pairs))
-            case _:
+            case Comparison() | Rise() | Fall() | Previously() | Once() | Historically() | Since():
                 return self._past(formula)
 
-    def robustness(self, formula: Past) -> Numbers | None:
+    def robustness(self, formula: PastFormula) -> Numbers | None:
         """The signed distance to the bounds at each position; infinite where unknown; None if nothing is compared.
 
-        See `ExpressionWriter.robustness`.
+        See `ExpressionCompiler.robustness`.
         """
         distance = self._distance(formula)
         return None if distance is None else np.where(np.isnan(distance), np.inf, distance)
 
-    def _distance(self, formula: Past) -> Numbers | None:
+    def _distance(self, formula: PastFormula) -> Numbers | None:
         match formula:
             case Comparison(for_s=0):
                 left, right, codes = self._sides(formula)
@@ -156,12 +159,12 @@ class Evaluator:
                     self._infinite(part) if distance is None else distance
                     for part, distance in zip((formula.left, formula.right), parts, strict=True)
                 )
-                # These let NaN, which stands for unknown here, prevail.
+                # NaN means unknown here; minimum and maximum propagate it.
                 return np.minimum(left, right) if isinstance(formula, And) else np.maximum(left, right)
             case _:
                 return None
 
-    def _infinite(self, formula: Past) -> Numbers:
+    def _infinite(self, formula: PastFormula) -> Numbers:
         codes = self.truth(formula, HysteresisScope.NEVER).positions()
         return np.where(codes < 0, np.nan, np.where(codes == 1, np.inf, -np.inf))
 
@@ -189,11 +192,12 @@ class Evaluator:
                 with np.errstate(all="ignore"):
                     values = _COMPUTE[term.operator](left, right)
                 defined = np.where(np.isfinite(values), 1, UNDEFINED).astype(np.int8)
-                return values, sweep.first_fault(sweep.first_fault(left_codes, right_codes), defined)
+                codes = array_operators.first_fault(left_codes, right_codes)
+                return values, array_operators.first_fault(codes, defined)
 
     def _sides(self, formula: Comparison) -> tuple[Numbers, Numbers, Codes]:
         (left, left_codes), (right, right_codes) = self._number(formula.left), self._number(formula.right)
-        return left, right, sweep.first_fault(left_codes, right_codes)
+        return left, right, array_operators.first_fault(left_codes, right_codes)
 
     def _comparison(self, formula: Comparison, scope: HysteresisScope) -> Truth:
         left, right, codes = self._sides(formula)
@@ -204,12 +208,12 @@ class Evaluator:
         shift = -formula.hysteresis if formula.relation in ("<", "<=") else formula.hysteresis
         returned = np.where(codes < 0, codes, compare(left, right + shift)).astype(np.int8)
         starts = self._starts if scope is HysteresisScope.ATTEMPT else np.empty(0, np.intp)
-        return sweep.latched(holds, returned, starts)
+        return array_operators.with_hysteresis(holds, returned, starts)
 
     # --- past operators
 
-    def _past(self, formula: Past) -> Truth:
-        """An operator's history begins when its operands are first known, at an instant and right after it."""
+    def _past(self, formula: _PastOperator) -> Truth:
+        """The history of an operator starts when its operands are first known, at an instant and right after it."""
         match formula:
             case Since():
                 operands = [self.truth(formula.left), self.truth(formula.right)]
@@ -218,8 +222,6 @@ class Evaluator:
                 operands = [self.truth(bare)]
             case Rise() | Fall() | Previously() | Once() | Historically():
                 operands = [self.truth(formula.operand)]
-            case _:
-                raise AssertionError(formula)
         unknown = np.any([(codes < 0) for truth in operands for codes in truth[:2]], axis=0)
         begin = int(np.argmin(unknown)) if not unknown.all() else len(unknown)
         self._require_known(formula, operands, begin)
@@ -229,7 +231,7 @@ class Evaluator:
         before = np.concatenate((nothing, first, after[:-1]))
         return Truth(np.concatenate((nothing, at)), np.concatenate((nothing, after)), before.astype(np.int8))
 
-    def _require_known(self, formula: Past, operands: list[Truth], begin: int) -> None:
+    def _require_known(self, formula: _PastOperator, operands: list[Truth], begin: int) -> None:
         for truth in operands:
             codes = np.minimum(truth.at, truth.after)
             faults = (codes < 0) & ((codes == UNDEFINED) | (np.arange(len(codes)) >= begin))
@@ -237,35 +239,33 @@ class Evaluator:
                 index = int(np.argmax(faults))
                 raise self.fault(codes[index : index + 1], index, formula)
 
-    def fault(self, codes: Codes, index: int, read: Past) -> MonitorError:
-        """The error of reading a formula that is unknown or undefined at a time of the grid."""
+    def fault(self, codes: Codes, index: int, read: PastFormula) -> MonitorError:
+        """The error of a formula that is read while it is unknown or undefined."""
         time_s = seconds(int(self.grid[index]))
         if UNDEFINED in codes:
             return MonitorError(f"{self._requirement} at {time_s} s: an arithmetic result is not a finite number")
         names = names_of([read])
         known = self._series.values_at(names, int(self.grid[index]))
-        return no_value_yet(self._requirement, time_s, ", ".join(name for name in names if name not in known))
+        return unset_value_error(self._requirement, time_s, ", ".join(name for name in names if name not in known))
 
-    def _operator(self, formula: Past, operands: list[Truth], grid: Times) -> tuple[Codes, Codes, Codes]:
-        """At, after, and (a single value) before its first time."""
+    def _operator(self, formula: _PastOperator, operands: list[Truth], grid: Times) -> tuple[Codes, Codes, Codes]:
+        """The output at each time, right after it, and (one value) before the first time."""
         truth = operands[0]
         no = np.zeros(min(1, len(grid)), np.int8)
         match formula:
             case Rise():
-                return (*sweep.risen(truth), no)
+                return (*array_operators.risen(truth), no)
             case Fall():
-                return (*sweep.risen(Truth(*(sweep.negated(codes) for codes in truth))), no)
+                return (*array_operators.risen(truth.negated()), no)
             case Previously():
-                return sweep.shifted(truth.after, truth.before), truth.after, truth.before[:1]
+                return array_operators.shifted(truth.after, truth.before), truth.after, truth.before[:1]
             case Since():
-                return (*sweep.since(operands[0], operands[1]), no)
+                return (*array_operators.since(operands[0], operands[1]), no)
             case Once():
-                return (*sweep.once(truth, grid, formula.start_s, formula.end_s), no)
+                return (*array_operators.once(truth, grid, formula.start_s, formula.end_s), no)
             case Historically():
-                negated = Truth(*(sweep.negated(codes) for codes in truth))
-                at, after = sweep.once(negated, grid, formula.start_s, formula.end_s)
-                return sweep.negated(at), sweep.negated(after), 1 - no
-            case _:
-                assert isinstance(formula, Comparison)
-                held = sweep.held(truth.at, grid, int(nanoseconds(formula.for_s)))
+                at, after = array_operators.once(truth.negated(), grid, formula.start_s, formula.end_s)
+                return array_operators.negated(at), array_operators.negated(after), 1 - no
+            case Comparison():
+                held = array_operators.held(truth.at, grid, int(nanoseconds(formula.for_s)))
                 return held, held, no

@@ -33,14 +33,14 @@ from pytest_hricdv.monitor.formula import (
     On,
     Once,
     Or,
-    Past,
+    PastFormula,
     Previously,
     Response,
     Rise,
     Since,
     Term,
 )
-from tests.monitor.offline import TICK_S, Instant, Trace
+from tests.monitor.reference import TICK_S, Instant, Trace
 
 Samples = dict[str, list[float]]
 
@@ -163,7 +163,7 @@ def responded(response: Response) -> str:
             return f"(always({condition})) or (({condition} or {release}) until ({release}))"
 
 
-def past(formula: Past, *, remembers: bool = True) -> str:
+def past(formula: PastFormula, *, remembers: bool = True) -> str:
     """A past formula; unless it `remembers`, a hysteresis does nothing, as where the first violation decides.
 
     Inside past operators, and so in a comparison with `[for d]`, it is over the run in any case.

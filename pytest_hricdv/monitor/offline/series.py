@@ -1,7 +1,4 @@
-"""The signals and messages of a log as numpy arrays: checked, in whole nanoseconds, looked up at any times.
-
-Imports numpy, so it is itself imported only where logs are judged.
-"""
+"""The signals and messages of a log as numpy arrays: checked, in whole nanoseconds, with lookup at any times."""
 
 from __future__ import annotations
 
@@ -12,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_hricdv.monitor.errors import MonitorError
+from pytest_hricdv.monitor.evaluation_state import NS_PER_S, Nanoseconds, seconds
 from pytest_hricdv.monitor.log import Log
-from pytest_hricdv.monitor.view import NS_PER_S, Nanoseconds, seconds
+from pytest_hricdv.monitor.requirement import Kind
 
 Times = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class Series:
-    """One signal or field: `values[i]` from `times[i]` on; of several at one time the last counts."""
+    """One signal or field: `values[i]` from `times[i]` on; of several values at one time, the last counts."""
 
     times: Times
     values: NDArray[np.float64]
@@ -38,17 +36,17 @@ class Series:
 
 
 class SeriesOfLog:
-    """What some requirements read of a log.
+    """The signals and messages of a log that a requirement reads.
 
     Attributes:
         start_ns, end_ns: of the run.
 
     Raises:
-        MonitorError: a time or a value that is no finite number, a bool that is neither 0 nor 1, times that go back, a
-            message without a field that is read.
+        MonitorError: a time or a value is not a finite number, a bool is neither 0 nor 1, times go back, or a message
+            lacks a field that is read.
     """
 
-    def __init__(self, log: Log, kinds: Mapping[str, type[bool] | type[float]], topics: Iterable[str]) -> None:
+    def __init__(self, log: Log, kinds: Mapping[str, Kind], topics: Iterable[str]) -> None:
         self._kinds = kinds
         self.start_ns, self.end_ns = (int(time) for time in _nanoseconds("the run", [log.start_s, log.end_s]))
         self._series = {
@@ -56,12 +54,12 @@ class SeriesOfLog:
         }
         self._arrivals = {}
         for topic in topics:
-            heard = [message for message in log.messages if message.topic == topic]
-            times = [message.time_s for message in heard]
+            received = [message for message in log.messages if message.topic == topic]
+            times = [message.time_s for message in received]
             self._arrivals[topic] = self._in_order(f"messages {topic!r}", times)
             for name in kinds:
                 if name.startswith(f"{topic}."):
-                    values = [_field(message.fields, topic, name, message.time_s) for message in heard]
+                    values = [_field(message.fields, topic, name, message.time_s) for message in received]
                     self._series[name] = self._checked(name, times, values)
 
     def of(self, name: str) -> Series | None:
@@ -69,24 +67,24 @@ class SeriesOfLog:
         return self._series.get(name)
 
     def arrivals(self, topic: str) -> Times:
-        """When messages of a topic came (ns)."""
+        """The times of the messages of a topic (ns)."""
         return self._arrivals[topic]
 
     def updates(self, source: str) -> Times:
-        """When a source, as `analysis.source_of` names it, was updated (ns)."""
+        """The times of the updates of a source as of `analysis.source_of` (ns)."""
         if source.startswith("on("):
             return self._arrivals[source[3:-1]]
         series = self._series.get(source)
         return np.empty(0, np.int64) if series is None else series.times
 
     def values_at(self, names: Iterable[str], now_ns: Nanoseconds) -> dict[str, float | bool]:
-        """The last value of each name that had one at a time."""
+        """The last value of each name that has a value at `now_ns`."""
         now = np.array([now_ns], np.int64)
         known = {name: series for name in names if (series := self._series.get(name)) and series.known(now)[0]}
         return {name: self._kinds[name](series.at(now)[0]) for name, series in known.items()}
 
     def extremes(self, names: Iterable[str], from_ns: Nanoseconds, to_ns: Nanoseconds) -> dict[str, float]:
-        """Of each name that had a value at `from_ns`, the one that was largest in size from then to `to_ns`."""
+        """For each name with a value at `from_ns`: the value with the largest absolute value up to `to_ns`."""
         found = {}
         for name, first in self.values_at(names, from_ns).items():
             series = self._series[name]
@@ -101,11 +99,11 @@ class SeriesOfLog:
         if array.shape != times.shape or array.dtype.kind not in "biuf":
             raise MonitorError(f"{name}: expected {len(times)} numbers, one for each time, got {array!r:.80}")
         array = array.astype(np.float64)
-        fine = np.isfinite(array)
+        valid = np.isfinite(array)
         if self._kinds[name] is bool:
-            fine &= (array == 0) | (array == 1)
-        if not fine.all():
-            first = int(np.argmin(fine))
+            valid &= (array == 0) | (array == 1)
+        if not valid.all():
+            first = int(np.argmin(valid))
             wanted = "a bool" if self._kinds[name] is bool else "a finite number"
             raise MonitorError(f"{name} at {seconds(int(times[first]))} s is {array[first]}: not {wanted}")
         return Series(times, array)
@@ -130,6 +128,6 @@ def _nanoseconds(what: str, times_s: Iterable[float]) -> Times:
 def _field(fields: Mapping[str, object], topic: str, name: str, time_s: float) -> object:
     field = name.partition(".")[2]
     if field not in fields:
-        came = ", ".join(fields) or "none"
-        raise MonitorError(f"a message {topic!r} at {time_s} s has no field {field!r}; its fields: {came}")
+        present = ", ".join(fields) or "none"
+        raise MonitorError(f"a message {topic!r} at {time_s} s has no field {field!r}; its fields: {present}")
     return fields[field]

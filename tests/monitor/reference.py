@@ -31,7 +31,7 @@ from pytest_hricdv.monitor.formula import (
     On,
     Once,
     Or,
-    Past,
+    PastFormula,
     Previously,
     Rise,
     Since,
@@ -79,11 +79,11 @@ def first_position(tick: float) -> int:
     return 1 + 2 * round(tick)
 
 
-def flattened(formula: Past) -> list[Past]:
+def flattened(formula: PastFormula) -> list[PastFormula]:
     return [*flattened(formula.left), *flattened(formula.right)] if isinstance(formula, And) else [formula]
 
 
-def compares(formula: Past) -> bool:
+def compares(formula: PastFormula) -> bool:
     match formula:
         case Comparison(for_s=0):
             return True
@@ -146,7 +146,7 @@ class Offline:
             result.append(self.compare(f, p, f.hysteresis if remembered else 0.0))
         return result
 
-    def truth(self, f: Past, since: int | None = 0) -> list[bool]:
+    def truth(self, f: PastFormula, since: int | None = 0) -> list[bool]:
         """The truth of `f` at every position; `since` as above, for comparisons outside of past operators."""
         ps = self.positions
         match f:
@@ -194,7 +194,7 @@ class Offline:
     def ticks(self, time_s: float) -> int:
         return 10_000 if math.isinf(time_s) else round(time_s / TICK_S)
 
-    def distance(self, f: Past, p: int) -> float:
+    def distance(self, f: PastFormula, p: int) -> float:
         match f:
             case Comparison(for_s=0):
                 gap = self.number(f.right, p) - self.number(f.left, p)
@@ -210,7 +210,7 @@ class Offline:
 
     # --- why not
 
-    def nearest_miss(self, antecedent: Past) -> tuple[float, list[str], float | None]:
+    def nearest_miss(self, antecedent: PastFormula) -> tuple[float, list[str], float | None]:
         """Tick, missing conjuncts, and the distance of the one that is missing alone."""
         parts = flattened(antecedent)
         truths = [self.truth(part) for part in parts]
@@ -224,12 +224,12 @@ class Offline:
         _, alone, p, missing = min(found, key=lambda each: each[:3])
         return tick_of(p), [str(part) for part in missing], alone if math.isfinite(alone) else None
 
-    def is_known(self, f: Past, p: int) -> bool:
+    def is_known(self, f: PastFormula, p: int) -> bool:
         """A field is unknown before its first message, except where the formula asks for the message as well."""
         guarded = any(isinstance(node, On) for node in walk(f))
         return guarded or all("." not in name or name in self.values[p] for name in names_of([f]))
 
-    def distance_to_return(self, f: Past, p: int, wanted: bool = True) -> float:
+    def distance_to_return(self, f: PastFormula, p: int, wanted: bool = True) -> float:
         match f:
             case Comparison(for_s=0):
                 return self.distance(f, p) - (f.hysteresis if wanted else 0.0)
@@ -296,7 +296,7 @@ class Offline:
                 return [(trigger, tick_of(closes))], False, [0.0]
 
     def safety(
-        self, condition: Past, start: int, window: range, *, undecided: bool
+        self, condition: PastFormula, start: int, window: range, *, undecided: bool
     ) -> tuple[list[tuple[float, float]], bool, list[float]]:
         good = self.truth(condition, since=None)
         breach = next((p for p in window if not good[p]), None)

@@ -14,9 +14,9 @@ from hypothesis import HealthCheck, given, settings
 
 from pytest_hricdv.monitor import Log, MonitorError, Requirement, Verdict, explained
 from pytest_hricdv.monitor.formula import Formula
-from pytest_hricdv.monitor.logged import evaluate
+from pytest_hricdv.monitor.offline import evaluate
 from tests.monitor.logs import Logged, log_of, run
-from tests.monitor.offline import Trace
+from tests.monitor.reference import Trace
 from tests.monitor.strategies import formulas, small_traces, table_traces
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5, SMALL, Update, judge, requirement
 

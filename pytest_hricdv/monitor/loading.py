@@ -1,0 +1,135 @@
+"""Requirements from a TOML file or from Python, parsed and checked against a vocabulary."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+
+from pytest_hricdv.monitor.errors import FormulaSource, RequirementError, name_advice
+from pytest_hricdv.monitor.formula import Formula
+from pytest_hricdv.monitor.requirement import Requirement, Vocabulary
+
+_KEYS = ("title", "source", "formula", "shows")
+
+
+def load_requirements(
+    given: str | PathLike[str] | Sequence[Requirement], vocabulary: Vocabulary
+) -> tuple[Requirement, ...]:
+    """The requirements of a TOML file, in the order of the file: one table each, with the keys of `Requirement`.
+
+    Args:
+        given: the file, named in errors as given; or requirements that were built in Python (see `build`).
+        vocabulary: the signals and messages that formulas may use.
+
+    Raises:
+        RequirementError: the file cannot be read, is not TOML, has no requirement, or has one with missing or unknown
+            keys; or a formula is wrong. For requirements built in Python: there is none, or two have the same id.
+    """
+    if not isinstance(given, str | PathLike):
+        return _check_all(given, vocabulary)
+    document = _read(given)
+    try:
+        tables = tomllib.loads(document)
+    except tomllib.TOMLDecodeError as error:
+        raise RequirementError(f"{given}: not TOML: {error}") from None
+    if not tables:
+        raise RequirementError(
+            f'{given}: no requirement in this file\nexpected a table each: [R1], title = "...", formula = "..."'
+        )
+    return tuple(_requirement(str(given), document, name, table, vocabulary) for name, table in tables.items())
+
+
+def check_requirement(requirement: Requirement, vocabulary: Vocabulary) -> None:
+    """Check a requirement that was built in Python as its text would be checked in a file.
+
+    Raises:
+        RequirementError: an unknown name (the nearest known one is offered), a type error, or a condition that can
+            never hold where it stands; the caret marks the place in the formula's text.
+    """
+    _check_shows(f"requirement {requirement.id}", requirement.shows, vocabulary)
+    parsed = parse_formula(requirement.text, vocabulary, FormulaSource(requirement.text, requirement.id))
+    if parsed != requirement.formula:
+        raise RequirementError(
+            f"requirement {requirement.id}: its text and its formula differ\n"
+            f"text:    {requirement.text}\nformula: {requirement.formula}"
+        )
+
+
+def parse_formula(text: str, vocabulary: Vocabulary, source: FormulaSource | None = None) -> Formula:
+    """Parse a formula and check its names and types.
+
+    Args:
+        text: `always(antecedent -> response)`.
+        vocabulary: the signals and messages that it may use.
+        source: where the text comes from, for errors; by default the text alone.
+
+    Raises:
+        RequirementError: the text is not a formula over this vocabulary.
+    """
+    # Imported here because these import lark, and a test session without requirements should not load it.
+    from pytest_hricdv.monitor.parser import parse
+    from pytest_hricdv.monitor.type_check import checked_formula
+
+    source = source or FormulaSource(text)
+    return checked_formula(parse(source), source, vocabulary)
+
+
+def _check_all(built: Sequence[Requirement], vocabulary: Vocabulary) -> tuple[Requirement, ...]:
+    if not built:
+        raise RequirementError("no requirement; expected at least one")
+    ids = [requirement.id for requirement in built]
+    repeated = [name for name in ids if ids.count(name) > 1]
+    if repeated:
+        raise RequirementError(f"requirement {repeated[0]} is there twice; expected a different id for each")
+    for requirement in built:
+        check_requirement(requirement, vocabulary)
+    return tuple(built)
+
+
+def _read(path: str | PathLike[str]) -> str:
+    try:
+        # Text mode turns Windows line ends into plain ones, as TOML does within multi-line formulas.
+        return Path(path).read_text(encoding="utf-8")
+    except OSError as error:
+        raise RequirementError(f"{path}: cannot read the requirements: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        raise RequirementError(f"{path}: not UTF-8 text (byte {error.start}); TOML files are UTF-8") from None
+
+
+def _requirement(path: str, document: str, name: str, table: object, vocabulary: Vocabulary) -> Requirement:
+    where = f"{path}: requirement {name}"
+    if not isinstance(table, dict):
+        raise RequirementError(f"{path}: {name!r} is outside of a requirement; expected a table each, such as [R1]")
+    for key, value in table.items():
+        _check_key(where, key, value, vocabulary)
+    for key in ("title", "formula"):
+        if key not in table:
+            raise RequirementError(
+                f"{where}: no {key!r}\nexpected the keys title and formula, and source if there is one"
+            )
+    text = table["formula"]
+    formula = parse_formula(text, vocabulary, FormulaSource(text, name, path, document))
+    shows = tuple(table.get("shows", ()))
+    return Requirement(name, table["title"], table.get("source", ""), text.strip(), formula, shows)
+
+
+def _check_key(where: str, key: str, value: object, vocabulary: Vocabulary) -> None:
+    if key not in _KEYS:
+        raise RequirementError(f"{where}: unknown key {key!r}\n{name_advice(key, _KEYS)}")
+    if key == "shows":
+        _check_shows(where, value, vocabulary)
+    elif not isinstance(value, str) or (not value.strip() and key != "formula"):
+        raise RequirementError(f"{where}: {key!r} has to be a text, got {value!r}")
+
+
+def _check_shows(where: str, names: object, vocabulary: Vocabulary) -> None:
+    numeric = [name for name, kind in vocabulary.signals.items() if kind is float]
+    if not isinstance(names, list | tuple):
+        raise RequirementError(f"{where}: 'shows' has to be a list of signals, got {names!r}")
+    for name in names:
+        if name not in numeric:
+            raise RequirementError(
+                f"{where}: shows {name!r}, which is not a numeric signal\n{name_advice(str(name), numeric)}"
+            )

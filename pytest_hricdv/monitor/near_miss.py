@@ -1,0 +1,168 @@
+"""The nearest miss of a requirement that was not triggered: when its antecedent was nearest to being true.
+
+It is searched for in the log after the run, and only for requirements that were never triggered, so that monitors stay
+fast.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Set
+from dataclasses import dataclass, replace
+from typing import Any
+
+from pytest_hricdv.monitor.analysis import conjuncts, names_of, topics_of
+from pytest_hricdv.monitor.compiler import ExpressionCompiler, HysteresisScope, function_of
+from pytest_hricdv.monitor.evaluation_state import (
+    NO_MESSAGE,
+    Condition,
+    EvaluationState,
+    Nanoseconds,
+    Outputs,
+    Robustness,
+    UnknownValueError,
+    Values,
+    seconds,
+)
+from pytest_hricdv.monitor.formula import And, Arithmetic, ArithmeticOperator, Comparison, Not, Number, Or, PastFormula
+from pytest_hricdv.monitor.log import Log, Update
+from pytest_hricdv.monitor.requirement import Requirement
+from pytest_hricdv.monitor.verdict import NearestMiss, Verdict
+
+# A conjunct is evaluated by itself, so without the conjuncts that guard it in the antecedent.
+_UNDEFINED = (UnknownValueError, ArithmeticError)
+
+
+def explained(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], log: Log) -> tuple[Verdict, ...]:
+    """The verdicts; those of requirements that were never triggered have their nearest miss.
+
+    Args:
+        verdicts: on the logged run.
+        requirements: of the verdicts, in the same order.
+        log: the run.
+    """
+    return tuple(
+        replace(verdict, nearest_miss=nearest_miss(requirement.formula.antecedent, log)) if verdict.vacuous else verdict
+        for verdict, requirement in zip(verdicts, requirements, strict=True)
+    )
+
+
+def nearest_miss(antecedent: PastFormula, log: Log) -> NearestMiss:
+    """When an antecedent that was never true in a run was nearest to it.
+
+    The search minimizes, in this order: the number of false conjuncts; if a single comparison is false, its distance
+    to its bound; the time.
+    """
+    search = _Search(antecedent)
+    wake_ns = math.inf
+    for now_ns, updates in log.instants(search.signals, search.topics):
+        while wake_ns < now_ns:
+            wake_ns = search.evaluate(wake_ns, last=False)
+        search.update(updates)
+        wake_ns = search.evaluate(now_ns, last=now_ns == log.end_ns)
+    return search.result()
+
+
+@dataclass(frozen=True)
+class _Conjunct:
+    text: str
+    condition: Condition
+    robustness: Robustness | None  # with respect to the bound at which it would become true
+
+    def is_true(self, values: Values, arrived: Set[str], outputs: Outputs) -> bool:
+        try:
+            return self.condition(values, arrived, outputs)
+        except _UNDEFINED:
+            return False
+
+    def distance(self, values: Values, arrived: Set[str], outputs: Outputs) -> float:
+        if self.robustness is None:
+            return math.inf
+        try:
+            return -self.robustness(values, arrived, outputs)
+        except _UNDEFINED:
+            return math.inf
+
+
+class _Search:
+    """Replays a log and keeps the nearest miss so far."""
+
+    def __init__(self, antecedent: PastFormula) -> None:
+        self._kinds = names_of([antecedent])
+        self.signals = [name for name in self._kinds if "." not in name]
+        self.topics = topics_of([antecedent])
+        compiler = ExpressionCompiler()
+        self._conjuncts = [_compiled(part, compiler) for part in conjuncts(antecedent)]
+        self._operators = [make() for make in compiler.run_operators]
+        self._arrived: set[str] = set()
+        self._state = EvaluationState(Values(), self._arrived)
+        self._best: tuple[float, float] = (math.inf, math.inf)  # number of false conjuncts, distance of a single one
+        self._missing: list[_Conjunct] = []
+        self._time_ns: Nanoseconds = 0
+
+    def update(self, updates: Iterable[Update]) -> None:
+        """Apply the updates of an instant."""
+        for name, value in updates:
+            if isinstance(value, Mapping):
+                self._arrived.add(name)
+                for field in self._kinds:
+                    if field.startswith(f"{name}."):
+                        self._set(field, value[field.partition(".")[2]])
+            else:
+                self._set(name, value)
+
+    def _set(self, name: str, value: Any) -> None:
+        self._state.values[name] = self._kinds[name](value)
+
+    def evaluate(self, now_ns: Nanoseconds, *, last: bool) -> Nanoseconds:
+        """Evaluate an instant and, unless it is the last, the time right after it; returns the next wake-up time."""
+        for operator in self._operators:
+            operator.step(now_ns, self._state)
+        self._compare(now_ns, self._state.arrived, self._state.at)
+        if not last:
+            self._compare(now_ns, NO_MESSAGE, self._state.after)
+        self._arrived.clear()
+        return min((operator.wake_ns for operator in self._operators), default=math.inf)
+
+    def _compare(self, now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs) -> None:
+        values = self._state.values
+        missing = [each for each in self._conjuncts if not each.is_true(values, arrived, outputs)]
+        if len(missing) > self._best[0]:
+            return
+        distance = missing[0].distance(values, arrived, outputs) if len(missing) == 1 else math.inf
+        candidate = (len(missing), distance)
+        if candidate < self._best:
+            self._best, self._missing, self._time_ns = candidate, missing, now_ns
+
+    def result(self) -> NearestMiss:
+        """The nearest miss of the whole log."""
+        distance = self._best[1]
+        return NearestMiss(
+            time_s=seconds(self._time_ns),
+            missing=tuple(each.text for each in self._missing),
+            # At the bound a distance may be -0.0; adding 0.0 makes it 0.0.
+            distance=distance + 0.0 if math.isfinite(distance) else None,
+        )
+
+
+def _compiled(conjunct: PastFormula, compiler: ExpressionCompiler) -> _Conjunct:
+    condition = function_of(compiler.condition(conjunct, HysteresisScope.RUN))
+    robustness = compiler.robustness(_with_shifted_bounds(conjunct, wanted=True))
+    return _Conjunct(str(conjunct), condition, None if robustness is None else function_of(robustness))
+
+
+def _with_shifted_bounds(formula: PastFormula, *, wanted: bool) -> PastFormula:
+    """`formula` with the bounds at which it becomes `wanted`: a comparison becomes true only past its hysteresis."""
+    match formula:
+        case Comparison(for_s=0):
+            width = Number(formula.hysteresis if wanted else 0.0)
+            sign: ArithmeticOperator = "-" if formula.relation in ("<", "<=") else "+"
+            bound = Arithmetic(sign, formula.right, width) if width.value else formula.right
+            return Comparison(formula.relation, formula.left, bound)
+        case Not():
+            return Not(_with_shifted_bounds(formula.operand, wanted=not wanted))
+        case And() | Or():
+            sides = (_with_shifted_bounds(side, wanted=wanted) for side in (formula.left, formula.right))
+            return type(formula)(*sides)
+        case _:
+            return formula

@@ -1,0 +1,207 @@
+"""One monitor for each kind of response: when its attempts begin, and what decides them."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Sequence, Set
+from dataclasses import dataclass
+
+from pytest_hricdv.monitor.attempts import RequirementMonitor
+from pytest_hricdv.monitor.compiler import Program, compile_formula
+from pytest_hricdv.monitor.evaluation_state import (
+    NS_PER_S,
+    EvaluationState,
+    Nanoseconds,
+    Outputs,
+    Values,
+    nanoseconds,
+)
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Holds, HoldsUntil
+from pytest_hricdv.monitor.requirement import Requirement
+from pytest_hricdv.monitor.verdict import Verdict
+
+
+def monitor_of(requirement: Requirement, values: Values, arrived: Set[str]) -> RequirementMonitor:
+    """A new monitor of a requirement; `values` and `arrived` are shared by the monitors of a run."""
+    program, shows = compile_formula(requirement.formula), requirement.shows
+    state = EvaluationState(values, arrived)
+    match requirement.formula.response:
+        case Holds():
+            return EpisodeMonitor(program, state, shows)
+        case Eventually() as window:
+            return EventuallyMonitor(program, state, shows, window.start_s, window.end_s)
+        case AlwaysWithin() as window:
+            return SafetyMonitor(program, state, shows, window.start_s, window.end_s)
+        case HoldsUntil():
+            return SafetyMonitor(program, state, shows, 0.0, math.inf)
+
+
+@dataclass(slots=True)
+class _OpenViolation:
+    """A violation that has not ended yet."""
+
+    time_ns: Nanoseconds
+    values: dict[str, float | bool]
+    margin: float
+
+
+class EpisodeMonitor(RequirementMonitor):
+    """State response: an attempt is an episode, in which the antecedent is true without a break."""
+
+    def __init__(self, program: Program, state: EvaluationState, shows: Sequence[str]) -> None:
+        super().__init__(program, state, shows)
+        self._trigger_ns: Nanoseconds = 0
+        self._failed = False
+        self._violation: _OpenViolation | None = None
+
+    def _judge(self, now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs, *, right_after: bool) -> None:
+        state = self._state
+        if not self._antecedent(state.values, arrived, outputs):
+            if self.active:
+                self._end_episode(now_ns)
+            return
+        if not self.active:
+            self._begin_episode(now_ns)
+        for operator in self._attempt_operators:
+            operator.step(now_ns, state)
+        holds = self._condition(state.values, arrived, outputs)
+        margin = self._margin(arrived, outputs)
+        if margin < self._tally.margin:
+            self._tally.add_margin(margin, now_ns)
+        if not holds:
+            self._violate(now_ns, margin)
+        elif self._violation is not None:
+            self._end_violation()
+
+    def _begin_episode(self, now_ns: Nanoseconds) -> None:
+        self.active = True
+        self._trigger_ns = now_ns
+        self._failed = False
+        self._tally.attempts += 1
+        for operator in self._attempt_operators:
+            operator.reset()
+
+    def _violate(self, now_ns: Nanoseconds, margin: float) -> None:
+        """Begin or continue a violation."""
+        if self._violation is None:
+            self._violation = _OpenViolation(now_ns, self._current_values(), margin)
+        violation, values = self._violation, self._state.values
+        violation.margin = min(violation.margin, margin)
+        for name in violation.values.keys() & self.shows:
+            violation.values[name] = max(violation.values[name], values[name], key=abs)
+
+    def _end_violation(self) -> None:
+        violation = self._violation
+        if violation is not None:
+            self._failed = True
+            self._tally.add_violation(self._trigger_ns, violation.time_ns, violation.values, violation.margin)
+            self._violation = None
+
+    def _end_episode(self, now_ns: Nanoseconds) -> None:
+        self.active = False
+        self._end_violation()
+        self._tally.decide(self._trigger_ns, now_ns, passed=not self._failed)
+
+    def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
+        if self.active:
+            self._end_episode(now_ns)
+        return self._tally.verdict(requirement, pending=0)
+
+
+@dataclass(slots=True)
+class _Obligation:
+    """An open attempt: the response is due from `start_ns` to `end_ns`, both included."""
+
+    trigger_ns: Nanoseconds
+    start_ns: Nanoseconds
+    end_ns: Nanoseconds
+
+
+class ObligationMonitor(RequirementMonitor):
+    """A response in a window after the trigger: an attempt begins whenever the antecedent becomes true."""
+
+    def __init__(
+        self, program: Program, state: EvaluationState, shows: Sequence[str], start_s: float, end_s: float
+    ) -> None:
+        super().__init__(program, state, shows)
+        self._start_ns = nanoseconds(start_s)
+        self._end_ns = nanoseconds(end_s)
+        self._triggered = False
+        self._open: list[_Obligation] = []
+
+    def _judge(self, now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs, *, right_after: bool) -> None:
+        holds = self._antecedent(self._state.values, arrived, outputs)
+        if holds and not self._triggered:
+            self._tally.attempts += 1
+            self._open.append(_Obligation(now_ns, now_ns + self._start_ns, now_ns + self._end_ns))
+        self._triggered = holds
+        if self._open:
+            due = [each for each in self._open if each.start_ns <= now_ns]
+            # Both ends belong to a window: right after its last instant the window is over.
+            if right_after:
+                due = [each for each in due if now_ns < each.end_ns]
+            if due:
+                self._judge_due(due, now_ns, arrived, outputs)
+        self.active = bool(self._open)
+
+    @abstractmethod
+    def _judge_due(self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs) -> None:
+        """Judge the open attempts whose windows have started, and close those that are decided."""
+
+    def _close(self, obligation: _Obligation, now_ns: Nanoseconds, *, passed: bool) -> None:
+        self._open.remove(obligation)
+        self._tally.decide(obligation.trigger_ns, now_ns, passed=passed)
+
+    def _response_wake_ns(self, now_ns: Nanoseconds) -> Nanoseconds:
+        times = (time for each in self._open for time in (each.start_ns, each.end_ns) if time > now_ns)
+        return min(times, default=math.inf)
+
+    def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
+        for obligation in self._open:
+            self._tally.add_pending(obligation.trigger_ns, now_ns)
+        return self._tally.verdict(requirement, pending=len(self._open))
+
+
+class EventuallyMonitor(ObligationMonitor):
+    """`eventually[a:b]`: discharged when the condition is first true in the window, failed at the deadline."""
+
+    def _judge_due(self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs) -> None:
+        if self._condition(self._state.values, arrived, outputs):
+            for obligation in due:
+                self._tally.add_margin((obligation.end_ns - now_ns) / NS_PER_S, now_ns)
+                self._close(obligation, now_ns, passed=True)
+            return
+        for obligation in due:
+            if now_ns >= obligation.end_ns:
+                self._tally.add_margin(0.0, now_ns)
+                self._tally.add_violation(obligation.trigger_ns, now_ns, self._current_values(), 0.0)
+                self._close(obligation, now_ns, passed=False)
+
+    def deadline_ns(self) -> Nanoseconds | None:
+        return max((each.end_ns for each in self._open), default=None)
+
+
+class SafetyMonitor(ObligationMonitor):
+    """`always[a:b]`, and `until` with an infinite window: failed when the condition is first false."""
+
+    def _judge_due(self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs) -> None:
+        release = self.program.release
+        if release is not None and release(self._state.values, arrived, outputs):
+            for obligation in due:
+                self._close(obligation, now_ns, passed=True)
+            return
+        holds = self._condition(self._state.values, arrived, outputs)
+        margin = self._margin(arrived, outputs)
+        self._tally.add_margin(margin, now_ns)
+        for obligation in due:
+            if not holds:
+                self._tally.add_violation(obligation.trigger_ns, now_ns, self._current_values(), margin)
+                self._close(obligation, now_ns, passed=False)
+            elif now_ns >= obligation.end_ns:
+                self._close(obligation, now_ns, passed=True)
+
+    def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
+        for obligation in [each for each in self._open if each.start_ns <= now_ns]:
+            self._close(obligation, now_ns, passed=True)
+        return super().finish(requirement, now_ns)
