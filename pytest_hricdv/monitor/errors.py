@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 
 class RequirementError(ValueError):
@@ -90,11 +89,3 @@ class FormulaSource:
 def _line_and_column(text: str, index: int) -> tuple[int, int]:
     """Both counted from 1."""
     return text.count("\n", 0, index) + 1, index - text.rfind("\n", 0, index)
-
-
-def name_advice(name: str, known: Iterable[str]) -> str:
-    """Advice for an unknown name: the nearest known name if there is one, and all known names."""
-    names = sorted(known)
-    close = get_close_matches(name, names, n=1, cutoff=0.6)
-    hint = f"did you mean {close[0]!r}? " if close else ""
-    return f"{hint}known: {', '.join(names)}" if names else "none is known"

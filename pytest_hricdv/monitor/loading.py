@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 
-from pytest_hricdv.monitor.errors import FormulaSource, RequirementError, name_advice
+from pytest_hricdv.monitor.errors import FormulaSource, RequirementError
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.requirement import Requirement, Vocabulary
+from pytest_hricdv.suggestion import nearest
 
 _KEYS = ("title", "source", "formula", "shows")
 
@@ -117,7 +118,7 @@ def _requirement(path: str, document: str, name: str, table: object, vocabulary:
 
 def _check_key(where: str, key: str, value: object, vocabulary: Vocabulary) -> None:
     if key not in _KEYS:
-        raise RequirementError(f"{where}: unknown key {key!r}\n{name_advice(key, _KEYS)}")
+        raise RequirementError(f"{where}: unknown key {key!r}{nearest(key, _KEYS)}")
     if key == "shows":
         _check_shows(where, value, vocabulary)
     elif not isinstance(value, str) or (not value.strip() and key != "formula"):
@@ -130,6 +131,5 @@ def _check_shows(where: str, names: object, vocabulary: Vocabulary) -> None:
         raise RequirementError(f"{where}: 'shows' has to be a list of signals, got {names!r}")
     for name in names:
         if name not in numeric:
-            raise RequirementError(
-                f"{where}: shows {name!r}, which is not a numeric signal\n{name_advice(str(name), numeric)}"
-            )
+            suggestion = nearest(str(name), numeric)
+            raise RequirementError(f"{where}: shows {name!r}, which is not a numeric signal{suggestion}")

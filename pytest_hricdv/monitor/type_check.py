@@ -12,7 +12,7 @@ from typing import cast
 from lark import Token, Tree
 
 from pytest_hricdv.monitor.analysis import is_instantaneous
-from pytest_hricdv.monitor.errors import FormulaSource, RequirementError, name_advice
+from pytest_hricdv.monitor.errors import FormulaSource, RequirementError
 from pytest_hricdv.monitor.formula import (
     AlwaysWithin,
     And,
@@ -42,6 +42,7 @@ from pytest_hricdv.monitor.formula import (
     Term,
 )
 from pytest_hricdv.monitor.requirement import Kind, Vocabulary
+from pytest_hricdv.suggestion import nearest
 
 Node = Tree[Token] | Token
 
@@ -128,10 +129,9 @@ class _TypeChecker:
     def _on(self, tree: Tree[Token]) -> PastFormula:
         topic = cast("Token", tree.children[0])
         if topic not in self._vocabulary.messages:
-            advice = name_advice(topic, self._vocabulary.messages)
-            if topic in self._vocabulary.signals:
-                advice = f"{topic} is a signal; on(...) takes a topic. {advice}"
-            raise self._error(topic, f"unknown topic {str(topic)!r}", advice)
+            advice = f"{topic} is a signal; on(...) takes a topic" if topic in self._vocabulary.signals else ""
+            problem = f"unknown topic {str(topic)!r}{nearest(topic, self._vocabulary.messages)}"
+            raise self._error(topic, problem, advice)
         return On(str(topic))
 
     def _comparison(self, tree: Tree[Token]) -> PastFormula:
@@ -216,10 +216,10 @@ class _TypeChecker:
         kind = self._vocabulary.kind(name)
         if kind is not None:
             return kind
-        advice = name_advice(name, self._vocabulary.names())
         if name in self._vocabulary.messages:
             advice = f"{name} is a topic: `on({name})` is true when a message arrives, `{name}.field` is its last value"
-        raise self._error(tree, f"unknown name {name!r}", advice)
+            raise self._error(tree, f"unknown name {name!r}", advice)
+        raise self._error(tree, f"unknown name {name!r}{nearest(name, self._vocabulary.names())}")
 
     def _reject_instantaneous(self, formula: PastFormula, node: Node, where: str, advice: str) -> None:
         if is_instantaneous(formula):

@@ -136,7 +136,7 @@ def test_a_built_requirement_is_watched_like_any_other() -> None:
     ("formula", "says"),
     [
         (always(signal("pp") >> q), "requirement R9, column 8: unknown name 'pp'"),
-        (always(field("m.okay") >> q), "did you mean 'm.ok'?"),
+        (always(field("m.okay") >> q), "unknown name 'm.okay'; nearest: m.ok"),
         (always(on("c") >> q), "unknown topic 'c'"),
         (always(x >> q), "expected a condition, but x is a float"),
         (always((p < 1) >> q), "expected a number, but p is a bool"),

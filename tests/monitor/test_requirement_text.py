@@ -43,10 +43,10 @@ def marked(text: str) -> str:
         ("always(p -> 0 < x < 1)", "<", "expected"),
         ("always(p [for 1] -> q)", "[", "follow a comparison"),
         ("always(pp -> q)", "pp", "unknown name 'pp'"),
-        ("always(m.okay -> q)", "m.okay", "did you mean 'm.ok'?"),
+        ("always(m.okay -> q)", "m.okay", "unknown name 'm.okay'; nearest: m.ok"),
         ("always(a -> q)", "a", "a is a topic: `on(a)`"),
         ("always(on(p) -> q)", "p", "p is a signal; on(...) takes a topic"),
-        ("always(on(c) -> q)", "c", "known: a, b, m"),
+        ("always(on(c) -> q)", "c", "unknown topic 'c'; known: a, b, m"),
         ("always(x -> q)", "x", "expected a condition, but x is a float"),
         ("always(x + 1 -> q)", "x + 1", "expected a condition"),
         ("always(p < 1 -> q)", "p", "expected a number, but p is a bool"),
@@ -82,10 +82,10 @@ def test_an_error_in_a_file_names_file_requirement_line_and_column(tmp_path: Pat
     with pytest.raises(RequirementError) as caught:
         load_requirements(file, SMALL)
     assert str(caught.value) == (
-        f"{file}:9:11: requirement R2, line 2, column 11 of the formula: unknown name 'height'\n"
+        f"{file}:9:11: requirement R2, line 2, column 11 of the formula: "
+        "unknown name 'height'; known: p, q, x, y, m.ok, m.level\n"
         "           -> height < 1)\n"
-        "              ^^^^^^\n"
-        "known: m.level, m.ok, p, q, x, y"
+        "              ^^^^^^"
     )
 
 
@@ -104,11 +104,11 @@ def test_a_formula_written_with_escapes_is_located_by_its_own_columns(tmp_path: 
         ('title = "x"', "'title' is outside of a requirement"),
         ('[R1]\ntitle = "x"', "requirement R1: no 'formula'"),
         ('[R1]\nformula = "always(p -> q)"', "requirement R1: no 'title'"),
-        ('[R1]\ntitel = "x"', "unknown key 'titel'\ndid you mean 'title'?"),
+        ('[R1]\ntitel = "x"', "unknown key 'titel'; nearest: title"),
         ("[R1]\ntitle = 3", "'title' has to be a text, got 3"),
         ('[R1]\ntitle = "x"\nformula = ""', "the formula is empty"),
         ('[R1]\nshows = "x"', "requirement R1: 'shows' has to be a list of signals, got 'x'"),
-        ('[R1]\nshows = ["xx"]', "shows 'xx', which is not a numeric signal\ndid you mean 'x'? known: x, y"),
+        ('[R1]\nshows = ["xx"]', "shows 'xx', which is not a numeric signal; nearest: x"),
         ('[R1]\nshows = ["p"]', "shows 'p', which is not a numeric signal"),
     ],
 )

@@ -35,7 +35,7 @@ def test_an_unknown_name_is_refused_before_anything_runs(built: pytest.Pytester)
     change(built.path, "conftest.py", 'signal("lamp_level")', 'signal("lamp_levl")')
     result = built.runpytest_inprocess("--hri-suite=by-hand")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["*requirement R3, column 24: unknown name 'lamp_levl'", "*did you mean 'lamp_level'*"])
+    result.stderr.fnmatch_lines(["*requirement R3, column 24: unknown name 'lamp_levl'; nearest: lamp_level*"])
 
 
 def test_what_is_no_requirement_is_refused(built: pytest.Pytester) -> None:
