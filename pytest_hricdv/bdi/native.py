@@ -26,7 +26,7 @@ ENGINES = (
     *("execution", "failure", "instances", "intentions", "jitter", "library", "mind"),
     *("participant", "perception", "quiet", "scheduler", "selection", "spinning"),
     *("traced", "updates", "values", "waiting", "whereabouts"),
-    *("language/formulas", "language/number_format", "language/syntax", "language/terms"),
+    *("language/arithmetic", "language/formulas", "language/syntax", "language/terms"),
     *("logic/comparison", "logic/inference", "logic/substitution", "logic/unify"),
 )
 COMPILED = ("activity", "agent", "changes", "code", "effects", "handover", "mind", "posting", "program", "runtime")

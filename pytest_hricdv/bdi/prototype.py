@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
-from pytest_hricdv.bdi.language.options import option_beliefs, option_goals
 from pytest_hricdv.bdi.language.parser import read_program
-from pytest_hricdv.bdi.language.project import AgentEntry
+from pytest_hricdv.bdi.language.project import AgentEntry, option_beliefs, option_goals
 from pytest_hricdv.bdi.language.syntax import Plan, Program, Rule
 from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Structure, Variable
 from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_only

@@ -9,7 +9,8 @@ from typing import Literal, get_args
 
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.language.parser import parse_literal, read_program
-from pytest_hricdv.bdi.language.project import Project, read_project
+from pytest_hricdv.bdi.language.project import Project
+from pytest_hricdv.bdi.language.project_reader import read_project
 from pytest_hricdv.bdi.language.syntax import Plan, Program
 from pytest_hricdv.bdi.language.terms import Structure
 

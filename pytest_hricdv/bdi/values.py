@@ -11,6 +11,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable
 
+from pytest_hricdv.bdi.language.arithmetic import OPERATIONS
 from pytest_hricdv.bdi.language.terms import (
     Arithmetic,
     Number,
@@ -21,7 +22,7 @@ from pytest_hricdv.bdi.language.terms import (
     ground_structure,
     is_ground,
 )
-from pytest_hricdv.bdi.logic.substitution import OPERATIONS, Bindings
+from pytest_hricdv.bdi.logic.substitution import Bindings
 
 Value = Callable[[Bindings], Term | None]
 """Gives the ground value of a term; None if it has none, or none that is plain to see."""

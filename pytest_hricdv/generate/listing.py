@@ -18,7 +18,7 @@ def list_model(model: Model, root: Path) -> dict[str, Any]:
     """
     from pytest_hricdv.bdi import BdiError
     from pytest_hricdv.bdi.language.parser import read_program
-    from pytest_hricdv.bdi.language.project import read_project
+    from pytest_hricdv.bdi.language.project_reader import read_project
 
     try:
         project = read_project(model.path)

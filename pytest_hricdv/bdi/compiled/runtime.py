@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NoReturn
 
+from pytest_hricdv.bdi.language.arithmetic import OPERATIONS
 from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, number_of
-from pytest_hricdv.bdi.logic.substitution import OPERATIONS
 
 from ..intentions import duration
 from .program import Annots, Store

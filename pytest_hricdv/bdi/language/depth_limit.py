@@ -1,4 +1,4 @@
-"""A limit on how deep a source may nest."""
+"""A limit on the nesting depth of a source text."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from lark import Token
 
-MAX_NESTING = 120
+MAX_DEPTH = 120
 """Brackets, or operators in one expression, that may nest: far beyond any model, well within Python's stack."""
 
 _OPENING = frozenset({"LPAR", "LSQB", "LBRACE"})
@@ -17,8 +17,8 @@ _NESTING_OPERATORS = frozenset({"MINUS", "PLUS", "STAR", "SLASH", "DIV", "MOD", 
 _CHAIN_ENDS = frozenset({"_DOT", "SEMICOLON", "COMMA"})
 
 
-class NestingLimit:
-    """A lark post-lexer that stops hopelessly nested text before it exhausts Python's stack."""
+class DepthLimit:
+    """A lark postlexer that refuses text nested so deeply that parsing it would exhaust Python's stack."""
 
     always_accept = ()
 
@@ -38,12 +38,12 @@ class NestingLimit:
             elif kind in _CHAIN_ENDS:
                 depth -= chains[-1]
                 chains[-1] = 0
-            if depth > MAX_NESTING:
-                raise NestingError(token)
+            if depth > MAX_DEPTH:
+                raise TooDeepError(token)
             yield token
 
 
-class NestingError(Exception):
+class TooDeepError(Exception):
     """Raised at the token that nests too deeply."""
 
     def __init__(self, token: Token) -> None:

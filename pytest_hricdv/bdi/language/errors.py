@@ -1,4 +1,4 @@
-"""What can go wrong in a BDI model, always with the place where it went wrong."""
+"""Errors in a BDI model and its project, each with its place in the source."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Location:
 
 
 class BdiError(Exception):
-    """A model that cannot be loaded or cannot go on running."""
+    """A model cannot be loaded, or its run cannot continue."""
 
 
 _SHOWN = 160
@@ -26,7 +26,7 @@ _SHOWN = 160
 
 
 class BdiSyntaxError(BdiError):
-    """AgentSpeak or project text that cannot be read.
+    """AgentSpeak or project text that cannot be parsed.
 
     Args:
         message: what was expected and what was found.
@@ -45,11 +45,11 @@ class BdiSyntaxError(BdiError):
         self.source_line = source_line
 
     @classmethod
-    def at(cls, message: str, file: str, line: int, column: int, text: str) -> BdiSyntaxError:
+    def at(cls, message: str, place: Location, text: str) -> BdiSyntaxError:
         """The error at a place of the source ``text``, which supplies the line to show."""
         lines = text.split("\n")
-        source_line = lines[line - 1].rstrip("\r") if 0 < line <= len(lines) else ""
-        return cls(message, file, line, column, source_line)
+        source_line = lines[place.line - 1].rstrip("\r") if 0 < place.line <= len(lines) else ""
+        return cls(message, place.file, place.line, place.column, source_line)
 
     def __str__(self) -> str:
         head = f"{self.file}:{self.line}:{self.column}: {self.message}"
@@ -63,7 +63,7 @@ class BdiSyntaxError(BdiError):
 
 
 class EvaluationError(BdiError):
-    """An expression or internal action that has no value here: the goal it is in fails, the agent lives on.
+    """An expression or internal action has no value: its goal fails, and the agent continues.
 
     Args:
         message: what is wrong.

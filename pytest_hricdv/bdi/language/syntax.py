@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, GoalTerm, Not, Or
@@ -21,9 +20,6 @@ from pytest_hricdv.bdi.language.terms import (
     Variable,
 )
 
-if TYPE_CHECKING:
-    from pytest_hricdv.bdi.execution import Step
-
 NO_LOCATION = Location("<text>", 1, 1)
 """The place of what was not read from a file."""
 
@@ -39,7 +35,7 @@ def ground_event_literal(literal: GoalTerm) -> Structure | None:
 class Executable:
     """A statement keeps the function that executes it, which is made when it is executed for the first time."""
 
-    step: Step | None = field(default=None, init=False, compare=False, repr=False)
+    step: Callable[..., bool | None] | None = field(default=None, init=False, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,6 +254,21 @@ class Rule:
 
     def __str__(self) -> str:
         return f"{self.head} :- {self.body}"
+
+
+@dataclass(frozen=True, slots=True)
+class InitialGoal:
+    """``!g.`` at the top level."""
+
+    literal: Structure
+
+
+@dataclass(frozen=True, slots=True)
+class Include:
+    """``{ include("file.asl") }``."""
+
+    path: str
+    location: Location
 
 
 @dataclass(frozen=True, slots=True)

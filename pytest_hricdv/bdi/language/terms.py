@@ -1,46 +1,22 @@
-"""The terms of AgentSpeak: numbers, strings, variables, structures, lists and arithmetic expressions.
+"""The terms of AgentSpeak: numbers, strings, variables, structures, lists, expressions, calls and plan terms.
 
-Terms are immutable values. ``str(term)`` is AgentSpeak text that parses back to an equal term.
-The classes are written out with ``__slots__`` instead of as dataclasses because an agent makes and
-compares terms in every step of every run: hashes, groundness and text are computed once. How they are copied and
-pickled is written out, too: of compiled classes Python cannot find that out.
+Terms are immutable values. ``str(term)`` is AgentSpeak text that parses back to an equal term. Structures and lists
+are not dataclasses, because an agent creates and compares them in every step: their hash, groundness and text are
+computed once. They are copied and pickled without these, since hashes differ between processes.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.scalars import Number as Number
+from pytest_hricdv.bdi.language.scalars import String as String
 from pytest_hricdv.bdi.language.scalars import Variable as Variable
 
 Key = tuple[bool, str, int]
 """What beliefs and plans are indexed by: strongly negated?, functor, arity."""
-
-
-class String:
-    """A quoted text."""
-
-    __slots__ = ("value",)
-
-    def __init__(self, value: str) -> None:
-        self.value = value
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, String) and self.value == other.value
-
-    def __hash__(self) -> int:
-        return hash(("string", self.value))
-
-    def __str__(self) -> str:
-        text = self.value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n").replace("\t", "\\t")
-        return f'"{text.replace(chr(13), chr(92) + "r")}"'
-
-    def __repr__(self) -> str:
-        return f"String({self.value!r})"
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return String, (self.value,)
 
 
 class Structure:
@@ -174,20 +150,12 @@ class ListTerm:
         return ListTerm, (self.items, self.tail)
 
 
+@dataclass(frozen=True, slots=True)
 class Arithmetic:
     """An arithmetic expression not yet evaluated; a unary minus has one operand."""
 
-    __slots__ = ("operands", "operator")
-
-    def __init__(self, operator: str, operands: tuple[Term, ...]) -> None:
-        self.operator = operator
-        self.operands = operands
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Arithmetic) and (self.operator, self.operands) == (other.operator, other.operands)
-
-    def __hash__(self) -> int:
-        return hash((self.operator, self.operands))
+    operator: str
+    operands: tuple[Term, ...]
 
     def __str__(self) -> str:
         if len(self.operands) == 1:
@@ -197,64 +165,30 @@ class Arithmetic:
         # A negative right operand would fuse with the operator into another token (``1--2``, ``2*-1``).
         return f"({self.operands[0]}{operator}{f'({right})' if right.startswith('-') else right})"
 
-    def __repr__(self) -> str:
-        return f"Arithmetic{self}"
 
-    def __reduce__(self) -> tuple[object, ...]:
-        return Arithmetic, (self.operator, self.operands)
-
-
+@dataclass(frozen=True, slots=True)
 class Call:
-    """An internal action: a step of a body, a condition of a context, or a function in an expression.
+    """An internal action: a statement of a body, a condition of a context, or a function in an expression.
 
-    Its arguments may be formulas (``.findall(X, p(X) & X > 2, L)``); its place is for error messages.
+    Its arguments may be formulas (``.findall(X, p(X) & X > 2, L)``); its location is for error messages.
     """
 
-    __slots__ = ("args", "location", "name")
-
-    def __init__(self, name: str, args: tuple[object, ...], location: Location) -> None:
-        self.name = name
-        self.args = args
-        self.location = location
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Call) and (self.name, self.args) == (other.name, other.args)
-
-    def __hash__(self) -> int:
-        return hash((self.name, self.args))
+    name: str
+    args: tuple[object, ...]
+    location: Location = field(compare=False)
 
     def __str__(self) -> str:
         return f"{self.name}({','.join(map(str, self.args))})" if self.args else self.name
 
-    def __repr__(self) -> str:
-        return f"Call({self})"
 
-    def __reduce__(self) -> tuple[object, ...]:
-        return Call, (self.name, self.args, self.location)
-
-
+@dataclass(frozen=True, slots=True)
 class AnnotatedVariable:
     """A variable with annotations, ``X[source(S)]``: stands for a literal once X is bound."""
 
-    __slots__ = ("annots", "annots_tail", "negated", "variable")
-
-    def __init__(
-        self,
-        variable: Variable,
-        annots: tuple[Term, ...] = (),
-        annots_tail: Variable | None = None,
-        negated: bool = False,
-    ) -> None:
-        self.variable = variable
-        self.annots = annots
-        self.annots_tail = annots_tail
-        self.negated = negated
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, AnnotatedVariable) and str(self) == str(other)
-
-    def __hash__(self) -> int:
-        return hash((self.variable, self.annots))
+    variable: Variable
+    annots: tuple[Term, ...] = ()
+    annots_tail: Variable | None = None
+    negated: bool = False
 
     def __str__(self) -> str:
         sign = "~" if self.negated else ""
@@ -263,36 +197,16 @@ class AnnotatedVariable:
         tail = "" if self.annots_tail is None else f"|{self.annots_tail}"
         return f"{sign}{self.variable}[{','.join(map(str, self.annots))}{tail}]"
 
-    def __repr__(self) -> str:
-        return f"AnnotatedVariable({self})"
 
-    def __reduce__(self) -> tuple[object, ...]:
-        return AnnotatedVariable, (self.variable, self.annots, self.annots_tail, self.negated)
-
-
+@dataclass(frozen=True, slots=True)
 class PlanTerm:
     """A plan or event as a term, ``{ +!g : c <- b }``, or a body, ``{ a; b }``; ``plan`` is its syntax tree."""
 
-    __slots__ = ("plan",)
-
-    def __init__(self, plan: object) -> None:
-        self.plan = plan
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, PlanTerm) and self.plan == other.plan
-
-    def __hash__(self) -> int:
-        return hash(("quoted", self.plan))
+    plan: object
 
     def __str__(self) -> str:
         text = "; ".join(map(str, self.plan)) if isinstance(self.plan, tuple) else str(self.plan)
         return f"{{ {text} }}"
-
-    def __repr__(self) -> str:
-        return f"PlanTerm({self})"
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return PlanTerm, (self.plan,)
 
 
 Term = Number | String | Variable | Structure | ListTerm | Arithmetic | Call | AnnotatedVariable | PlanTerm

@@ -1,20 +1,18 @@
-"""Turns what the parser recognizes into terms, formulas, statements and plans.
-
-Imported by :mod:`parser` only when something is parsed, since it needs lark.
-"""
+"""Builds terms, formulas, statements and plans from the parse tree; needs lark."""
 
 from __future__ import annotations
 
 import re
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, cast
 
 from lark import v_args
 from lark.tree import Meta
 from lark.visitors import Transformer_NonRecursive
 
+from pytest_hricdv.bdi.language.arithmetic import with_constants_evaluated
 from pytest_hricdv.bdi.language.errors import BdiSyntaxError, EvaluationError, Location
 from pytest_hricdv.bdi.language.formulas import FORMULAS, GOAL_TERMS, And, Comparison, Formula, GoalTerm, Not, Or
-from pytest_hricdv.bdi.language.parser import Include, InitialGoal
 from pytest_hricdv.bdi.language.syntax import (
     NO_LOCATION,
     TRUE,
@@ -25,6 +23,8 @@ from pytest_hricdv.bdi.language.syntax import (
     ExternalAction,
     For,
     If,
+    Include,
+    InitialGoal,
     InternalActionCall,
     Plan,
     Rule,
@@ -48,7 +48,6 @@ from pytest_hricdv.bdi.language.terms import (
     is_name,
     source,
 )
-from pytest_hricdv.bdi.logic.substitution import substitute
 
 _ESCAPES = {"n": "\n", "t": "\t", "r": "\r"}
 _FORMULA_ONLY = (And, Or, Not, Comparison)
@@ -56,8 +55,8 @@ Children = list[Any]
 
 
 @v_args(meta=True)
-class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
-    """One method a grammar rule; each gets the place of its text and the values of its parts."""
+class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
+    """One method for each grammar rule; it gets the position of the rule's text and the values of its parts."""
 
     _NOTHING = ConditionStatement(TRUE, NO_LOCATION)
 
@@ -66,7 +65,7 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
         self.begin("", "")
 
     def begin(self, text: str, file: str) -> None:
-        """Start on a new source: errors will point into it, anonymous variables are numbered anew."""
+        """Start a new source: errors refer to it, and the numbers of anonymous variables start again."""
         self._text = text
         self._file = file
         self._anonymous = 0
@@ -75,8 +74,7 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
         return Location(self._file, getattr(meta, "line", 1), getattr(meta, "column", 1))
 
     def _error(self, meta: Meta, message: str) -> BdiSyntaxError:
-        place = self._at(meta)
-        return BdiSyntaxError.at(message, self._file, place.line, place.column, self._text)
+        return BdiSyntaxError.at(message, self._at(meta), self._text)
 
     # --- the program
 
@@ -110,12 +108,11 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
         return InitialGoal(self._computed(meta, items[0]))
 
     def _computed(self, meta: Meta, literal: Structure) -> Structure:
-        """An initial belief or goal with its sums computed, ``p(1 + 2)``, unless they have variables."""
+        """An initial belief or goal with the values of expressions without variables: ``p(1 + 2)`` is ``p(3)``."""
         try:
-            value = substitute(literal, {}, lambda call, _: call)
+            return cast(Structure, with_constants_evaluated(literal))
         except EvaluationError as error:
             raise self._error(meta, str(error)) from None
-        return value if isinstance(value, Structure) else literal
 
     def include(self, meta: Meta, items: Children) -> Include:
         return Include(self._unquoted(items[0]), self._at(meta))
@@ -258,7 +255,7 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
         args = tuple(self._term(meta, argument) for argument in arguments or ())
         annots, tail = annotations or ((), None)
         if functor == "source" and not annotations and not negation and len(args) == 1 and is_name(args[0]):
-            # The one object that messages and beliefs carry: it is compared in no time.
+            # The same object as in messages and beliefs: comparing it is fast.
             return source(str(args[0]))
         return Structure(str(functor), args, (), negation is not None).with_annotations(annots, tail)
 
@@ -293,8 +290,8 @@ class TreeBuilder(Transformer_NonRecursive):  # type: ignore[type-arg]
         return tuple(self._term(meta, part) for part in parts), tail
 
 
+@dataclass(frozen=True, slots=True)
 class _Tail:
-    """What stands after ``|`` in a list or in annotations."""
+    """The term after ``|`` in a list or in annotations."""
 
-    def __init__(self, term: Variable | ListTerm) -> None:
-        self.term = term
+    term: Variable | ListTerm

@@ -30,8 +30,7 @@ class Finding:
     source: str
 
     def __str__(self) -> str:
-        place = self.location
-        shown = BdiSyntaxError.at(f"{self.check}: {self.message}", place.file, place.line, place.column, self.source)
+        shown = BdiSyntaxError.at(f"{self.check}: {self.message}", self.location, self.source)
         return f"{shown}\n    {self.why}"
 
 

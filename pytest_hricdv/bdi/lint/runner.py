@@ -9,9 +9,9 @@ from os import PathLike
 from pathlib import Path
 
 from pytest_hricdv.bdi.language.errors import BdiError, Location
-from pytest_hricdv.bdi.language.options import option_beliefs, option_goals
 from pytest_hricdv.bdi.language.parser import read_program
-from pytest_hricdv.bdi.language.project import read_project
+from pytest_hricdv.bdi.language.project import option_beliefs, option_goals
+from pytest_hricdv.bdi.language.project_reader import read_project
 from pytest_hricdv.bdi.language.syntax import Program
 
 from ..actions import check_calls

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
+from pytest_hricdv.bdi.language.arithmetic import evaluated
 from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.plan_terms import with_values
+from pytest_hricdv.bdi.language.syntax import variables_of
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Arithmetic,
@@ -17,7 +19,6 @@ from pytest_hricdv.bdi.language.terms import (
     Structure,
     Term,
     Variable,
-    is_evaluable,
     is_ground,
 )
 
@@ -61,13 +62,13 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
         items = tuple(substitute(item, bindings, functions) for item in term.items)
         return ListTerm(items, None if term.tail is None else substitute(term.tail, bindings, functions))
     if isinstance(term, Arithmetic):
-        return _evaluate(term, [substitute(operand, bindings, functions) for operand in term.operands])
+        return evaluated(term, [substitute(operand, bindings, functions) for operand in term.operands])
     if isinstance(term, Call):
         return functions(term, bindings)
     if isinstance(term, AnnotatedVariable):
         return _substitute_annotated(term, bindings, functions)
     if isinstance(term, PlanTerm):
-        return _substitute_quoted(term, bindings, functions)
+        return with_values(term, lambda part: substitute(part, bindings, functions))
     return term
 
 
@@ -101,62 +102,6 @@ def _substitute_annotated(term: AnnotatedVariable, bindings: Bindings, functions
     if isinstance(value, Variable):
         return AnnotatedVariable(value, annots, tail, term.negated)
     return value
-
-
-def _substitute_quoted(term: PlanTerm, bindings: Bindings, functions: Functions) -> Term:
-    from pytest_hricdv.bdi.language.plan_terms import (
-        with_values,  # Its statements are made of terms: they are not known here.
-    )
-
-    return with_values(term, lambda part: substitute(part, bindings, functions))
-
-
-def _evaluate(expression: Arithmetic, operands: list[Term]) -> Term:
-    numbers: list[float] = []
-    for operand in operands:
-        if isinstance(operand, Number):
-            numbers.append(float(operand))
-        elif isinstance(operand, Variable) or is_evaluable(operand):
-            return Arithmetic(expression.operator, tuple(operands))
-        else:
-            raise EvaluationError(f"{operand} is not a number, in {expression}")
-    if len(numbers) == 1:
-        return Number(-numbers[0])
-    try:
-        return Number(OPERATIONS[expression.operator](*numbers))
-    except (ArithmeticError, ValueError):
-        raise EvaluationError(f"{Arithmetic(expression.operator, tuple(operands))} has no value") from None
-
-
-def _divide(x: float, y: float) -> float:
-    if y == 0.0:
-        return math.nan if x == 0.0 else math.copysign(math.inf, x)
-    return x / y
-
-
-def _remainder(x: float, y: float) -> float:
-    return math.nan if y == 0.0 or math.isinf(x) else math.fmod(x, y)
-
-
-def _power(x: float, y: float) -> float:
-    try:
-        return math.pow(x, y)
-    except OverflowError:
-        return -math.inf if x < 0.0 and y % 2.0 == 1.0 else math.inf
-    except ValueError:
-        return math.inf if x == 0.0 else math.nan
-
-
-# Integer division and remainder truncate towards zero, as on the Java numbers Jason computes with.
-OPERATIONS: dict[str, Callable[..., float]] = {
-    "+": lambda x, y: x + y,
-    "-": lambda x, y: x - y,
-    "*": lambda x, y: x * y,
-    "/": _divide,
-    "div": lambda x, y: float(math.trunc(math.trunc(x) / math.trunc(y))),
-    "mod": _remainder,
-    "**": _power,
-}
 
 
 def substitute_only(term: Term, bindings: Bindings) -> Term:
@@ -200,14 +145,8 @@ def _free_variables(term: Term) -> list[Variable]:
         elif isinstance(part, AnnotatedVariable):
             pending.extend((part.annots_tail, *reversed(part.annots), part.variable))
         elif isinstance(part, PlanTerm):
-            found.update(_variables_in(part))
+            found.update(dict.fromkeys(sorted(variables_of(part))))
     return list(found)
-
-
-def _variables_in(term: PlanTerm) -> dict[Variable, None]:
-    from pytest_hricdv.bdi.language.syntax import variables_of
-
-    return dict.fromkeys(sorted(variables_of(term)))
 
 
 def free_variables(term: Term) -> list[Variable]:

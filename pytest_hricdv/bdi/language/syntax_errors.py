@@ -1,0 +1,101 @@
+"""Errors of the parser as messages: what was expected, what was found, and what to write instead."""
+
+from __future__ import annotations
+
+from lark import Token
+from lark.exceptions import UnexpectedInput, UnexpectedToken
+
+from pytest_hricdv.bdi.language.depth_limit import MAX_DEPTH, TooDeepError
+from pytest_hricdv.bdi.language.errors import BdiSyntaxError, Location
+
+_BRACKETS = {"LPAR": "(", "LSQB": "[", "LBRACE": "{", "BANG": "!", "QMARK": "?"}
+_HINTS = {
+    "^": "; meta-events such as ^!g are not supported",
+    "'": "; strings are in double quotes",
+    "%": "; the remainder is 'mod', comments begin with '//'",
+    "#": "; comments begin with '//'",
+    "begin": "; of directives there is only include",
+    "is": "; values are given with '='",
+    "and": "; conditions are joined by '&'",
+    "or": "; one of several conditions is written with '|'",
+}
+_PUNCTUATION = {"_DOT": ".", "SEMICOLON": ";", "COMMA": ",", "RPAR": ")", "RSQB": "]", "RBRACE": "}"}
+
+
+def syntax_error(error: UnexpectedInput | TooDeepError, text: str, file: str) -> BdiSyntaxError:
+    """The error of the parser as an error with a message and its place in the text."""
+    if isinstance(error, UnexpectedToken):
+        message, (line, column) = _unexpected(error, text), _place(error.token, text)
+        if _starts_plan(error.token, text):
+            column -= 1
+    elif isinstance(error, TooDeepError):
+        message = f"nested too deeply: more than {MAX_DEPTH} brackets and operators in each other"
+        line, column = _place(error.token, text)
+    else:
+        message = _bad_character(text, error.pos_in_stream or 0)
+        line, column = error.line, error.column
+    return BdiSyntaxError.at(message, Location(file, line, column), text)
+
+
+def _place(token: Token, text: str) -> tuple[int, int]:
+    """Line and column of a token; of the end of the file, those behind the last character that is not a space."""
+    if token.type != "$END":
+        return token.line or 1, token.column or 1
+    stripped = text.rstrip()
+    return stripped.count("\n") + 1, len(stripped) - (stripped.rfind("\n") + 1) + 1
+
+
+def _unexpected(error: UnexpectedToken, text: str) -> str:
+    token = error.token
+    if token.type == "$END":
+        return f"expected {_expectation(error.accepts)}, found the end of the file"
+    if text.startswith("/*", token.start_pos):
+        return "a comment that is not closed"
+    if _starts_plan(token, text):
+        return f"expected '.' before the next plan, found '{text[(token.start_pos or 1) - 1]}{token}'"
+    return f"expected {_expectation(error.accepts)}, found '{token}'{_hint(token, error.accepts, text)}"
+
+
+def _hint(token: Token, accepted: set[str], text: str) -> str:
+    """The AgentSpeak form of what other languages write differently, as the end of the message."""
+    in_body = "SEMICOLON" in accepted
+    if token.type == "COMMA" and not accepted & {"RPAR", "RSQB"}:
+        return "; statements are separated by ';'" if in_body else "; conditions are joined by '&'"
+    if token.type == "INTERNAL" and "_DOT" in accepted and not in_body:
+        return "; a full stop needs a space after it"
+    if token.type == "BANG" and text.startswith("!=", token.start_pos):
+        return "; unequal is '\\=='"
+    return _HINTS.get(str(token), "")
+
+
+def _starts_plan(token: Token, text: str) -> bool:
+    """Whether a plan begins where an operand was expected: in ``b +!g`` a full stop is missing, ``b +`` is no sum."""
+    position = token.start_pos or 0
+    return str(token) in ("!", "?") and position > 0 and text[position - 1] in "+-"
+
+
+def _expectation(accepted: set[str]) -> str:
+    """What the parser would accept: punctuation if any, else the kind of construct."""
+    if {"BANG", "INTERNAL"} <= accepted and "SEMICOLON" not in accepted:
+        return "a statement"
+    signs = [f"'{sign}'" for name, sign in _PUNCTUATION.items() if name in accepted]
+    if signs:
+        return " or ".join(signs)
+    if "STRING" in accepted and "BANG" not in accepted:
+        return "a term or condition" if "NOT" in accepted else "a term"
+    if "BANG" in accepted and "AT" in accepted:
+        return "a belief, goal or plan"
+    if "ATOM" in accepted:
+        return "a literal"
+    if {"PLUS", "MINUS"} <= accepted:
+        return "an event such as +!g or -b"
+    return " or ".join(sorted(f"'{_BRACKETS.get(name, name.lower())}'" for name in accepted if name[:2] != "__"))
+
+
+def _bad_character(text: str, position: int) -> str:
+    character = text[position]
+    if character == '"':
+        return "a string that is not closed"
+    if text.startswith("/*", position):
+        return "a comment that is not closed"
+    return f"unexpected character {character!r}{_HINTS.get(character, '')}"
