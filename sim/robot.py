@@ -38,7 +38,7 @@ class RobotClock:
 
     def now_s(self) -> float:
         """Seconds since the start of the run."""
-        self._kernel.look()
+        self._kernel.count_poll()
         return self._kernel.now_s
 
     def sleep(self, duration_s: float) -> None:

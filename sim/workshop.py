@@ -79,7 +79,7 @@ class Workshop:
         def robot() -> None:
             control()
             if tables.poll() is None:
-                said = self._kernel.said.get("robot", "nothing")
+                said = self._kernel.last_messages.get("robot", "nothing")
                 raise SimulationError(f"the controller ended without a table; it last said {said}")
             self._kernel.stop("table done")
 

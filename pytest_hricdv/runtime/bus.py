@@ -1,4 +1,4 @@
-"""A typed message bus in virtual time. A message's class is its topic, so a type checker sees who talks to whom."""
+"""A typed message bus in virtual time. The class of a message is its topic, so that types are checked."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pytest_hricdv.runtime.record import Recorder, Value
 
 M = TypeVar("M")
 
-__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
 def topic_of(kind: type[object]) -> str:
@@ -31,12 +31,12 @@ class Subscription(Generic[M]):
         self._waiting: Node | None = None
 
     def poll(self) -> M | None:
-        """The oldest message not yet taken, or None; never blocks. See `Kernel.look` for one polled without end."""
-        self._bus.kernel.look()
+        """The oldest message not yet taken, or None; never blocks. `Kernel.count_poll` detects endless polling."""
+        self._bus.kernel.count_poll()
         return self._queue.popleft() if self._queue else None
 
     def wait(self, timeout_s: float) -> M | None:
-        """Block until a message is there, at most `timeout_s`; None on time-out."""
+        """Block until there is a message, at most `timeout_s`; None on time-out."""
         if not self._queue:
             self._waiting = self._bus.kernel.current()
             self._bus.kernel.block(timeout_s)
@@ -44,15 +44,15 @@ class Subscription(Generic[M]):
         return self.poll()
 
     def clear(self) -> None:
-        """Forget what has come so far: only messages from now on count."""
+        """Discard the messages so far."""
         self._queue.clear()
 
     def close(self) -> None:
-        """Stop listening."""
-        self._bus.drop(self._kind, self)
+        """End the subscription."""
+        self._bus.unsubscribe(self._kind, self)
 
     def deliver(self, message: M) -> None:
-        """Called by the bus."""
+        """Add a message to the queue; called by the bus."""
         self._queue.append(message)
         if self._waiting is not None:
             self._bus.kernel.wake(self._waiting)
@@ -62,9 +62,9 @@ class Bus:
     """Delivers frozen dataclass messages to all subscribers at the instant of publication, and records them.
 
     Args:
-        kernel: whose clock stamps the messages.
-        kinds: the message classes that exist here; any other is refused.
-        recorder: where messages are recorded.
+        kernel: its clock gives the time stamps.
+        kinds: the message classes of this bus; others are refused.
+        recorder: records the messages.
     """
 
     def __init__(self, kernel: Kernel, kinds: Iterable[type[Any]], recorder: Recorder) -> None:
@@ -72,71 +72,71 @@ class Bus:
         self.recorder = recorder
         self._fields = {kind: tuple(f.name for f in dataclasses.fields(kind)) for kind in kinds}
         self._subscriptions: dict[type[Any], list[Subscription[Any]]] = {kind: [] for kind in self._fields}
-        self._idle_publishers: dict[type[Any], list[Node]] = {kind: [] for kind in self._fields}
+        self._waiting_publishers: dict[type[Any], list[Node]] = {kind: [] for kind in self._fields}
 
     def port(self, sender: str) -> NodeBus:
-        """The bus as one node sees it."""
+        """The bus bound to one sender."""
         return NodeBus(self, sender)
 
     def subscribe(self, kind: type[M]) -> Subscription[M]:
-        """Listen to one kind of message from now on. Raises TypeError for a kind that was not declared."""
+        """Subscribe to one kind of message. Raises TypeError for a kind that was not declared."""
         subscription = Subscription(self, self._declared(kind))
         self._subscriptions[kind].append(subscription)
-        idle, self._idle_publishers[kind] = self._idle_publishers[kind], []
-        for node in idle:
+        waiting, self._waiting_publishers[kind] = self._waiting_publishers[kind], []
+        for node in waiting:
             self.kernel.wake(node)
         return subscription
 
     def has_subscribers(self, kind: type[Any]) -> bool:
-        """True when someone listens: a publisher may stay silent otherwise."""
+        """Whether there is a subscriber; without one, a publisher need not publish."""
         return bool(self._subscriptions[self._declared(kind)])
 
     def wait_for_subscriber(self, kind: type[Any]) -> None:
-        """Block the calling node until someone listens to `kind`; returns at once when someone does already."""
+        """Block the calling node until `kind` has a subscriber; returns at once if it has one."""
         while not self.has_subscribers(kind):
-            self._idle_publishers[kind].append(self.kernel.current())
+            self._waiting_publishers[kind].append(self.kernel.current())
             self.kernel.block()
 
     def publish(self, sender: str, message: object) -> None:
         """Deliver and record a message. Raises TypeError for a kind that was not declared."""
         kind = self._declared(type(message))
         fields: dict[str, Value] = {name: getattr(message, name) for name in self._fields[kind]}
-        self.kernel.said[sender] = message
+        self.kernel.last_messages[sender] = message
         self.recorder.message(self.kernel.now_s, sender, topic_of(kind), fields)
         for subscription in tuple(self._subscriptions[kind]):
             subscription.deliver(message)
 
-    def drop(self, kind: type[Any], subscription: Subscription[Any]) -> None:
-        """Called by `Subscription.close`."""
+    def unsubscribe(self, kind: type[Any], subscription: Subscription[Any]) -> None:
+        """Remove a subscription; called by `Subscription.close`."""
         if subscription in self._subscriptions[kind]:
             self._subscriptions[kind].remove(subscription)
 
     def _declared(self, kind: type[M]) -> type[M]:
         if kind not in self._fields:
             known = ", ".join(sorted(k.__name__ for k in self._fields))
-            raise TypeError(f"{kind.__name__} is not a message of this bus; declared are {known}")
+            raise TypeError(f"{kind.__name__} is not a message of this bus; declared: {known}")
         return kind
 
 
 class NodeBus:
-    """The bus bound to one sender's name."""
+    """The bus bound to one sender."""
 
     def __init__(self, bus: Bus, sender: str) -> None:
         self._bus = bus
         self.sender = sender
 
     def publish(self, message: object) -> None:
-        """Send a message in this node's name."""
+        """Publish a message as this sender."""
         self._bus.publish(self.sender, message)
 
     def subscribe(self, kind: type[M]) -> Subscription[M]:
-        """Listen to one kind of message."""
+        """Subscribe to one kind of message."""
         return self._bus.subscribe(kind)
 
     def has_subscribers(self, kind: type[Any]) -> bool:
-        """True when someone listens to this kind."""
+        """Whether this kind has a subscriber."""
         return self._bus.has_subscribers(kind)
 
     def wait_for_subscriber(self, kind: type[Any]) -> None:
-        """Block the calling node until someone listens to this kind."""
+        """Block the calling node until this kind has a subscriber."""
         self._bus.wait_for_subscriber(kind)

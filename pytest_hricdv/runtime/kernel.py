@@ -1,11 +1,11 @@
 """Virtual time: blocking nodes as greenlets, resumed in the order of their due times.
 
-A node is ordinary blocking Python. When it sleeps or waits it hands control to the kernel, which brings the world
-forward to the next due time and resumes whoever is due then. Nothing runs in parallel and nothing looks at a wall
-clock, so a run is a pure function of its inputs.
+A node is ordinary blocking Python. When it sleeps or waits, control returns to the kernel, which advances the world to
+the next due time and resumes the nodes that are due then. Nothing runs in parallel and nothing reads a wall clock, so a
+run is a pure function of its inputs.
 
-Time is counted in whole microseconds, so that sums of durations are exact and two nodes that are due together stay
-together; ties are resolved by the order in which the waits began.
+Time is counted in whole microseconds, so sums of durations are exact, and nodes that are due at the same time stay so.
+Nodes that are due at the same time are resumed in the order in which they began to wait.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from typing import Protocol
 
 from greenlet import GreenletExit, greenlet
 
-from pytest_hricdv.runtime.watchdog import watching
+from pytest_hricdv.runtime.watchdog import watchdog
 
 US_PER_S = 1_000_000
 
 STUCK_AFTER_S = 20.0
-"""When no simulated time passes for so long (s of processor time), a node hangs: planning takes a tenth of it."""
+"""A node hangs if no simulated time passes for this processor time (s). Motion planning takes a tenth of it."""
 
-__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
 class KernelError(Exception):
@@ -33,31 +33,31 @@ class KernelError(Exception):
 
 
 class World(Protocol):
-    """What lies between the nodes' waits: physics, or anything else that goes on by itself."""
+    """What happens while the nodes wait: physics, or any other process."""
 
     def advance(self, target_us: int) -> int:
-        """Go forward at most to `target_us` and return the time reached (us).
+        """Advance at most to `target_us` and return the time reached (us).
 
-        Returning early says that something happened that nodes should see at once.
+        It returns early when something happened that nodes should see at once.
         """
 
     def observe(self) -> None:
-        """Publish what happened; the kernel's clock stands at the time that `advance` returned."""
+        """Publish what happened; the kernel's clock has the time that `advance` returned."""
 
 
 class Node:
-    """One blocking activity; made by `Kernel.spawn`."""
+    """One blocking activity; created by `Kernel.spawn`."""
 
     def __init__(self, name: str, body: Callable[[], None]) -> None:
         self.name = name
         self.ended = False
         self._greenlet = greenlet(body)
-        self._wait = 0  # number of the wait in force; an older heap entry is stale
+        self._wait = 0  # number of the current wait; heap entries of earlier waits are stale
         self._woken = False
 
 
 class Kernel:
-    """Runs nodes in virtual time, with an optional world in between.
+    """Runs nodes in virtual time, with an optional world that advances while they wait.
 
     >>> kernel = Kernel()
     >>> _ = kernel.spawn("a", lambda: (kernel.sleep(1.5), print(kernel.now_s)))
@@ -67,10 +67,10 @@ class Kernel:
 
     def __init__(self, *, max_resumes_at_one_instant: int = 100_000, stuck_after_s: float | None = None) -> None:
         self.now_us = 0
-        self.said: dict[str, object] = {}
-        """The last message of each sender: where a node is that hangs."""
+        self.last_messages: dict[str, object] = {}
+        """Sender -> its last message; error messages use it to say where a node hangs."""
         self._stuck_after_s = STUCK_AFTER_S if stuck_after_s is None else stuck_after_s
-        self._looks = 0  # at the present instant
+        self._polls = 0  # at the present instant
         self.world: World | None = None
         self._hub: greenlet | None = None
         self._nodes: list[Node] = []
@@ -78,7 +78,7 @@ class Kernel:
         self._ready: deque[Node] = deque()
         self._order = 0
         self._stop: str | None = None
-        self._resumes = 0  # at the present instant, too
+        self._resumes = 0  # at the present instant
         self._max_resumes = max_resumes_at_one_instant
 
     @property
@@ -86,20 +86,20 @@ class Kernel:
         """Simulated time, in seconds."""
         return self.now_us / US_PER_S
 
-    def look(self) -> None:
-        """Called by whatever tells a node something without blocking it, such as a poll.
+    def count_poll(self) -> None:
+        """Count a call that returns to the node without blocking, such as a poll of a queue or of the clock.
 
         Raises:
-            KernelError: too many looks without time passing: a loop that never sleeps would never end.
+            KernelError: too many polls without time passing: a loop that never sleeps would never end.
         """
-        self._looks += 1
-        if self._looks > self._max_resumes:
-            raise KernelError(f"{self._looks} looks without time passing: a loop must sleep{self._whereabouts()}")
+        self._polls += 1
+        if self._polls > self._max_resumes:
+            raise KernelError(f"{self._polls} polls without time passing: a loop must sleep{self._node_info()}")
 
     def spawn(self, name: str, body: Callable[[], None]) -> Node:
         """Start `body` as a node at the present simulated instant."""
         node = Node(name, body)
-        if self._hub is not None:  # a node that is started by a node ends in the kernel, not in the one that started it
+        if self._hub is not None:  # a node that is started by another node returns to the kernel when it ends
             node._greenlet.parent = self._hub
         self._nodes.append(node)
         self._ready.append(node)
@@ -122,7 +122,7 @@ class Kernel:
             if not (math.isfinite(timeout_s) and timeout_s >= 0):
                 raise KernelError(f"{node.name} at {self.now_s:.3f} s: cannot wait for {timeout_s!r} s")
             self._order += 1
-            # A wait of less than a microsecond still lets time pass, or "until then" loops would never get there.
+            # A wait of less than a microsecond takes one, otherwise a loop that waits for a time would never end.
             due_us = self.now_us + max(round(timeout_s * US_PER_S), int(timeout_s > 0))
             heapq.heappush(self._due, (due_us, self._order, node, node._wait))
         assert self._hub is not None
@@ -130,14 +130,14 @@ class Kernel:
         return node._woken
 
     def wake(self, node: Node) -> None:
-        """Make a blocked node runnable at the present instant; without effect on one that is runnable already."""
+        """Make a blocked node runnable at the present instant; no effect on a node that is already runnable."""
         if not node.ended and not node._woken:
             node._woken = True
             node._wait += 1
             self._ready.append(node)
 
     def current(self) -> Node:
-        """The node that is running now. Raises KernelError outside of any node."""
+        """The running node. Raises KernelError outside of a node."""
         return self._running()
 
     def stop(self, reason: str) -> None:
@@ -145,15 +145,15 @@ class Kernel:
         self._stop = self._stop or reason
 
     def run(self, limit_s: float) -> str:
-        """Run until a stop, until nothing is left to do, or until `limit_s` (absolute simulated seconds).
+        """Run until a stop, until nothing is left to do, or until `limit_s` (absolute simulated time in seconds).
 
         Returns:
             The reason given to `stop`, "idle" when no node can ever run again, or "limit".
 
         Raises:
-            KernelError: a node raised (its own exception is the cause), or nodes woke each other without end.
+            KernelError: a node raised (its own exception is the cause), or nodes wake each other without end.
         """
-        with watching(lambda: self.now_us, self._stuck, self._stuck_after_s):
+        with watchdog(lambda: self.now_us, self._stuck, self._stuck_after_s):
             return self._run(limit_s)
 
     def _run(self, limit_s: float) -> str:
@@ -174,11 +174,11 @@ class Kernel:
             self._collect_due()
 
     def skip(self, until_s: float) -> None:
-        """Let time pass after an idle run, in which nothing is left that could happen."""
+        """Set the time to `until_s` after an idle run, in which nothing else can happen."""
         self.now_us = max(self.now_us, round(until_s * US_PER_S))
 
     def close(self) -> None:
-        """End every node that still blocks (their `finally` clauses run)."""
+        """End every node that is still blocked (their `finally` clauses run)."""
         self._hub = greenlet.getcurrent()
         for node in self._nodes:
             if not node.ended and node._greenlet:
@@ -186,14 +186,14 @@ class Kernel:
             node.ended = True
 
     def _stuck(self) -> KernelError:
-        return KernelError(f"no time has passed for {self._stuck_after_s:g} s of work{self._whereabouts()}")
+        return KernelError(f"no time has passed for {self._stuck_after_s:g} s of work{self._node_info()}")
 
-    def _whereabouts(self) -> str:
+    def _node_info(self) -> str:
         here = greenlet.getcurrent()
         for node in self._nodes:
             if node._greenlet is here:
-                said = self.said.get(node.name)
-                return f"; {node.name} last said {said!r}" if said is not None else f"; in {node.name}"
+                last = self.last_messages.get(node.name)
+                return f"; {node.name} last sent {last!r}" if last is not None else f"; in {node.name}"
         return ""
 
     def _running(self) -> Node:
@@ -223,7 +223,7 @@ class Kernel:
 
     def _advance(self, target_us: int) -> None:
         if target_us > self.now_us:
-            self._resumes = self._looks = 0
+            self._resumes = self._polls = 0
         if self.world is None:
             self.now_us = max(self.now_us, target_us)
             return

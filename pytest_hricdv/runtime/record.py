@@ -1,4 +1,4 @@
-"""The record of a run: every message and every change of a signal, with its simulated time, and one hash over all."""
+"""The record of a run: all messages and all changes of signals with their simulated times, and a hash over them."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import Protocol
 
 Value = float | bool | int | str
 
-__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
 class Listener(Protocol):
-    """Who is told while the run goes on: the monitors."""
+    """Receives each event during the run; the monitors are listeners."""
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None: ...
 
@@ -25,7 +25,7 @@ class Listener(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class RecordedMessage:
-    """One message: when (s), by whom, on which topic, with which fields."""
+    """One message: its time (s), sender, topic and fields."""
 
     time_s: float
     sender: str
@@ -39,9 +39,9 @@ class RecordedMessage:
 
 @dataclass(frozen=True)
 class Record:
-    """What happened in a run. `signals` maps a name to its change points (times in s, values).
+    """The events of a run. `signals` maps a name to its changes (times in s, values).
 
-    `sha256` is over all messages and signals: equal hashes mean equal runs, to the last bit.
+    `sha256` is over all messages and signals, bit by bit: equal hashes mean equal runs.
     """
 
     messages: tuple[RecordedMessage, ...]
@@ -51,7 +51,7 @@ class Record:
 
 @dataclass
 class Recorder:
-    """Collects a run; hands each event on to the listeners at once."""
+    """Records a run, and passes each event to the listeners at once."""
 
     listeners: list[Listener] = field(default_factory=list)
     messages: list[RecordedMessage] = field(default_factory=list)
@@ -68,7 +68,7 @@ class Recorder:
         """Record a signal's value from `time_s` on; an unchanged value is not recorded again.
 
         Raises:
-            ValueError: the value is NaN or infinite (the world went wrong; no monitor may pass on it).
+            ValueError: the value is NaN or infinite (an error of the world, which no monitor may judge as passed).
         """
         if self._last.get(name) == value and name in self._last:
             return

@@ -1,4 +1,4 @@
-"""A look at progress from outside, for code that never gives control back."""
+"""A watchdog for code that never returns control."""
 
 from __future__ import annotations
 
@@ -9,38 +9,38 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
 @contextmanager
-def watching(progress: Callable[[], object], stuck: Callable[[], Exception], period_s: float) -> Iterator[None]:
-    """Raise `stuck()`, wherever the code is, when `progress()` has not changed within a period of processor time.
+def watchdog(progress: Callable[[], object], error: Callable[[], Exception], period_s: float) -> Iterator[None]:
+    """Raise `error()` in the running code if the value of `progress()` is the same for a period of processor time.
 
-    Only processor time counts, so a busy machine changes nothing. Without effect where the system has no such timer, or
-    outside of the main thread.
+    Only processor time counts, so the load of the machine has no effect. Without effect on systems without such a
+    timer, and outside of the main thread.
 
     Args:
-        progress: called once a period; any value that changes when something goes on.
-        stuck: makes the error.
-        period_s: seconds of this process's processor time; infinity for no look at all.
+        progress: called once a period; any value that changes while the code makes progress.
+        error: creates the exception.
+        period_s: seconds of this process's processor time; infinity disables the watchdog.
     """
-    can = hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
-    if math.isinf(period_s) or not can:
+    supported = hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
+    if math.isinf(period_s) or not supported:
         yield
         return
-    seen = progress()
+    last = progress()
 
-    def look(number: int, frame: FrameType | None) -> None:
-        nonlocal seen
+    def check(number: int, frame: FrameType | None) -> None:
+        nonlocal last
         now = progress()
-        if now == seen:
-            raise stuck()
-        seen = now
+        if now == last:
+            raise error()
+        last = now
 
-    before = signal.signal(signal.SIGVTALRM, look)
+    previous = signal.signal(signal.SIGVTALRM, check)
     signal.setitimer(signal.ITIMER_VIRTUAL, period_s, period_s)
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-        signal.signal(signal.SIGVTALRM, before)
+        signal.signal(signal.SIGVTALRM, previous)

@@ -57,8 +57,8 @@ def test_a_controller_that_raises(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("state", "body", "text"),
     [
-        ("Receive2", polls_for_ever, r"robot failed at .* looks without time passing.*State\(name='Receive2'\)"),
-        ("Wait0", looks_at_the_clock_for_ever, r"a loop must sleep; robot last said State\(name='Wait0'\)"),
+        ("Receive2", polls_for_ever, r"robot failed at .* polls without time passing.*State\(name='Receive2'\)"),
+        ("Wait0", looks_at_the_clock_for_ever, r"a loop must sleep; robot last sent State\(name='Wait0'\)"),
         ("Wait0", sleeps_no_time, r"robot at \d+\.\d{3} s: nodes wake each other without time passing"),
     ],
 )
@@ -70,7 +70,7 @@ def test_a_controller_that_never_sleeps(
 
 def test_a_controller_that_computes_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pytest_hricdv.runtime.kernel.STUCK_AFTER_S", 0.3)
-    text = r"robot failed at .* no time has passed for 0\.3 s of work; robot last said State\(name='Wait0'\)"
+    text = r"robot failed at .* no time has passed for 0\.3 s of work; robot last sent State\(name='Wait0'\)"
     fails("Wait0", computes_for_ever, text, monkeypatch)
 
 

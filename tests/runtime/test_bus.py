@@ -81,7 +81,7 @@ def test_messages_queue_up_until_taken_cleared_or_closed() -> None:
 
 def test_an_undeclared_message_is_refused_with_the_declared_ones() -> None:
     _, bus, _ = make()
-    with pytest.raises(TypeError, match="str is not a message of this bus; declared are HumanReady, Ping"):
+    with pytest.raises(TypeError, match="str is not a message of this bus; declared: HumanReady, Ping"):
         bus.publish("x", "hello")
     with pytest.raises(TypeError, match="is not a message"):
         bus.subscribe(int)
@@ -117,19 +117,19 @@ def test_a_signal_that_is_not_finite_is_refused_with_name_and_time(value: float)
         Recorder().signal(1.5, "speed", value)
 
 
-def test_listeners_are_told_at_once() -> None:
-    told: list[object] = []
+def test_listeners_receive_each_event_at_once() -> None:
+    received: list[object] = []
 
     class Listener:
         def message(self, time_s: float, topic: str, fields: object) -> None:
-            told.append((time_s, topic, fields))
+            received.append((time_s, topic, fields))
 
         def signal(self, time_s: float, name: str, value: float | bool) -> None:
-            told.append((time_s, name, value))
+            received.append((time_s, name, value))
 
     _, bus, recorder = make()
     recorder.listeners.append(Listener())
     bus.publish("human", Ping(3))
     recorder.signal(0.0, "held", True)
     recorder.signal(0.1, "held", True)
-    assert told == [(0.0, "ping", {"number": 3}), (0.0, "held", True)]
+    assert received == [(0.0, "ping", {"number": 3}), (0.0, "held", True)]

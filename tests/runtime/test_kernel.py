@@ -76,7 +76,7 @@ def test_a_node_woken_before_its_timeout_is_not_resumed_again_by_it() -> None:
     assert log == [(0.0, True), (2.0, False), (12.0, False)]
 
 
-def test_the_limit_ends_a_run_that_would_go_on_and_a_later_run_goes_on_from_there() -> None:
+def test_the_limit_ends_a_run_and_a_later_run_continues_from_there() -> None:
     kernel = Kernel()
     ticks: list[float] = []
 
@@ -135,7 +135,7 @@ def test_a_failing_node_is_named_with_the_simulated_time() -> None:
 
 
 @pytest.mark.parametrize("duration", [-1.0, float("nan"), float("inf")])
-def test_a_senseless_duration_is_refused(duration: float) -> None:
+def test_an_invalid_duration_is_refused(duration: float) -> None:
     kernel = Kernel()
     kernel.spawn("robot", lambda: kernel.sleep(duration))
     with pytest.raises(KernelError, match="cannot wait for"):
@@ -147,7 +147,7 @@ def test_blocking_outside_of_a_node_is_refused() -> None:
         Kernel().sleep(1.0)
 
 
-def test_nodes_that_wake_each_other_for_ever_are_stopped() -> None:
+def test_nodes_that_wake_each_other_endlessly_are_stopped() -> None:
     kernel = Kernel(max_resumes_at_one_instant=1000)
 
     def spin() -> None:
@@ -181,7 +181,7 @@ class Bell:
             self.kernel.wake(self.kernel._nodes[0])
 
 
-def test_the_world_is_brought_forward_between_waits_and_can_wake_nodes() -> None:
+def test_the_world_advances_between_waits_and_can_wake_nodes() -> None:
     kernel = Kernel()
     log: list[tuple[float, bool]] = []
 
