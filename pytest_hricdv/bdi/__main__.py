@@ -26,14 +26,14 @@ A project file names its agents; each has its AgentSpeak source beside it:
                  +!start <- .print("hello"); .send(bob, tell, hello).
   bob.asl:       +hello[source(A)] <- .print("hello, ", A).
 
-run prints what the agents print as '[agent] text', trace what led to what, lint what looks wrong; how
-the run ended, warnings and errors go to the standard error. The exit code is 0; lint's is 1 if it found
-anything; it is 2 if the model cannot be loaded or run.
+run prints the output of the agents as '[agent] text', trace the causes of plans and actions, lint probable
+mistakes. Warnings, errors and how the run ended go to the standard error. The exit code is 0, or 1 if lint
+has findings, or 2 if the model cannot be loaded or run.
 """
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code."""
+    """Execute a command line; returns the exit code."""
     options = _parser().parse_args(arguments)
     try:
         return int(options.command(options))
@@ -43,14 +43,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    result = _result(options, trace=False)
+    result = _run_project(options, trace=False)
     for line in result.prints:
         print(line)
-    return _tell_end(options, result)
+    return _print_end(options, result)
 
 
 def _trace(options: argparse.Namespace) -> int:
-    result = _result(options, trace=True)
+    result = _run_project(options, trace=True)
     assert result.trace is not None
     if options.json:
         print(result.trace.to_json())
@@ -59,7 +59,7 @@ def _trace(options: argparse.Namespace) -> int:
         print("\n\n".join(map(result.trace.chain_text, chosen)))
     else:
         print(result.trace.text(options.agent))
-    return _tell_end(options, result)
+    return _print_end(options, result)
 
 
 def _lint(options: argparse.Namespace) -> int:
@@ -72,7 +72,7 @@ def _lint(options: argparse.Namespace) -> int:
     return 1 if findings else 0
 
 
-def _result(options: argparse.Namespace, trace: bool) -> Result:
+def _run_project(options: argparse.Namespace, trace: bool) -> Result:
     system = MultiAgentSystem.load(options.file)
     percepts: dict[str, list[str]] = {}
     for agent, literal in options.percept:
@@ -89,7 +89,7 @@ def _result(options: argparse.Namespace, trace: bool) -> Result:
     return result
 
 
-def _tell_end(options: argparse.Namespace, result: Result) -> int:
+def _print_end(options: argparse.Namespace, result: Result) -> int:
     if not options.quiet:
         sys.stdout.flush()
         for warning in result.warnings:
@@ -102,27 +102,31 @@ def _tell_end(options: argparse.Namespace, result: Result) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m pytest_hricdv.bdi",
-        description="Run multi-agent systems written in AgentSpeak, as Jason runs them but deterministically.",
+        description="Run multi-agent systems written in AgentSpeak with the semantics of Jason, but deterministically.",
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    _running(_command(commands, "run", "run a project and print what its agents print")).set_defaults(command=_run)
-    trace = _running(_command(commands, "trace", "run a project and print which event led to which plan and action"))
+    _with_run_options(_command(commands, "run", "run a project and print the output of its agents")).set_defaults(
+        command=_run
+    )
+    trace = _with_run_options(
+        _command(commands, "trace", "run a project and print the causes of its plans and actions")
+    )
     trace.add_argument("--agent", metavar="NAME", help="show only the steps of this agent")
-    trace.add_argument("--why", metavar="TEXT", help="show what led to each action that contains TEXT, and no more")
+    trace.add_argument("--why", metavar="TEXT", help="show only the causes of each action that contains TEXT")
     trace.add_argument("--json", action="store_true", help="print the steps as a JSON list")
     trace.set_defaults(command=_trace)
-    lint = _command(commands, "lint", "look for what seems wrong in models, without running them")
+    lint = _command(commands, "lint", "find probable mistakes in models without running them")
     lint.add_argument(
-        "files", metavar="FILE", nargs="+", help="a .mas2j, whose agents are looked at together, or an .asl"
+        "files", metavar="FILE", nargs="+", help="a .mas2j file, whose agents are checked together, or an .asl file"
     )
     lint.add_argument(
         "--percepts",
         action="append",
         default=[],
         metavar="NAME,...",
-        help="names of what the environment lets agents perceive; a source says so by '// lint: percepts NAME, ...'",
+        help="names of percepts of the environment; in a source file: '// lint: percepts NAME, ...'",
     )
     lint.set_defaults(command=_lint)
     return parser
@@ -140,7 +144,7 @@ def _command(
     )
 
 
-def _running(command: argparse.ArgumentParser) -> argparse.ArgumentParser:
+def _with_run_options(command: argparse.ArgumentParser) -> argparse.ArgumentParser:
     """Add the options of a command that runs a project."""
     command.add_argument("file", metavar="FILE.mas2j", help="the project file")
     command.add_argument(
@@ -148,15 +152,17 @@ def _running(command: argparse.ArgumentParser) -> argparse.ArgumentParser:
         type=_rounds,
         default=MAX_ROUNDS,
         metavar="N",
-        help="stop after N rounds, one reasoning cycle of every agent each (default: %(default)s)",
+        help="stop after N rounds; in a round, each agent executes one reasoning cycle (default: %(default)s)",
     )
-    command.add_argument("--seed", type=int, default=0, metavar="N", help="of all chance in the run (default: 0)")
+    command.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="seed of all random numbers of the run (default: 0)"
+    )
     command.add_argument(
         "--jitter",
         type=_delay,
         default=0,
         metavar="N",
-        help="expose races: agents act in random order, messages and percepts come up to N rounds late (default: 0)",
+        help="expose races: agents act in random order, messages and percepts arrive up to N rounds late (default: 0)",
     )
     command.add_argument(
         "--percept",
@@ -164,9 +170,9 @@ def _running(command: argparse.ArgumentParser) -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="AGENT:LITERAL",
-        help="let an agent perceive a literal from the start; may be given several times",
+        help="a percept of an agent from the start of the run; repeatable",
     )
-    command.add_argument("--quiet", action="store_true", help="nothing but errors on the standard error")
+    command.add_argument("--quiet", action="store_true", help="print nothing but errors on the standard error")
     return command
 
 

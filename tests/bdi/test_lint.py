@@ -161,10 +161,10 @@ def test_copies_of_an_agent_are_looked_at_once(tmp_path: Path) -> None:
 def test_finding_shows_place_line_caret_and_reason(tmp_path: Path) -> None:
     (finding,) = _lint(tmp_path, a="!go.\n+!go : ready <- act.")
     assert str(finding) == (
-        f"{tmp_path / 'a.asl'}:2:8: unknown-belief: nobody ever adds ready/0 to the beliefs of a\n"
+        f"{tmp_path / 'a.asl'}:2:8: unknown-belief: ready/0 is never added to the beliefs of a\n"
         "    +!go : ready <- act.\n"
         "           ^\n"
-        "    What nobody adds is never believed: a condition on it always comes out the same, a plan for it never runs."
+        "    It never holds: a condition on it always has the same result, and a plan for it never runs."
     )
 
 

@@ -1,4 +1,4 @@
-"""What looks wrong in BDI models, though it can be loaded and run.
+"""Static checks of BDI models: probable mistakes in models that can be loaded and run.
 
 Example::
 
@@ -7,14 +7,14 @@ Example::
     for finding in lint(["models_bdi/table_assembly.mas2j"]):
         print(finding)
 
-A finding that is meant to be can be justified in the source, in its line or in a comment line of its own
-just above: ``// lint: ignore NAME why``. What an agent perceives is declared by ``// lint: percepts name, ...``.
+A remark ``// lint: ignore NAME reason`` in the same line or in a comment line just above ignores a finding. Percepts
+are declared by ``// lint: percepts name, ...``.
 """
 
 from __future__ import annotations
 
-from .checks import CHECKS
-from .finding import Check, Finding
-from .runner import lint
+from pytest_hricdv.bdi.lint.checks import CHECKS
+from pytest_hricdv.bdi.lint.finding import Check, Finding
+from pytest_hricdv.bdi.lint.runner import lint
 
 __all__ = ["CHECKS", "Check", "Finding", "lint"]

@@ -1,4 +1,4 @@
-"""What a check finds, and what a check is."""
+"""The protocol of a check, and its findings."""
 
 from __future__ import annotations
 
@@ -7,19 +7,18 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from pytest_hricdv.bdi.language.errors import BdiSyntaxError, Location
-
-from .model import System
+from pytest_hricdv.bdi.lint.model import System
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that looks wrong.
+    """A probable mistake in a model.
 
     Args:
         check: the name of the check that found it.
-        location: where.
-        message: what.
-        why: one sentence on why it matters.
+        location: its place in the source.
+        message: what is wrong.
+        why: its consequence, in one sentence.
         source: the text of the file, which supplies the line to show.
     """
 
@@ -35,18 +34,15 @@ class Finding:
 
 
 class Check(Protocol):
-    """One kind of thing to look for.
-
-    ``name`` is what findings are called and ignored by, ``why`` says in one sentence why they matter.
-    """
+    """Searches models for one kind of mistake."""
 
     @property
     def name(self) -> str:
-        """What findings are called and ignored by."""
+        """The name that findings show, and that remarks ignore them by."""
 
     @property
     def why(self) -> str:
-        """One sentence on why a finding matters."""
+        """The consequence of such a mistake, in one sentence."""
 
     def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """Where something looks wrong, and what."""
+        """The place and the message of each mistake."""

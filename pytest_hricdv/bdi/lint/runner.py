@@ -1,4 +1,4 @@
-"""Reading models and running the checks on them."""
+"""Loads models and runs the checks on them."""
 
 from __future__ import annotations
 
@@ -8,27 +8,26 @@ from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
+from pytest_hricdv.bdi.actions import check_calls
 from pytest_hricdv.bdi.language.errors import BdiError, Location
 from pytest_hricdv.bdi.language.parser import read_program
 from pytest_hricdv.bdi.language.project import option_beliefs, option_goals
 from pytest_hricdv.bdi.language.project_reader import read_project
 from pytest_hricdv.bdi.language.syntax import Program
-
-from ..actions import check_calls
-from . import sources
-from .checks import CHECKS
-from .collect import collect
-from .finding import Finding
-from .model import AgentModel, System
+from pytest_hricdv.bdi.lint import sources
+from pytest_hricdv.bdi.lint.checks import CHECKS
+from pytest_hricdv.bdi.lint.finding import Finding
+from pytest_hricdv.bdi.lint.model import AgentModel, System
+from pytest_hricdv.bdi.lint.model_builder import build_model
 
 _REMARK = re.compile(r"//\s*lint:\s*(?P<what>\w+)(?P<rest>[^\n]*)")
 _BAD_REMARK = "bad-remark"
-_WHY_BAD_REMARK = "A remark that lint does not understand silences nothing and declares nothing."
+_WHY_BAD_REMARK = "It is not read: it neither ignores a finding nor declares a percept."
 
 
 @dataclass(frozen=True, slots=True)
 class _Ignored:
-    """A finding that the source justifies: of this name, in this line."""
+    """A remark that justifies the findings of one check in one line."""
 
     file: str
     line: int
@@ -36,19 +35,19 @@ class _Ignored:
 
 
 def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> list[Finding]:
-    """Look for what seems wrong in models.
+    """Find probable mistakes in models.
 
     Args:
-        paths: project files, whose agents are looked at together, and sources of single agents.
-        percepts: names of what the environment lets agents perceive.
+        paths: project files, whose agents are checked together, and source files of single agents.
+        percepts: names of the percepts of the environment.
 
     Returns:
-        The findings in the order of files and lines.
+        The findings, sorted by file and line.
 
     Raises:
         BdiError: a file cannot be read.
     """
-    sources.forget()
+    sources.clear_cache()
     declared = frozenset((name, None) for name in percepts)
     found: dict[tuple[str, Location], Finding] = {}
     for path in paths:
@@ -74,9 +73,9 @@ def _position(finding: Finding) -> tuple[str, int, int, str]:
 
 
 def _agents(path: Path) -> tuple[tuple[AgentModel, ...], bool]:
-    """The agents of a project, or of a source on its own, and whether there can be no others."""
+    """The agents of a project or of a single source file, and whether there are no others."""
     if path.suffix != ".mas2j":
-        return (collect(path.stem, str(path), _checked(read_program(path))),), False
+        return (build_model(path.stem, str(path), _checked(read_program(path))),), False
     try:
         project = read_project(path)
     except FileNotFoundError:
@@ -89,7 +88,7 @@ def _agents(path: Path) -> tuple[tuple[AgentModel, ...], bool]:
             beliefs=(*program.beliefs, *option_beliefs(entry)),
             goals=(*program.goals, *option_goals(entry)),
         )
-        agents.append(collect(entry.name, str(entry.source), given))
+        agents.append(build_model(entry.name, str(entry.source), given))
     return tuple(agents), True
 
 
@@ -99,12 +98,12 @@ def _checked(program: Program) -> Program:
 
 
 def _files(agent: AgentModel) -> list[str]:
-    """The agent's source, and those that it includes."""
+    """The agent's source file, and those that it includes."""
     return [agent.file, *(plan.location.file for plan in agent.plans), *(rule.location.file for rule in agent.rules)]
 
 
 def _read_remarks(file: str, ignored: set[_Ignored], percepts: set[tuple[str, str | None]]) -> list[Finding]:
-    """Note what the remarks in a source justify and declare; findings for those that make no sense."""
+    """Collect the remarks of a source file; returns findings for those that cannot be read."""
     text = sources.text_of(file)
     bad: list[Finding] = []
     known = {check.name for check in CHECKS}

@@ -1,4 +1,4 @@
-"""The texts of a model's files, and where in them a name stands."""
+"""The texts of source files, and the places of names in them."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _HIDDEN = re.compile(r"//[^\n]*|/\*[\s\S]*?\*/|\"[^\"\\]*(?:\\.[^\"\\]*)*\"")
 
 @lru_cache(maxsize=64)
 def text_of(file: str) -> str:
-    """The text of a source file; empty for what was not read from a file."""
+    """The text of a source file; empty if there is no such file."""
     path = Path(file)
     return read_text(path) if path.is_file() else ""
 
 
 @lru_cache(maxsize=64)
 def _code_of(file: str) -> str:
-    """The text with comments and strings blanked out, every character where it was."""
+    """The text with comments and strings replaced by spaces, so that places stay the same."""
     return _HIDDEN.sub(lambda hidden: re.sub(r"[^\n]", " ", hidden[0]), text_of(file))
 
 
@@ -31,8 +31,8 @@ def _line_starts(file: str) -> tuple[int, ...]:
     return (0, *(found.end() for found in re.finditer("\n", text)))
 
 
-def find(name: str, start: Location, skip: str = "") -> Location:
-    """Where a name stands first from ``start`` on, and after the name ``skip`` if there is one; else ``start``."""
+def location_of(name: str, start: Location, skip: str = "") -> Location:
+    """The place of a name after ``start`` and after the name ``skip``; ``start`` if it does not occur."""
     code, starts = _code_of(start.file), _line_starts(start.file)
     if start.line > len(starts):
         return start
@@ -54,7 +54,7 @@ def _word(name: str) -> re.Pattern[str]:
     return re.compile(rf"(?<![\w.]){re.escape(name)}(?!\w)")
 
 
-def forget() -> None:
-    """Read files anew from now on."""
+def clear_cache() -> None:
+    """Forget the texts, so that changed files are read again."""
     for cached in (text_of, _code_of, _line_starts):
         cached.cache_clear()

@@ -1,20 +1,14 @@
-"""The checks, one a module; a new one is added to the list here."""
+"""All checks of lint; a new one is added to the tuple here."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from .endless_spin import EndlessSpin
-from .goal_without_plan import GoalWithoutPlan
-from .near_name import NearName
-from .shadowed_plan import ShadowedPlan
-from .unbound_comparison import UnboundComparison
-from .unknown_agent import UnknownAgent
-from .unknown_belief import UnknownBelief
-from .unmatched_deletion import UnmatchedDeletion
-
-if TYPE_CHECKING:
-    from ..finding import Check
+from pytest_hricdv.bdi.lint.checks.beliefs import UnknownBelief, UnmatchedDeletion
+from pytest_hricdv.bdi.lint.checks.endless_spin import EndlessSpin
+from pytest_hricdv.bdi.lint.checks.goals import GoalWithoutPlan
+from pytest_hricdv.bdi.lint.checks.names import NearName, UnknownAgent
+from pytest_hricdv.bdi.lint.checks.shadowed_plan import ShadowedPlan
+from pytest_hricdv.bdi.lint.checks.unbound_comparison import UnboundComparison
+from pytest_hricdv.bdi.lint.finding import Check
 
 CHECKS: tuple[Check, ...] = (
     EndlessSpin(),

@@ -1,4 +1,4 @@
-"""A goal that is pursued over and over, and that nothing can end."""
+"""The check for goals and loops that repeat without end."""
 
 from __future__ import annotations
 
@@ -16,11 +16,10 @@ from pytest_hricdv.bdi.language.syntax import (
     children,
 )
 from pytest_hricdv.bdi.language.terms import Call, Key, Structure
+from pytest_hricdv.bdi.lint.model import AgentModel, System
 from pytest_hricdv.bdi.logic.unify import unify
 
-from ..model import AgentModel, System
-
-ENDING = frozenset(
+GOAL_ENDING = frozenset(
     {
         ".drop_all_desires",
         ".drop_all_events",
@@ -34,37 +33,37 @@ ENDING = frozenset(
         ".suspend",
     }
 )
-"""Actions of the agent that may end a goal from outside."""
-CHANGING = frozenset({".random", ".time", ".desire", ".intend", ".abolish"})
-"""Actions in conditions that may come out otherwise the next time."""
+"""Internal actions that may end a goal of another plan."""
+VARYING = frozenset({".random", ".time", ".desire", ".intend", ".abolish"})
+"""Internal actions in conditions whose result may change."""
 
 
 class EndlessSpin:
-    """Plans and loops that only look again, at what can never change."""
+    """Plans and loops that only poll a condition that never changes."""
 
     name = "endless-spin"
-    why = "Once begun it goes on for ever: the goal is never achieved, and a run ends only because it is noticed."
+    why = "Once started it never ends: the goal is never achieved, and only the detection of livelocks ends the run."
 
     def findings(self, system: System) -> Iterator[tuple[Location, str]]:
         """One finding for each such plan or loop."""
         for agent in system.agents:
-            if agent.actions & ENDING or _is_told_to_stop(system, agent):
+            if agent.actions & GOAL_ENDING or _receives_unachieve(system, agent):
                 continue
-            changing = _Changing(system, agent)
+            changing = _ChangingConditions(system, agent)
             for index, plan in enumerate(agent.plans):
-                if _only_repeats(plan) and not changing.way_out(agent.plans[:index], plan):
+                if _only_pursues_itself(plan) and not changing.may_end(agent.plans[:index], plan):
                     yield plan.location, f"nothing can end the pursuit of {plan.trigger}"
                 for loop in _loops(plan.body):
                     if all(map(_only_waits, loop.body)) and not changing.may_change(loop.condition):
                         yield loop.location, f"nothing can end the loop while ({loop.condition})"
 
 
-def _is_told_to_stop(system: System, agent: AgentModel) -> bool:
+def _receives_unachieve(system: System, agent: AgentModel) -> bool:
     return any(message.force == "unachieve" for sender in system.agents for message in sender.sent)
 
 
-def _only_repeats(plan: Plan) -> bool:
-    """Whether a plan for a goal does nothing but pursue the goal again, after waiting at most."""
+def _only_pursues_itself(plan: Plan) -> bool:
+    """Whether a plan for a goal only pursues the goal again, perhaps after a wait."""
     if plan.trigger.sign != "+!" or not plan.body:
         return False
     *before, last = plan.body
@@ -83,12 +82,12 @@ def _loops(body: Body) -> Iterator[While]:
             yield from _loops(getattr(statement, block, ()))
 
 
-class _Changing:
-    """Knows which conditions of an agent may come out otherwise in the course of a run."""
+class _ChangingConditions:
+    """Decides which conditions of an agent may change during a run."""
 
     def __init__(self, system: System, agent: AgentModel) -> None:
         self._agent = agent
-        self._added = [addition for addition in system.comes_to_hold(agent) if addition.later]
+        self._added = [addition for addition in system.possible_beliefs(agent) if addition.during_run]
         self._deleted = {mention.literal.key for mention in agent.deletions}
         self._deleted |= {
             message.content.key
@@ -97,8 +96,8 @@ class _Changing:
             if message.force == "untell" and isinstance(message.content, Structure)
         }
 
-    def way_out(self, earlier: tuple[Plan, ...], plan: Plan) -> bool:
-        """Whether a plan may cease to be applicable, or an earlier one become so."""
+    def may_end(self, earlier: tuple[Plan, ...], plan: Plan) -> bool:
+        """Whether a plan may become inapplicable, or an earlier one applicable."""
         if plan.context is not None and self.may_change(plan.context):
             return True
         return any(
@@ -108,11 +107,11 @@ class _Changing:
         )
 
     def may_change(self, formula: Formula) -> bool:
-        """Whether a condition may come out otherwise."""
+        """Whether the result of a condition may change."""
         return any(
             self._predicate_may_change(part.key, set())
             if isinstance(part, Structure)
-            else isinstance(part, Call) and part.name in CHANGING
+            else isinstance(part, Call) and part.name in VARYING
             for part in _literals(formula)
         )
 
@@ -120,7 +119,7 @@ class _Changing:
         if key in seen:
             return False
         seen.add(key)
-        if key in self._deleted or any(addition.may_be(key) for addition in self._added):
+        if key in self._deleted or any(addition.may_match(key) for addition in self._added):
             return True
         return any(
             isinstance(part, Call) or self._predicate_may_change(part.key, seen)
@@ -131,7 +130,7 @@ class _Changing:
 
 
 def _literals(formula: object) -> Iterator[Structure | Call]:
-    """The literals and internal actions in a condition, those within its arguments too."""
+    """The literals and internal actions in a condition, including those in arguments."""
     pending: list[object] = [formula]
     while pending:
         part = pending.pop()

@@ -1,4 +1,4 @@
-"""A plan that is never chosen because an earlier one always is."""
+"""The check for plans that are never selected because an earlier one always is."""
 
 from __future__ import annotations
 
@@ -8,37 +8,39 @@ from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
 from pytest_hricdv.bdi.language.syntax import Plan, variables_of
 from pytest_hricdv.bdi.language.terms import Call, Structure, Term, Variable
+from pytest_hricdv.bdi.lint.model import System
 from pytest_hricdv.bdi.logic.substitution import Bindings, substitute_only
 from pytest_hricdv.bdi.logic.unify import unify
 
-from ..model import System
-
-UNDECIDED = frozenset({".random", "math.random", ".time", "system.time"})
-"""Functions and actions that do not give the same twice."""
+NONDETERMINISTIC = frozenset({".random", "math.random", ".time", "system.time"})
+"""Functions and internal actions with a different result each time."""
 
 
 class ShadowedPlan:
-    """Plans behind one for the same event that is applicable whenever they are."""
+    """Plans after one for the same event that is applicable whenever they are."""
 
     name = "shadowed-plan"
-    why = "The first applicable plan is taken: this one never runs, and coverage of it can never be reached."
+    why = "The first applicable plan is selected: this one never runs and can never be covered."
 
     def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each plan, naming the first that hides it."""
+        """One finding for each plan, naming the first plan that shadows it."""
         for agent in system.agents:
             for index, plan in enumerate(agent.plans):
-                hiding = next((earlier for earlier in agent.plans[:index] if hides(earlier, plan)), None)
-                if hiding is not None:
-                    which = f"@{hiding.label}" if hiding.has_label else "the plan"
-                    yield plan.location, f"{which} in line {hiding.location.line} is always applicable when this one is"
+                shadowing = next((earlier for earlier in agent.plans[:index] if shadows(earlier, plan)), None)
+                if shadowing is not None:
+                    which = f"@{shadowing.label}" if shadowing.has_label else "the plan"
+                    yield (
+                        plan.location,
+                        f"{which} in line {shadowing.location.line} is always applicable when this one is",
+                    )
 
 
-def hides(earlier: Plan, later: Plan) -> bool:
-    """Whether a plan is applicable to every event and in every situation that a later one is."""
+def shadows(earlier: Plan, later: Plan) -> bool:
+    """Whether a plan is applicable for every event and in every state that a later one is."""
     if earlier.trigger.sign != later.trigger.sign:
         return False
     bindings: Bindings = {}
-    if not unify(_apart(earlier.trigger.literal), _frozen(later.trigger.literal), bindings, []):
+    if not unify(_standardized_apart(earlier.trigger.literal), _frozen(later.trigger.literal), bindings, []):
         return False
     return earlier.context is None or _follows(_parts(earlier.context), _parts(later.context), bindings)
 
@@ -51,7 +53,7 @@ def _parts(context: Formula | None) -> tuple[Formula, ...]:
 
 
 def _follows(wanted: tuple[Formula, ...], given: tuple[Formula, ...], bindings: Bindings) -> bool:
-    """Whether each of the conditions wanted is one of those given, with the same values throughout."""
+    """Whether each of the wanted conditions is among the given ones, with consistent bindings."""
     if not wanted:
         return True
     for part in given:
@@ -62,7 +64,7 @@ def _follows(wanted: tuple[Formula, ...], given: tuple[Formula, ...], bindings: 
 
 
 def _same(wanted: object, given: object, bindings: Bindings) -> bool:
-    """Whether a condition is an instance of the other, which is frozen on the way."""
+    """Whether a condition is equal to the given one under some bindings of the wanted one's variables."""
     if isinstance(wanted, Comparison) and isinstance(given, Comparison):
         sides = ((wanted.left, given.left), (wanted.right, given.right))
         return wanted.operator == given.operator and all(_same(left, right, bindings) for left, right in sides)
@@ -75,20 +77,20 @@ def _same(wanted: object, given: object, bindings: Bindings) -> bool:
     if isinstance(wanted, Call) and isinstance(given, Call):
         return (
             wanted.name == given.name
-            and wanted.name not in UNDECIDED
+            and wanted.name not in NONDETERMINISTIC
             and len(wanted.args) == len(given.args)
             and all(_same(left, right, bindings) for left, right in zip(wanted.args, given.args, strict=True))
         )
     if isinstance(wanted, (And, Or, Not, Comparison, Call)) or isinstance(given, (And, Or, Not, Comparison, Call)):
         return False
-    return unify(_apart(wanted), _frozen(given), bindings, [])  # type: ignore[arg-type]
+    return unify(_standardized_apart(wanted), _frozen(given), bindings, [])  # type: ignore[arg-type]
 
 
-def _apart(term: Term) -> Term:
-    """The term with variables that the later plan has not."""
+def _standardized_apart(term: Term) -> Term:
+    """The term with renamed variables, which the later plan does not have."""
     return substitute_only(term, {variable: Variable(f"_Earlier{variable}") for variable in variables_of(term)})
 
 
 def _frozen(term: Term) -> Term:
-    """The term with its variables as constants, so that only the other side is fitted."""
+    """The term with its variables as constants, so that only the other side is bound."""
     return substitute_only(term, {variable: Structure(f"${variable}") for variable in variables_of(term)})

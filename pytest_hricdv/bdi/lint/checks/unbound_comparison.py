@@ -1,4 +1,4 @@
-"""A comparison or computation with a variable that has no value."""
+"""The check for comparisons and expressions with variables that have no value."""
 
 from __future__ import annotations
 
@@ -23,46 +23,45 @@ from pytest_hricdv.bdi.language.syntax import (
     variables_of,
 )
 from pytest_hricdv.bdi.language.terms import Arithmetic, Call, Number, Variable
-
-from ..collect import FORMULA_ARGUMENTS
-from ..model import System
-from ..sources import find
+from pytest_hricdv.bdi.lint.model import System
+from pytest_hricdv.bdi.lint.model_builder import FORMULA_ARGUMENTS
+from pytest_hricdv.bdi.lint.sources import location_of
 
 Problem = tuple[Location, str]
 
 
 class UnboundComparison:
-    """Comparisons whose variables nothing before them can have bound."""
+    """Comparisons and expressions with variables that nothing before them can bind."""
 
     name = "unbound-comparison"
     why = "A variable without a value is greater than any number and equal to nothing; computing with it fails."
 
     def findings(self, system: System) -> Iterator[Problem]:
-        """One finding for each variable at each comparison."""
+        """One finding for each variable in each comparison."""
         for agent in system.agents:
             for rule in agent.rules:
-                # Whoever asks may know what the head's variables are.
-                yield from _Walk(rule.location).formula(rule.body, set(variables_of(rule.head)))
+                # A query may bind the variables of the head.
+                yield from _BindingAnalysis(rule.location).formula(rule.body, set(variables_of(rule.head)))
             for plan in agent.plans:
                 yield from _plan(plan)
 
 
 def _plan(plan: Plan) -> Iterator[Problem]:
-    walk = _Walk(plan.location)
+    walk = _BindingAnalysis(plan.location)
     bound = set(variables_of(plan.trigger))
     if plan.context is not None:
         yield from walk.formula(plan.context, bound)
     yield from walk.body(plan.body, bound)
 
 
-class _Walk:
-    """Goes through a plan in the order of execution; ``bound`` collects what may have a value by then."""
+class _BindingAnalysis:
+    """Follows a plan in the order of execution; ``bound`` collects the variables that may have a value."""
 
     def __init__(self, place: Location) -> None:
         self._place = place
 
     def formula(self, formula: object, bound: set[Variable]) -> Iterator[Problem]:
-        """Problems in a condition."""
+        """Findings in a condition."""
         if isinstance(formula, And):
             for part in formula.parts:
                 yield from self.formula(part, bound)
@@ -85,12 +84,15 @@ class _Walk:
             for variable in sorted(used - bound):
                 what = "computed with" if unifies else "compared"
                 name = "_" if variable[1:].isdigit() else str(variable)
-                yield find(name, self._place), f"{name} has no value yet when it is {what} in {_shown(comparison)}"
+                yield (
+                    location_of(name, self._place),
+                    f"{name} has no value yet when it is {what} in {_text(comparison)}",
+                )
         if unifies:
             bound.update(variables_of(comparison))
 
     def body(self, body: Body, bound: set[Variable]) -> Iterator[Problem]:
-        """Problems in statements."""
+        """Findings in statements."""
         for statement in body:
             self._place = statement.location
             yield from self._statement(statement, bound)
@@ -121,7 +123,7 @@ class _Walk:
             if isinstance(part, Arithmetic):
                 for variable in sorted(_used(part) - bound):
                     yield (
-                        find(str(variable), self._place),
+                        location_of(str(variable), self._place),
                         f"{variable} has no value yet when it is computed with: {part}",
                     )
             elif not isinstance(part, (Variable, Number)):
@@ -143,5 +145,5 @@ def _used(term: object) -> set[Variable]:
     return found
 
 
-def _shown(formula: Formula) -> str:
+def _text(formula: Formula) -> str:
     return str(formula)[1:-1]

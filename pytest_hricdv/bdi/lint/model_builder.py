@@ -1,4 +1,4 @@
-"""From an agent's program to what the checks ask about it."""
+"""Builds the model of an agent, which the checks use, from its program."""
 
 from __future__ import annotations
 
@@ -30,9 +30,8 @@ from pytest_hricdv.bdi.language.terms import (
     Term,
     Variable,
 )
-
-from .model import SELF, Addition, AgentModel, Mention, Sent, sources_named
-from .sources import find
+from pytest_hricdv.bdi.lint.model import SELF, Addition, AgentModel, Mention, SentMessage, annotated_sources
+from pytest_hricdv.bdi.lint.sources import location_of
 
 FORMULA_ARGUMENTS = {
     ".findall": 1,
@@ -42,11 +41,11 @@ FORMULA_ARGUMENTS = {
     ".belief": 0,
     ".wait": 0,
 }
-"""Which argument of an internal action is a condition on beliefs."""
+"""The index of the argument of an internal action that is a condition."""
 
 
-def collect(name: str, file: str, program: Program) -> AgentModel:
-    """An agent's model from its program, which may include the beliefs and goals its project gives it."""
+def build_model(name: str, file: str, program: Program) -> AgentModel:
+    """The model of an agent; the program includes the beliefs and goals of the project's options."""
     model = AgentModel(name, file, program.plans, tuple(b for b in program.beliefs if isinstance(b, Rule)))
     start = Location(file, 1, 1)
     for belief in program.beliefs:
@@ -54,10 +53,10 @@ def collect(name: str, file: str, program: Program) -> AgentModel:
             model.additions.append(Addition(belief.head.key, None, belief.location, False))
             _formula(model, belief.body, belief.location, belief.head.functor, None)
         else:
-            place = find(belief.functor, start)
+            place = location_of(belief.functor, start)
             model.additions += _added(belief, place, False)
     for goal in program.goals:
-        model.goals.append(Mention(goal, find(goal.functor, start)))
+        model.goals.append(Mention(goal, location_of(goal.functor, start)))
     for plan in program.plans:
         _plan(model, plan)
     return model
@@ -68,7 +67,7 @@ def _plan(model: AgentModel, plan: Plan) -> None:
     literal = trigger.literal
     name = literal.functor if isinstance(literal, Structure) else ""
     if isinstance(literal, Structure) and trigger.sign in ("+", "-"):
-        model.tests.append(Mention(literal, find(name, plan.location), plan))
+        model.tests.append(Mention(literal, location_of(name, plan.location), plan))
     if plan.context is not None:
         _formula(model, plan.context, plan.location, name, plan)
     _body(model, plan.body, plan)
@@ -85,7 +84,7 @@ def _statement(model: AgentModel, statement: Statement, plan: Plan) -> None:
     place = statement.location
     if isinstance(statement, AchievementGoal):
         if isinstance(statement.literal, Structure):
-            model.goals.append(Mention(statement.literal, find(statement.literal.functor, place), plan))
+            model.goals.append(Mention(statement.literal, location_of(statement.literal.functor, place), plan))
     elif isinstance(statement, BeliefUpdate):
         _believe(model, statement, plan)
     elif isinstance(statement, InternalActionCall):
@@ -100,29 +99,29 @@ def _believe(model: AgentModel, statement: BeliefUpdate, plan: Plan) -> None:
     literal, place = statement.literal, statement.location
     if not isinstance(literal, Structure):
         if statement.sign != "-":
-            model.additions.append(Addition(None, None if _names_sources(literal) else SELF, place))
+            model.additions.append(Addition(None, None if _has_source_annotation(literal) else SELF, place))
         return
-    place = find(literal.functor, place)
+    place = location_of(literal.functor, place)
     if statement.sign == "-":
         model.deletions.append(Mention(literal, place, plan))
     else:
         model.additions += _added(literal, place, True)
 
 
-def _names_sources(literal: Term) -> bool:
-    """Whether a variable's annotations say who it comes from."""
+def _has_source_annotation(literal: Term) -> bool:
+    """Whether a variable has annotations, which may name a source."""
     return isinstance(literal, AnnotatedVariable) and bool(literal.annots)
 
 
-def _added(literal: Structure, place: Location, later: bool) -> list[Addition]:
-    return [Addition(literal.key, source, place, later) for source in sources_named(literal) or {SELF}]
+def _added(literal: Structure, place: Location, during_run: bool) -> list[Addition]:
+    return [Addition(literal.key, source, place, during_run) for source in annotated_sources(literal) or {SELF}]
 
 
 def _formula(model: AgentModel, formula: object, place: Location, skip: str, plan: Plan | None) -> None:
-    """Note what a condition asks about; ``skip`` is a name between ``place`` and the condition."""
+    """Collect the tests in a condition; ``skip`` is a name between ``place`` and the condition."""
     if isinstance(formula, Structure):
         if formula.functor not in ("true", "false"):
-            model.tests.append(Mention(formula, find(formula.functor, place, skip), plan))
+            model.tests.append(Mention(formula, location_of(formula.functor, place, skip), plan))
         _calls(model, formula.args, place, plan)
     elif isinstance(formula, (And, Or, Not)):
         for part in children(formula):
@@ -135,7 +134,7 @@ def _formula(model: AgentModel, formula: object, place: Location, skip: str, pla
 
 
 def _calls(model: AgentModel, terms: object, place: Location, plan: Plan | None) -> None:
-    """Note the functions in terms."""
+    """Collect the functions in terms."""
     pending = [terms]
     while pending:
         part = pending.pop()
@@ -153,14 +152,14 @@ def _call(model: AgentModel, call: Call, place: Location, plan: Plan | None) -> 
             _formula(model, argument, call.location, "", plan)
     if call.name == ".abolish" and isinstance(call.args[0], Structure):
         literal = call.args[0]
-        # It takes every source, so any will do.
-        model.deletions.append(Mention(_from_anybody(literal), find(literal.functor, call.location), plan))
+        # It removes the belief of every source.
+        model.deletions.append(Mention(_from_any_source(literal), location_of(literal.functor, call.location), plan))
     elif call.name in (".send", ".broadcast"):
         _message(model, call)
 
 
-def _from_anybody(literal: Structure) -> Structure:
-    return literal.with_annotations((*literal.annots, Structure("source", (Variable("_Anybody"),))))
+def _from_any_source(literal: Structure) -> Structure:
+    return literal.with_annotations((*literal.annots, Structure("source", (Variable("_AnySource"),))))
 
 
 def _message(model: AgentModel, call: Call) -> None:
@@ -171,7 +170,7 @@ def _message(model: AgentModel, call: Call) -> None:
         receivers = tuple(name for name in names if name) if all(names) else None
     answered = call.name == ".send" and len(call.args) > 3
     broadcast = call.name == ".broadcast"
-    model.sent.append(Sent(_name(force), receivers, content, call.location, answered, broadcast))  # type: ignore[arg-type]
+    model.sent.append(SentMessage(_name(force), receivers, content, call.location, answered, broadcast))  # type: ignore[arg-type]
 
 
 def _name(term: object) -> str:

@@ -1,20 +1,20 @@
-"""Names that are probably meant to be another one."""
+"""Names that are probably misspelled."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 SHORTEST = 3
-"""Shorter names are all near each other."""
+"""Minimum length of a name: shorter ones differ by one letter too often."""
 
 
-def nearest(name: str, known: Iterable[str]) -> str | None:
-    """A known name that is one letter away: one more, one less, another, or two next to each other swapped."""
-    return next((other for other in sorted(set(known)) if is_near(name, other)), None)
+def one_letter_away(name: str, known: Iterable[str]) -> str | None:
+    """A known name that differs by one letter: inserted, deleted, replaced, or swapped with the next one."""
+    return next((other for other in sorted(set(known)) if differs_by_one_letter(name, other)), None)
 
 
-def is_near(name: str, other: str) -> bool:
-    """Whether two names differ by one slip of the finger; numbered names such as leg1 and leg2 do not count."""
+def differs_by_one_letter(name: str, other: str) -> bool:
+    """Whether two names differ by one typing error; numbered names such as leg1 and leg2 do not."""
     if name == other or min(len(name), len(other)) < SHORTEST or abs(len(name) - len(other)) > 1:
         return False
     start = next((i for i, (a, b) in enumerate(zip(name, other, strict=False)) if a != b), min(len(name), len(other)))
