@@ -1,8 +1,8 @@
-"""A second opinion on a whole logged run: slow, offline, and simple enough to be seen to be right.
+"""The reference evaluator of logged runs: slow, but a direct transcription of the definitions.
 
-Time is whole ticks. A run is cut into positions: 0 is before the run, then instant, open interval, instant, ... up to
-the last instant. Nothing changes inside an open interval, as updates and windows are whole ticks, so a formula is a
-list of one truth value a position, and every operator is its definition spelled out.
+Time is in whole ticks. A run is a sequence of positions: 0 is before the run, then instant, open interval, instant, ...
+up to the last instant. Updates and windows are whole ticks, so nothing changes inside an open interval. A formula is a
+list with one truth value per position, and every operator is written as its definition.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ Value = float | bool
 
 @dataclass(frozen=True)
 class Instant:
-    """What is fed at one tick: signals first."""
+    """The updates of one tick: signals first."""
 
     signals: Mapping[str, Value] = field(default_factory=dict)
     messages: tuple[tuple[str, Mapping[str, Value]], ...] = ()
@@ -52,14 +52,14 @@ class Instant:
 
 @dataclass(frozen=True)
 class Trace:
-    """A logged run: tick -> what was fed; tick 0 feeds every signal."""
+    """A logged run: tick -> its updates; tick 0 updates every signal."""
 
     instants: Mapping[int, Instant]
     last: int
 
 
 @dataclass(frozen=True)
-class Opinion:
+class Summary:
     """The part of a verdict that is compared; times in ticks."""
 
     verdict: str
@@ -95,11 +95,11 @@ def compares(formula: PastFormula) -> bool:
             return False
 
 
-class Offline:
+class ReferenceEvaluator:
     def __init__(self, trace: Trace) -> None:
         self.trace = trace
         self.end = first_position(trace.last)
-        # One more: an edge right after the last instant shows at it. Nothing is judged there.
+        # One more position: an edge right after the last instant is true at that instant. It is not judged itself.
         self.positions = range(self.end + 2)
         self.values: list[dict[str, Value]] = []
         self.arrived: list[set[str]] = []
@@ -109,11 +109,11 @@ class Offline:
             last.update(instant.signals)
             for topic, fields in instant.messages:
                 last.update({f"{topic}.{name}": value for name, value in fields.items()})
-            # Before the run signals are as they are first, and no message has come.
+            # Before the run, signals have their first values, and there is no message.
             self.values.append(dict(trace.instants[0].signals) if position == 0 else dict(last))
             self.arrived.append({topic for topic, _ in instant.messages})
 
-    # --- one value a position
+    # --- one value per position
 
     def number(self, term: Term, p: int) -> float:
         match term:
@@ -208,7 +208,7 @@ class Offline:
             case _:
                 return math.inf if self.truth(f)[p] else -math.inf
 
-    # --- why not
+    # --- nearest miss
 
     def nearest_miss(self, antecedent: PastFormula) -> tuple[float, list[str], float | None]:
         """Tick, missing conjuncts, and the distance of the one that is missing alone."""
@@ -244,15 +244,15 @@ class Offline:
 
     # --- attempts
 
-    def judge(self, formula: Formula) -> Opinion:
-        antecedent = [False, *self.truth(formula.antecedent)[1:]]  # before the run nothing triggers
+    def judge(self, formula: Formula) -> Summary:
+        antecedent = [False, *self.truth(formula.antecedent)[1:]]  # nothing triggers before the run
         rising = [p for p in range(1, self.end + 1) if antecedent[p] and not antecedent[p - 1]]
         attempts = [self.attempt(formula, antecedent, p) for p in rising]
         failures = sum(bool(violations) for violations, _, _ in attempts)
         pending = sum(undecided for _, undecided, _ in attempts)
         passes = len(attempts) - failures - pending
         margin = min((margin for _, _, margins in attempts for margin in margins), default=math.inf)
-        return Opinion(
+        return Summary(
             verdict="Failed" if failures else "Passed" if passes else "NC",
             attempts=len(attempts),
             passes=passes,
@@ -265,7 +265,7 @@ class Offline:
     def attempt(
         self, formula: Formula, antecedent: list[bool], start: int
     ) -> tuple[list[tuple[float, float]], bool, list[float]]:
-        """(trigger, violation) times, whether it is undecided, and its margins."""
+        """(trigger, violation) times, whether the attempt is undecided, and its margins."""
         response, trigger, last = formula.response, tick_of(start), self.end
         match response:
             case Holds():

@@ -1,10 +1,10 @@
-"""A third opinion: rtamt's offline evaluation in discrete time, on the part of the language that both have.
+"""rtamt's offline evaluation in discrete time, for the common part of both languages.
 
 D. Nickovic and T. Yamaguchi, "RTAMT: Online Robustness Monitors from STL", ATVA 2020; https://github.com/nickovic/rtamt
 
-A run is sampled once a tick. As signals change at ticks only, a formula over signals is what it is at the tick all the
-time up to the next; messages and edges are there at the tick alone. What rtamt has no word for is put in its terms:
-hysteresis as `since`, a minimum duration as `historically`, an attempt as a tick at which an antecedent turns true.
+A run is sampled once per tick. Signals change only at ticks, so a formula over signals keeps its value until the next
+tick; messages and edges are true only at the tick. What rtamt does not have is expressed by what it has: hysteresis by
+`since`, a minimum duration by `historically`, an attempt by a tick at which an antecedent becomes true.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ Samples = dict[str, list[float]]
 
 @dataclass(frozen=True)
 class Counts:
-    """The part of a verdict that rtamt can say."""
+    """The part of a verdict that rtamt can give."""
 
     verdict: str
     attempts: int
@@ -57,7 +57,7 @@ class Counts:
 
 
 def judge(formula: Formula, trace: Trace) -> Counts:
-    """What rtamt makes of a run."""
+    """The counts of a run by rtamt."""
     kinds = names_of((formula.antecedent, *conditions(formula.response)))
     topics = topics_of((formula.antecedent, *conditions(formula.response)))
     samples = sampled(trace, list(kinds), sorted(topics))
@@ -101,7 +101,7 @@ def _counts(attempts: int, failures: int, pending: int) -> Counts:
 
 
 def sampled(trace: Trace, names: list[str], topics: list[str]) -> Samples:
-    """One value a tick: signals and fields keep theirs, a topic is 1 at the tick of a message, else -1."""
+    """One value per tick: signals and fields keep theirs, a topic is 1 at the tick of a message, else -1."""
     samples: Samples = {variable: [] for variable in (*map(_variable, (*names, *topics)), "tick")}
     values: dict[str, float] = {}
     for tick in range(trace.last + 1):
@@ -144,7 +144,7 @@ def _parsed(specification: str, variables: tuple[str, ...]) -> rtamt.StlDiscrete
     return parsed
 
 
-# --- formulas in rtamt's words
+# --- formulas in rtamt's language
 
 
 def responded(response: Response) -> str:
@@ -158,7 +158,7 @@ def responded(response: Response) -> str:
         case AlwaysWithin():
             return f"always{_window(response.start_s, response.end_s)}({condition})"
         case _:
-            # Weak, and at the release the condition need not hold.
+            # Weak until; at the release, the condition may be false.
             release = past(response.release)
             return f"(always({condition})) or (({condition} or {release}) until ({release}))"
 
@@ -182,7 +182,7 @@ def past(formula: PastFormula, *, remembers: bool = True) -> str:
         case Or():
             return f"({past(formula.left, remembers=remembers)} or {past(formula.right, remembers=remembers)})"
         case Rise() | Fall():
-            # rtamt takes what is true at the first tick for an edge.
+            # For rtamt, what is true at the first tick is an edge.
             return f"({type(formula).__name__.lower()}({past(formula.operand)}) and (tick > 0.5))"
         case Previously():
             return f"(prev({past(formula.operand)}))"

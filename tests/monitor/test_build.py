@@ -89,7 +89,7 @@ def test_the_case_study_built_in_python_is_the_one_in_the_file() -> None:
     ],
     ids=str,
 )
-def test_what_is_built_is_what_the_text_says(built: Formula, text: str) -> None:
+def test_operators_build_the_formula_of_the_text(built: Formula, text: str) -> None:
     assert built == parse_formula(text, SMALL)
 
 
@@ -120,12 +120,12 @@ def test_the_text_of_arithmetic_is_read_as_the_same_arithmetic(
     assert parse_formula(str(formula), SMALL) == formula
 
 
-def test_the_text_has_no_needless_parentheses() -> None:
+def test_the_text_has_only_necessary_parentheses() -> None:
     text = "always(p & (q | on(a)) & !(x < 1) since m.ok -> x - (y - 1) > 2 [hysteresis 0.5] [for 2] | q)"
     assert str(parse_formula(text, SMALL)) == text
 
 
-def test_a_built_requirement_is_watched_like_any_other() -> None:
+def test_a_built_requirement_is_monitored_like_one_of_a_file() -> None:
     monitors = MonitorSet([requirement("R", "", always(p >> (x < 1)))])
     monitors.signal(0.0, "p", True)
     monitors.signal(0.0, "x", 2.0)
@@ -160,7 +160,7 @@ def test_built_requirements_are_loaded_like_those_of_a_file() -> None:
         load_requirements(built, SMALL)
 
 
-def test_a_text_that_says_something_else_than_its_formula_is_refused() -> None:
+def test_a_text_that_differs_from_its_formula_is_refused() -> None:
     with pytest.raises(RequirementError, match="requirement R: its text and its formula differ"):
         check_requirement(Requirement("R", "", "", "always(q -> p)", always(p >> q)), SMALL)
 
@@ -184,7 +184,7 @@ def test_a_text_that_says_something_else_than_its_formula_is_refused() -> None:
         (lambda: rise(x + 1), "expected a condition, got <number x \\+ 1>"),  # type: ignore[arg-type]
     ],
 )
-def test_a_mistake_of_type_is_refused_where_it_is_made(mistake: Callable[[], object], says: str) -> None:
+def test_a_type_error_is_raised_where_it_is_made(mistake: Callable[[], object], says: str) -> None:
     with pytest.raises(TypeError, match=says):
         mistake()
 
@@ -205,6 +205,6 @@ def test_a_mistake_of_type_is_refused_where_it_is_made(mistake: Callable[[], obj
         (lambda: on("a b"), "'a b' is not a valid name"),
     ],
 )
-def test_a_wrong_value_is_refused_where_it_is_written(mistake: Callable[[], object], says: str) -> None:
+def test_an_invalid_value_is_refused_where_it_is_written(mistake: Callable[[], object], says: str) -> None:
     with pytest.raises(ValueError, match=says):
         mistake()

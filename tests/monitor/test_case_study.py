@@ -24,7 +24,7 @@ def test_r1_asks_for_a_release_within_ten_seconds_of_a_ready_reading() -> None:
     assert outcome(released(15.001)) == ("Failed", 1)
 
 
-def test_r1_takes_a_leg_let_go_elsewhere_for_no_release() -> None:
+def test_r1_does_not_accept_a_leg_released_elsewhere() -> None:
     updates: list[Update] = [*HELD, (5.0, "reading", READY), (6.0, "leg_offset", 0.15), (7.0, "leg_held", False)]
     verdict = judge(R1, updates, 30.0)
     assert (verdict.verdict, verdict.violations[0].time_s) == ("Failed", 15.0)
@@ -63,7 +63,7 @@ def test_r3_forbids_closing_near_a_human_hand() -> None:
     assert outcome(closing(0.049)) == ("Failed", 1)
 
 
-def test_r4_takes_each_motion_for_an_attempt_and_rest_for_none() -> None:
+def test_r4_has_an_attempt_for_each_motion_and_none_at_rest() -> None:
     def moving(*speeds: float) -> Verdict:
         return judge(R4, [(float(i), "arm_speed", speed) for i, speed in enumerate(speeds)], 20.0)
 
@@ -73,7 +73,7 @@ def test_r4_takes_each_motion_for_an_attempt_and_rest_for_none() -> None:
     assert outcome(moving(0.0, 0.1, 0.25, 0.0)) == ("Failed", 1)
 
 
-def test_all_four_are_watched_in_one_pass() -> None:
+def test_all_four_are_monitored_together_in_the_given_order() -> None:
     def order(requirements: tuple[Requirement, ...]) -> list[str]:
         monitors = MonitorSet(requirements)
         for name, value in [("leg_held", False), ("leg_torn", False), ("hand_closing", False)]:

@@ -1,4 +1,4 @@
-"""The monitors against the offline evaluator, on random runs: the case study's requirements and random formulas."""
+"""The monitors compared with the reference evaluator, on random runs: case study and random formulas."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from pytest_hricdv.monitor import Requirement, Verdict
 from pytest_hricdv.monitor.formula import Formula
 from tests.monitor.logs import run
-from tests.monitor.reference import TICK_S, Instant, Offline, Opinion, Trace
+from tests.monitor.reference import TICK_S, Instant, ReferenceEvaluator, Summary, Trace
 from tests.monitor.strategies import formulas, small_traces, table_traces
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5
 
 RUNS = settings(max_examples=70, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
-def opinion(verdict: Verdict) -> Opinion:
+def summary(verdict: Verdict) -> Summary:
     assert verdict.attempts == verdict.passes + verdict.failures + verdict.pending
     outcomes = [attempt.outcome for attempt in verdict.history]
     counted = {"passed": verdict.passes, "failed": verdict.failures, "pending": verdict.pending}
@@ -26,7 +26,7 @@ def opinion(verdict: Verdict) -> Opinion:
     assert all(attempt.begin_s <= attempt.end_s for attempt in verdict.history)
     times = [violation.time_s for violation in verdict.violations]
     assert times == sorted(times)
-    return Opinion(
+    return Summary(
         verdict.verdict,
         verdict.attempts,
         verdict.passes,
@@ -38,7 +38,7 @@ def opinion(verdict: Verdict) -> Opinion:
 
 
 def agrees(formula: Formula, trace: Trace) -> None:
-    ours, theirs = opinion(run(formula, trace)), Offline(trace).judge(formula)
+    ours, theirs = summary(run(formula, trace)), ReferenceEvaluator(trace).judge(formula)
     assert replace(ours, margin=None) == replace(theirs, margin=None)
     assert ours.margin == pytest.approx(theirs.margin, abs=1e-12)
 
@@ -49,7 +49,7 @@ def agrees(formula: Formula, trace: Trace) -> None:
 @pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
 @given(trace=table_traces)
 @RUNS
-def test_the_case_study_is_judged_as_offline(watched: Requirement, trace: Trace) -> None:
+def test_the_case_study_is_judged_as_by_the_reference(watched: Requirement, trace: Trace) -> None:
     agrees(watched.formula, trace)
 
 
@@ -58,14 +58,14 @@ def test_the_case_study_is_judged_as_offline(watched: Requirement, trace: Trace)
 
 @given(formula=formulas, trace=small_traces)
 @settings(RUNS, max_examples=250)
-def test_a_random_formula_is_judged_as_offline(formula: Formula, trace: Trace) -> None:
+def test_a_random_formula_is_judged_as_by_the_reference(formula: Formula, trace: Trace) -> None:
     agrees(formula, trace)
 
 
 @pytest.mark.slow
 @given(formula=formulas, trace=small_traces)
 @settings(RUNS, max_examples=4000)
-def test_a_random_formula_is_judged_as_offline_on_thousands_of_runs(formula: Formula, trace: Trace) -> None:
+def test_a_random_formula_is_judged_as_by_the_reference_on_thousands_of_runs(formula: Formula, trace: Trace) -> None:
     agrees(formula, trace)
 
 
@@ -74,7 +74,7 @@ def test_a_random_formula_is_judged_as_offline_on_thousands_of_runs(formula: For
 
 @given(formula=formulas, trace=small_traces, shift_s=st.sampled_from([0.1, 17.3, 299.999999999]))
 @RUNS
-def test_a_run_moved_in_time_has_the_same_verdict(formula: Formula, trace: Trace, shift_s: float) -> None:
+def test_a_run_shifted_in_time_has_the_same_verdict(formula: Formula, trace: Trace, shift_s: float) -> None:
     here, there = run(formula, trace), run(formula, trace, shift_s)
     assert there == replace(
         here,
@@ -89,7 +89,7 @@ def test_a_run_moved_in_time_has_the_same_verdict(formula: Formula, trace: Trace
 @given(formula=formulas, trace=small_traces)
 @RUNS
 def test_what_a_requirement_does_not_read_changes_nothing(formula: Formula, trace: Trace) -> None:
-    noise = Instant({"unread": True}, (("unheard", {"value": 1.0}),))
+    noise = Instant({"unread": True}, (("unread_topic", {"value": 1.0}),))
     noisy = {
         tick: Instant({**instant.signals, **noise.signals}, instant.messages + noise.messages)
         for tick in range(trace.last + 1)
@@ -113,8 +113,8 @@ def test_a_finer_sampling_of_the_same_signals_changes_nothing(formula: Formula, 
 @given(formula=formulas, trace=small_traces)
 @RUNS
 def test_the_order_of_updates_at_one_instant_changes_nothing(formula: Formula, trace: Trace) -> None:
-    turned = {
+    reversed_order = {
         tick: Instant(dict(reversed(list(instant.signals.items()))), instant.messages)
         for tick, instant in trace.instants.items()
     }
-    assert run(formula, Trace(turned, trace.last)) == run(formula, trace)
+    assert run(formula, Trace(reversed_order, trace.last)) == run(formula, trace)

@@ -1,14 +1,15 @@
-"""Feeding a run: what is refused, what is ignored, when monitors are quiet, what comes out."""
+"""Feeding a run: what is refused, what is ignored, when a run is over, and the verdict as data."""
 
 from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
 from pytest_hricdv.monitor import MonitorError, MonitorSet
-from tests.monitor.vocabulary import R1, R3, SMALL, requirement
+from tests.monitor.vocabulary import R1, R3, SMALL, Update, judge, requirement
 
 RESPOND = requirement("always(on(a) -> eventually[0:3](p))")
 LEVEL = requirement("always(on(m) & m.ok -> m.level < 1)")
@@ -29,7 +30,7 @@ def test_a_value_of_the_wrong_type_is_an_error() -> None:
         MonitorSet([R3]).signal(1.0, "hand_distance", True)
 
 
-def test_a_whole_number_is_taken_for_a_float() -> None:
+def test_an_integer_is_accepted_as_a_float() -> None:
     monitors = MonitorSet([R3])
     monitors.signal(0.0, "hand_distance", 1)
     monitors.signal(0.0, "hand_closing", True)
@@ -81,7 +82,7 @@ def test_an_edge_of_what_has_no_value_yet_is_unknown_too() -> None:
     assert guarded.finish(9.0)[0].attempts == 2
 
 
-def test_conditions_are_read_from_left_to_right_and_no_further_than_needed() -> None:
+def test_conditions_are_evaluated_from_left_to_right_until_the_result_is_known() -> None:
     monitors = MonitorSet([requirement("always(on(a) & (!on(b) | m.ok) & !(on(b) & m.ok) -> q | m.ok)")])
     monitors.signal(0.0, "q", True)
     monitors.message(1.0, "a", {})
@@ -96,7 +97,7 @@ def test_a_division_by_zero_is_an_error_with_its_place() -> None:
         monitors.finish(1.0)
 
 
-def test_a_set_watches_one_run() -> None:
+def test_a_monitor_set_is_for_one_run() -> None:
     monitors = MonitorSet([requirement("always(on(a) -> eventually[0:1](on(b)))")])
     monitors.finish(1.0)
     with pytest.raises(MonitorError, match="after the run was finished"):
@@ -105,13 +106,13 @@ def test_a_set_watches_one_run() -> None:
         monitors.finish(1.0)
 
 
-def test_the_run_goes_on_until_monitors_are_quiet() -> None:
+def test_the_next_deadline_is_the_latest_of_the_open_attempts() -> None:
     monitors = MonitorSet([RESPOND, requirement("always(on(b) -> eventually[0:10](p))")])
     monitors.signal(0.0, "p", False)
     assert monitors.next_deadline_s() is None
     monitors.message(1.0, "a", {})
     monitors.message(2.0, "b", {})
-    assert monitors.next_deadline_s() == 4.0  # what begins at the present instant shows when time moves on
+    assert monitors.next_deadline_s() == 4.0  # an attempt of the present instant counts after the next advance
     monitors.advance(2.5)
     assert monitors.next_deadline_s() == 12.0
     monitors.signal(3.0, "p", True)
@@ -177,7 +178,7 @@ def test_equal_formulas_share_one_program_and_runs_share_nothing() -> None:
     assert second.finish(9.0)[0].attempts == 0
 
 
-def test_the_vocabulary_refuses_what_a_formula_could_not_say() -> None:
+def test_the_vocabulary_refuses_names_and_types_that_a_formula_cannot_have() -> None:
     assert SMALL.kind("m.level") is float
     assert SMALL.kind("m.nothing") is None
     for signals, problem in [
@@ -211,3 +212,30 @@ def test_a_value_missing_for_the_margin_alone_is_no_error() -> None:
     monitors.signal(0.0, "p", True)
     verdict = monitors.finish(1.0)[0]
     assert (verdict.verdict, verdict.margin) == ("Passed", None)
+
+
+# --- signals that a requirement shows in addition to those that it reads
+
+
+def test_a_violation_has_the_largest_value_of_a_shown_signal_while_it_lasts() -> None:
+    watched = replace(requirement("always(p -> x >= 1)"), shows=("y",))
+    updates: list[Update] = [(0.0, "p", True), (0.0, "x", 2.0), (0.0, "y", 9.0)]
+    updates += [(1.0, "y", 0.0), (2.0, "x", 0.0), (2.5, "y", -3.0), (3.0, "y", 2.0), (4.0, "x", 1.0), (4.0, "y", 8.0)]
+    updates += [(5.0, "x", 0.0), (6.0, "p", False)]
+    violations = judge(watched, updates, 7.0).violations
+    assert [dict(violation.values) for violation in violations] == [
+        {"p": True, "x": 0.0, "y": -3.0},
+        {"p": True, "x": 0.0, "y": 8.0},
+    ]
+
+
+def test_a_shown_signal_may_have_no_value() -> None:
+    watched = replace(requirement("always(p -> x >= 1)"), shows=("y",))
+    verdict = judge(watched, [(0.0, "p", True), (0.0, "x", 0.0)], 1.0)
+    assert dict(verdict.violations[0].values) == {"p": True, "x": 0.0}
+
+
+def test_a_missed_deadline_has_the_value_of_a_shown_signal_at_that_time() -> None:
+    watched = replace(requirement("always(rise(p) -> eventually[0:1](q))"), shows=("y",))
+    updates: list[Update] = [(0.0, "p", False), (0.0, "q", False), (0.0, "y", 5.0), (1.0, "p", True), (1.5, "y", 2.0)]
+    assert judge(watched, updates, 4.0).violations[0].values["y"] == 2.0

@@ -1,4 +1,4 @@
-"""Why a requirement was not checked: when its antecedent came nearest, what was missing, by how much."""
+"""The nearest miss of a requirement that was not triggered: its time, what was false, and by how much."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pytest_hricdv.monitor.log import Log
 from pytest_hricdv.monitor.near_miss import explained, nearest_miss
 from pytest_hricdv.monitor.verdict import NearestMiss
 from tests.monitor.logs import Logged, log_of, run
-from tests.monitor.reference import TICK_S, Offline, Trace
+from tests.monitor.reference import TICK_S, ReferenceEvaluator, Trace
 from tests.monitor.strategies import formulas, small_traces, table_traces
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5, requirement
 
@@ -43,7 +43,7 @@ def test_of_several_times_the_least_distance_counts_then_the_first() -> None:
     assert missed("always(x < 1 & p -> p)", x=x, p=p) == NearestMiss(4.0, ("x < 1",), 0.25)
 
 
-def test_a_comparison_at_its_bound_was_missed_by_nothing() -> None:
+def test_a_comparison_at_its_bound_has_distance_zero() -> None:
     assert missed("always(x < 1 -> p)", x=([0.0], [1.0])) == NearestMiss(0.0, ("x < 1",), 0.0)
 
 
@@ -61,12 +61,12 @@ def test_several_that_failed_together_have_no_distance() -> None:
     assert miss == NearestMiss(0.0, ("p", "x < 1"), None)
 
 
-def test_without_any_message_the_antecedent_was_missing_as_a_whole() -> None:
+def test_without_any_message_all_conjuncts_are_missing() -> None:
     miss = nearest_miss(R1.formula.antecedent, Log({"leg_held": ([0.5], [1.0])}, [], 9.0))
     assert miss == NearestMiss(0.5, ("on(reading)", "reading.gaze", "reading.pressure", "reading.location"), None)
 
 
-def test_a_miss_may_come_when_a_window_closes() -> None:
+def test_a_nearest_miss_may_be_at_the_end_of_a_window() -> None:
     p: Series = ([0.0, 2.0, 3.0], [0.0, 1.0, 0.0])
     q: Series = ([0.0, 1.0], [1.0, 0.0])
     assert missed("always(once[0:0.5](q) & once[5:9](p) -> p)", p=p, q=q).time_s == 0.0
@@ -78,7 +78,7 @@ def test_a_conjunct_that_is_guarded_by_another_is_no_error() -> None:
     assert miss.missing == ("y != 0", "x / y > 1")
 
 
-def test_only_what_was_never_triggered_is_explained() -> None:
+def test_only_requirements_that_were_never_triggered_are_explained() -> None:
     log = Log({"hand_closing": ([0.0], [0.0]), "hand_distance": ([0.0], [1.0])}, [reading(1.0, True, True, True)], 2.0)
     monitors = MonitorSet([R1, R3])
     for name, value in [("hand_closing", False), ("hand_distance", 1.0)]:
@@ -99,7 +99,7 @@ SEARCHES = settings(max_examples=120, deadline=None, suppress_health_check=[Heal
 def agrees(formula: Formula, trace: Trace) -> None:
     assume(run(formula, trace).vacuous)
     miss = nearest_miss(formula.antecedent, log_of(trace))
-    tick, missing, distance = Offline(trace).nearest_miss(formula.antecedent)
+    tick, missing, distance = ReferenceEvaluator(trace).nearest_miss(formula.antecedent)
     assert (miss.time_s, list(miss.missing)) == (tick * TICK_S, missing)
     assert miss.distance == pytest.approx(distance, abs=1e-12)
     assert miss.missing
@@ -108,14 +108,14 @@ def agrees(formula: Formula, trace: Trace) -> None:
 
 @given(formula=formulas, trace=small_traces)
 @SEARCHES
-def test_a_random_formula_is_missed_as_the_offline_evaluator_says(formula: Formula, trace: Trace) -> None:
+def test_a_random_formula_has_the_nearest_miss_of_the_reference(formula: Formula, trace: Trace) -> None:
     agrees(formula, trace)
 
 
 @pytest.mark.slow
 @given(formula=formulas, trace=small_traces)
 @settings(SEARCHES, max_examples=3000)
-def test_a_random_formula_is_missed_as_the_offline_evaluator_says_on_thousands_of_runs(
+def test_a_random_formula_has_the_nearest_miss_of_the_reference_on_thousands_of_runs(
     formula: Formula, trace: Trace
 ) -> None:
     agrees(formula, trace)
@@ -124,5 +124,5 @@ def test_a_random_formula_is_missed_as_the_offline_evaluator_says_on_thousands_o
 @pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
 @given(trace=table_traces)
 @settings(SEARCHES, max_examples=15, suppress_health_check=list(HealthCheck))
-def test_the_case_study_is_missed_as_the_offline_evaluator_says(watched: Requirement, trace: Trace) -> None:
+def test_the_case_study_has_the_nearest_miss_of_the_reference(watched: Requirement, trace: Trace) -> None:
     agrees(watched.formula, trace)

@@ -1,4 +1,4 @@
-"""Logged runs judged with numpy: the same verdicts, and the same errors, as of the monitors that run along."""
+"""Offline evaluation of logged runs: the same verdicts and errors as from the monitors."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_a_random_formula_is_judged_as_by_the_monitors(formula: Formula, trace: 
 
 @given(formula=formulas, trace=small_traces)
 @RUNS
-def test_what_else_a_violation_shows_is_found_as_by_the_monitors(formula: Formula, trace: Trace) -> None:
+def test_shown_signals_have_the_same_values_as_by_the_monitors(formula: Formula, trace: Trace) -> None:
     agrees(formula, trace, shows=("x", "y"))
 
 
@@ -125,12 +125,12 @@ def test_what_the_monitors_refuse_is_refused(
     [
         (([0.0, 0.5], [1.0, 0.5]), r"p at 0\.5 s is 0\.5: not a bool"),
         (([0.5, 0.0], [1.0, 0.0]), r"back in time: p at 0\.0 s after 0\.5 s"),
-        (([math.nan], [1.0]), "p: a time has to be a finite number of seconds|the run: a time"),
+        (([math.nan], [1.0]), "the run: a time has to be a finite number of seconds"),
         (([0.0], [1.0, 0.0]), "p: expected 1 numbers, one for each time"),
         (([0.0], ["yes"]), "p: expected 1 numbers"),
     ],
 )
-def test_a_log_that_is_none_is_refused(series: Series, says: str) -> None:
+def test_an_invalid_log_is_refused(series: Series, says: str) -> None:
     with pytest.raises(MonitorError, match=says):
         evaluate([requirement("always(p -> p)")], Log({"p": series}, [], 2.0))
 
@@ -148,7 +148,7 @@ def test_a_log_that_is_none_is_refused(series: Series, says: str) -> None:
         ("always(on(a) & previously(p) -> p)", {"p": ([0.5], [1.0])}, [Logged(0.5, "a", {}), Logged(1.5, "a", {})]),
     ],
 )  # fmt: skip
-def test_what_is_not_known_from_the_start_is_judged_alike(
+def test_values_unknown_at_the_start_are_judged_as_by_the_monitors(
     text: str, signals: dict[str, Series], messages: list[Logged]
 ) -> None:
     log = Log(signals, messages, 3.0)
@@ -156,6 +156,12 @@ def test_what_is_not_known_from_the_start_is_judged_alike(
     assert evaluate(watched, log) == explained([online(text, log)], watched, log)
 
 
-def test_numpy_is_imported_only_to_judge_logs() -> None:
+def test_numpy_is_imported_only_for_offline_evaluation() -> None:
     script = "import sys, pytest_hricdv.monitor; sys.exit('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
+
+
+def test_without_numpy_the_error_names_the_extra() -> None:
+    script = "import sys; sys.modules['numpy'] = None; import pytest_hricdv.monitor.offline"
+    result = subprocess.run([sys.executable, "-c", script], check=False, capture_output=True, text=True)
+    assert "needs numpy: pip install pytest-hricdv[offline]" in result.stderr

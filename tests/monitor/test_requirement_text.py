@@ -1,4 +1,4 @@
-"""Requirement files and formulas that are wrong: where, what was expected, what came, what to do."""
+"""Errors in requirement files and formulas: the place, what was expected, what was found, what to do."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ def counts(verdict: Verdict) -> tuple[str, int, int, int, int]:
         ("!q since q", [3.0]),  # from the first q on, one takes over from the other
     ],
 )
-def test_an_operator_is_true_exactly_when_it_should_be(formula: str, triggers: list[float]) -> None:
+def test_an_operator_is_true_exactly_at_its_times(formula: str, triggers: list[float]) -> None:
     updates = in_time([NO_P], during("q", (3.0, 5.0), (6.0, 8.0)), at("a", 1.0, 2.0), at("b", 3.0, 4.0, 9.0))
     verdict = judge(f"always({formula} -> p)", updates, 10.0)
     assert [violation.trigger_s for violation in verdict.violations] == triggers
@@ -93,13 +93,13 @@ def test_an_operator_is_true_exactly_when_it_should_be(formula: str, triggers: l
         ("x > 0 [hysteresis 1]", [2.0]),
     ],
 )
-def test_a_comparison_is_true_exactly_when_it_should_be(formula: str, triggers: list[float]) -> None:
+def test_a_comparison_is_true_exactly_at_its_times(formula: str, triggers: list[float]) -> None:
     updates: list[Update] = [NO_P, (0.0, "x", 0.0), (1.0, "x", 1.0), (2.0, "x", 2.0), (3.0, "x", 0.0)]
     verdict = judge(f"always({formula} -> p)", updates, 4.0)
     assert [violation.trigger_s for violation in verdict.violations] == triggers
 
 
-def test_the_first_value_of_a_signal_is_no_edge_and_a_first_message_is_one() -> None:
+def test_the_first_value_of_a_signal_is_not_an_edge_and_a_first_message_is() -> None:
     assert judge("always(rise(q) -> p)", [NO_P, (0.0, "q", True)], 1.0).attempts == 0
     assert judge("always(rise(once[0:1](on(a))) -> p)", [NO_P, *at("a", 0.0)], 1.0).attempts == 1
 
@@ -111,7 +111,7 @@ def test_an_antecedent_true_from_the_start_is_an_attempt() -> None:
 # --- state responses
 
 
-def test_each_violating_stretch_of_an_episode_is_a_violation_and_the_episode_one_failure() -> None:
+def test_an_episode_with_several_violations_is_one_failure() -> None:
     updates = in_time([(0.0, "x", 1.0)], during("p", (1.0, 5.0)), [(2.0, "x", 0.0), (3.0, "x", 1.0), (4.0, "x", -1.0)])
     verdict = judge("always(p -> x > 0.5)", updates, 6.0)
     assert counts(verdict) == ("Failed", 1, 0, 1, 0)
@@ -140,7 +140,7 @@ def test_hysteresis_merges_the_edges_of_a_noisy_violation() -> None:
     assert times(judge("always(p -> x >= 0.05)", updates, 12.0)) == [1.0, 3.0, 5.0, 8.0]
 
 
-def test_hysteresis_does_not_blame_an_episode_for_what_was_before_it() -> None:
+def test_hysteresis_is_reset_at_the_start_of_an_episode() -> None:
     updates = in_time([(0.0, "x", 0.0), (1.0, "x", 0.051)], during("p", (2.0, 3.0)))
     assert judge("always(p -> x >= 0.05 [hysteresis 0.005])", updates, 4.0).verdict == "Passed"
 
@@ -161,7 +161,7 @@ def test_an_episode_that_is_open_at_the_end_has_passed() -> None:
     assert counts(judge("always(p -> q)", [(0.0, "p", True), (0.0, "q", True)], 1.0)) == ("Passed", 1, 1, 0, 0)
 
 
-def test_the_end_of_the_run_is_judged_and_what_would_come_after_is_not() -> None:
+def test_the_last_instant_of_the_run_is_judged_and_the_time_after_it_is_not() -> None:
     assert (
         judge("always(p -> !previously(q))", in_time([(0.0, "p", True)], during("q", (1.0, 9.0)))[:-1], 1.0).failures
         == 0
@@ -195,7 +195,7 @@ def test_the_window_is_measured_without_rounding_noise() -> None:
     )
 
 
-def test_a_missed_deadline_is_a_violation_at_the_deadline_though_nothing_happens_then() -> None:
+def test_a_missed_deadline_is_a_violation_at_the_deadline_without_an_update() -> None:
     verdict = judge(RESPOND, at("a", 10.0), 99.0)
     [violation] = verdict.violations
     assert (violation.trigger_s, violation.time_s, violation.margin) == (10.0, 13.0, 0.0)
@@ -207,7 +207,7 @@ def test_a_deadline_at_the_very_end_is_decided_and_one_after_it_is_pending() -> 
     assert counts(judge(RESPOND, at("a", 10.0), 12.999)) == ("NC", 1, 0, 0, 1)
 
 
-def test_pending_beside_a_pass_is_passed_and_still_said() -> None:
+def test_a_pass_and_a_pending_attempt_are_passed() -> None:
     assert counts(judge(RESPOND, in_time(at("a", 1.0, 10.0), at("b", 2.0)), 11.0)) == ("Passed", 2, 1, 0, 1)
 
 
@@ -221,7 +221,7 @@ def test_a_state_that_holds_when_the_window_opens_discharges_then() -> None:
     assert (verdict.margin, verdict.margin_time_s) == (2.0, 11.0)
 
 
-def test_one_event_discharges_all_that_wait_for_it() -> None:
+def test_one_event_discharges_all_open_attempts() -> None:
     assert counts(judge(RESPOND, in_time(at("a", 1.0, 1.5, 2.0), at("b", 3.5)), 9.0)) == ("Passed", 3, 3, 0, 0)
 
 
@@ -291,13 +291,13 @@ def test_an_instant_is_judged_after_all_its_updates() -> None:
     assert judge("always(p -> x > 0.5)", updates, 2.0).verdict == "Passed"
 
 
-def test_a_message_that_nobody_waits_for_is_gone_at_the_next_instant() -> None:
+def test_a_message_exists_only_at_its_instant() -> None:
     updates = in_time(during("p", (3.0, 4.0)), at("b", 1.0), at("a", 2.0))
     assert judge(UNTIL, updates, 5.0).verdict == "Failed"
 
 
 def test_a_message_counts_at_the_instant_at_which_a_window_starts_an_attempt() -> None:
-    # Nobody is told of `a` before the attempt, and nothing but the passing of time starts it.
+    # `a` is not read before the attempt, which the end of a window starts, not an update.
     text = "always(fall(once[0:2](p)) -> on(a))"
     dip = during("p", (1.0, 2.0))
     assert judge(text, in_time(dip, at("a", 4.0), at("b", 5.0)), 9.0).verdict == "Passed"
