@@ -1,5 +1,4 @@
-"""A run is a function of its concrete test and the code: alone, after others, in another process, with or without
-freezing, on one worker or two."""
+"""A run is a function of its concrete test and the code: alone, after others, in another process, on two workers."""
 
 from __future__ import annotations
 
@@ -7,15 +6,12 @@ import json
 import subprocess
 import sys
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 from pytest_hricdv.cover.measure import Measurement, choose
 from pytest_hricdv.cover.source import map_code
 from pytest_hricdv.generate.concrete import ConcreteTest
-from sim.workshop import Workshop
 from tests.hri import bench
 from tests.hri.user import HOST, pytest_run
 
@@ -84,17 +80,6 @@ def test_a_run_is_the_same_alone_after_another_one_and_in_a_fresh_process() -> N
     assert (sha256, verdicts, tuple(legs), sim_s) == (alone.sha256, alone.verdicts, alone.legs, alone.sim_s)
     if alone.statements:  # unmeasured under a debugger
         assert (statements, branches) == (alone.statements, alone.branches)
-
-
-def test_the_messages_and_verdicts_are_the_same_without_freezing(monkeypatch: pytest.MonkeyPatch) -> None:
-    frozen = bench.run(BORED)
-    monkeypatch.setattr("sim.workshop.Workshop", partial(Workshop, freeze=False))
-    stepped = bench.run(BORED)
-    assert frozen.outcome.skipped_s > 10.0
-    assert stepped.outcome.skipped_s == 0.0
-    assert stepped.record.messages == frozen.record.messages
-    assert [v.verdict for v in stepped.verdicts] == [v.verdict for v in frozen.verdicts]
-    assert [v.attempts for v in stepped.verdicts] == [v.attempts for v in frozen.verdicts]
 
 
 def test_another_seed_gives_another_run_of_the_same_commands() -> None:
