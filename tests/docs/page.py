@@ -1,4 +1,4 @@
-"""Pages whose examples are run: files that a page tells its reader to write, and commands with what they print."""
+"""Pages with examples that tests run: files to write, and commands with their output."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +19,7 @@ _ENVIRONMENT = ("PYTEST_ADDOPTS", "PYTEST_XDIST_WORKER", "FORCE_COLOR", "GITHUB_
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block of a page: its language, the file it is to be written to if it says so, and its text."""
+    """A fenced block of a page: its language, its text, and the name of the file that it is, or an empty name."""
 
     kind: str
     name: str
@@ -31,8 +32,20 @@ def blocks(page: str) -> list[Block]:
     return [Block(found["kind"], found["name"] or "", found["text"]) for found in _BLOCK.finditer(text)]
 
 
+def write_files(found: Iterable[Block], folder: Path) -> list[str]:
+    """Write the blocks that are files; returns their names."""
+    names = []
+    for block in found:
+        if block.name:
+            path = folder / block.name
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(block.text, encoding="utf-8")
+            names.append(block.name)
+    return names
+
+
 def commands(console: str) -> list[tuple[str, list[str]]]:
-    """The commands of a console block, each with the lines that are shown below it."""
+    """The commands of a console block, each with the lines shown below it."""
     found: list[tuple[str, list[str]]] = []
     for line in console.splitlines():
         if line.startswith("$ "):
@@ -43,7 +56,7 @@ def commands(console: str) -> list[tuple[str, list[str]]]:
 
 
 def run(command: str, folder: Path) -> tuple[int, str]:
-    """Run a command of a page as its reader would; returns its exit status and all that it printed."""
+    """Run a command of a page as its reader would; returns its exit status and its output."""
     program, *arguments = shlex.split(command)
     module = {"python": [], "pytest": ["-m", "pytest"]}[program]
     environment = {name: value for name, value in os.environ.items() if name not in _ENVIRONMENT} | {"COLUMNS": "80"}
@@ -60,10 +73,10 @@ def run(command: str, folder: Path) -> tuple[int, str]:
 
 
 def differences(shown: list[str], status: int, printed: str) -> str:
-    """What is not as the page shows it; empty where all is.
+    """The first difference between the output and the page; empty if there is none.
 
-    In what a page shows, a line `...` stands for any lines, `...` within a line for any text, and a last line
-    `[exit 1]` for the exit status, which is 0 where nothing is said.
+    On a page, a line `...` stands for any lines, `...` within a line for any text, and a last line `[exit 1]` for the
+    exit status, which is 0 by default.
     """
     *lines, last = shown or [""]
     said = _EXIT.fullmatch(last)

@@ -1,10 +1,11 @@
-"""The pages name every option there is, no option that there is not, and no page that is not there."""
+"""The pages name every option, and only options, pages, commands and places in the code that exist."""
 
 from __future__ import annotations
 
 import re
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -58,6 +59,14 @@ def test_links_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)\s]+)\)", text):
         if "://" not in target:
             assert (page.parent / target.partition("#")[0]).exists(), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_commands_name_modules_that_exist(page: Path) -> None:
+    for module in re.findall(
+        r"python -m (benchmarks[\w.]*|studies[\w.]*|pytest_hricdv[\w.]*)", page.read_text(encoding="utf-8")
+    ):
+        assert find_spec(module.rstrip(".")) is not None, module
 
 
 def test_the_index_lists_every_page() -> None:

@@ -1,11 +1,11 @@
-"""Whoever follows the tutorial, and nothing but the tutorial, in an empty folder gets what it says."""
+"""A reader who follows the tutorial in an empty folder gets the output that it shows."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
 
-from tests.docs.page import blocks, commands, differences, run
+from tests.docs.page import blocks, commands, differences, run, write_files
 
 
 def test_the_tutorial_leads_to_a_report(tmp_path: Path) -> None:
@@ -16,10 +16,7 @@ def test_the_tutorial_leads_to_a_report(tmp_path: Path) -> None:
                 status, printed = run(command, tmp_path)
                 assert not (found := differences(shown, status, printed)), f"$ {command}\n{found}"
                 ran += 1
-        elif block.name:
-            file = tmp_path / block.name
-            file.parent.mkdir(exist_ok=True)
-            file.write_text(block.text, encoding="utf-8")
+        write_files([block], tmp_path)
     assert ran == 5
     report = json.loads((tmp_path / "hri-report" / "report.json").read_text(encoding="utf-8"))
     assert report["testbench"] == "coffee"
