@@ -121,8 +121,7 @@ class Collecting:
         """Say what is going on when it takes a while."""
         reporter = self.config.pluginmanager.get_plugin("terminalreporter")
         if reporter is not None and self.config.get_verbosity() >= 0:
-            if reporter._tw.width_of_current_line:  # the dots of tests: ensure_newline does not know those of workers
-                reporter.write("\n")
+            reporter.ensure_newline()
             reporter.write_line(text)
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:

@@ -125,13 +125,12 @@ class Exporting:
         self._problems += written.problems
 
     def _tell_junit(self, report: Entry) -> None:
-        from _pytest.junitxml import xml_key  # pytest's own way to properties of a suite, `record_testsuite_property`,
-        # is a fixture, and fixtures run in workers, where no XML is written
-
-        xml = self._config.stash.get(xml_key, None)
-        if xml is not None:
-            for name, value in junit.suite_properties(report):
-                xml.add_global_property(name, value)
+        # pytest's documented way, `record_testsuite_property`, is a fixture: with xdist, fixtures run in workers, where
+        # no XML is written.
+        for plugin in self._config.pluginmanager.get_plugins():
+            if hasattr(plugin, "add_global_property"):
+                for name, value in junit.suite_properties(report):
+                    plugin.add_global_property(name, value)
 
     def _in_repository(self, file: str) -> str:
         """A file's name as GitHub knows it: relative to the checked-out repository, with slashes."""

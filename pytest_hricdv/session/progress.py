@@ -1,30 +1,32 @@
-"""Progress on a terminal: the line below the dots. Registered in the controlling process; elsewhere than on a terminal
-it does nothing, so that files and pipes get no control characters."""
+"""Progress: counts tests and keeps the status line up to date. Registered in the controlling process."""
 
 from __future__ import annotations
 
-import os
+import shutil
 import threading
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import pytest
 
-from pytest_hricdv.report.live import Below, Standing, line, still
+from pytest_hricdv.session.status_line import Status, StatusLine
 
 if TYPE_CHECKING:
     from pytest_hricdv.case import HriCase
 
-_ENOUGH = 2  # tests that have to be over before time is guessed from them
-_EVERY_S = 1.0
+ENOUGH = 2
+"""So many tests must have ended before the time left is estimated."""
+
+PERIOD_S = 1.0
+"""The line is redrawn so often while no test begins or ends: the time left goes down."""
 
 
 class Progress:
-    """Counts what is over and what is running, and says so after each event and every second; `-q`, `-s` and `--pdb`
-    switch it off.
+    """Draws the status line while tests run, on a terminal; off with `-q`, `-s`, `--pdb`, `--trace` and classic output.
 
-    pytest writes to the terminal within the hooks below, which hold the lock: the line never gets in between.
+    pytest writes to the terminal within the hooks below: the line is erased before and drawn after, under a lock.
 
     Args:
         chosen: node id -> test, of the session; filled while tests are collected.
@@ -33,135 +35,125 @@ class Progress:
     def __init__(self, config: pytest.Config, chosen: Mapping[str, HriCase]) -> None:
         self._config = config
         self._chosen = chosen
-        self._reporter: pytest.TerminalReporter | None = None
-        self._below: Below | None = None
-        self._running: dict[str, None] = {}  # in the order in which they began
-        self._over: set[str] = set()
-        self._failed: set[str] = set()
+        self._line = StatusLine.open() if _is_wanted(config) else None
         self._lock = threading.RLock()
-        self._began_s = self._guessed_s = 0.0
-        self._left_s: float | None = None  # as guessed when the last test was over
-        self._done_work = self._whole_work = self._counted = 0  # actions; counted once, as tests may be many
+        self._running: dict[str, None] = {}  # a set in the order in which tests began
+        self._ended: set[str] = set()
+        self._failed: set[str] = set()
+        self._actions: dict[str, int] = {}  # of each test, and one more: a test takes as long as its person acts
+        self._actions_done = self._actions_left = 0
+        self._began_s = self._last_end_s = 0.0  # of the first test: workers take a while to start
 
     @pytest.hookimpl(wrapper=True, trylast=True)
     def pytest_runtestloop(self) -> Iterator[None]:
-        """Puts the line below the dots for as long as tests run."""
-        self._reporter = self._config.pluginmanager.get_plugin("terminalreporter")
-        if self._reporter is None or not self._wanted(self._reporter):
-            return (yield)
-        writer = self._reporter._tw
-        before = writer._file
-        # While a test runs, what is written to the terminal's own file is captured: the line has another way there.
-        aside = os.fdopen(os.dup(before.fileno()), "w", encoding=before.encoding, errors="replace")
-        self._below = below = Below(before, aside, lambda: min(writer.width_of_current_line, writer.fullwidth - 1))
-        writer._file = below
+        """Redraws the line every second while tests run."""
         over = threading.Event()
-        ticks = threading.Thread(target=self._tick, args=(over,), name="hricdv-progress", daemon=True)
-        ticks.start()
+        clock = threading.Thread(target=self._redraw, args=(over,), name="hricdv-progress", daemon=True)
+        clock.start()
         try:
             return (yield)
         finally:
             over.set()
-            ticks.join()
-            below.clear()
-            aside.close()
-            writer._file, self._below = before, None
+            clock.join()
+            self._close()
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_logstart(self, nodeid: str) -> Iterator[None]:
-        """With and without xdist: a test began."""
-        with self._lock:
-            self._began_s = self._began_s or time.monotonic()  # workers take a while to start: that is no test's time
+        """A test began, here or in a worker."""
+        with self._writing():
+            if not self._actions:
+                self._began_s = time.monotonic()
+                self._actions = {each: 1 + len(case.abstract.lines) for each, case in self._chosen.items()}
+                self._actions_left = sum(self._actions.values())
             self._running[nodeid] = None
-            yield
-            self._flushed()
+            return (yield)
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> Iterator[None]:
-        """A part of a test is over; of one whose worker crashed, this is the last that is heard."""
-        with self._lock:
+        """A phase of a test ended; of a test whose worker crashed there is no other hook."""
+        with self._writing():
             if report.failed:
                 self._failed.add(report.nodeid)
             if report.when not in ("setup", "call"):
                 self._end(report.nodeid)
-            yield
-            self._flushed()
+            return (yield)
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_logfinish(self, nodeid: str) -> Iterator[None]:
-        """A test is over."""
-        with self._lock:
+        """A test ended."""
+        with self._writing():
             self._end(nodeid)
-            yield
-            self._flushed()
+            return (yield)
+
+    @pytest.hookimpl(optionalhook=True, tryfirst=True)
+    def pytest_testnodedown(self) -> None:
+        """xdist writes about a worker that crashed."""
+        with self._lock:
+            self._erase()
 
     def pytest_enter_pdb(self) -> None:
-        """A debugger wants the terminal for itself."""
+        """The terminal belongs to the debugger from now on."""
+        self._close()
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """While pytest may write to the terminal."""
         with self._lock:
-            if self._below is not None:
-                self._below.clear()
-                self._below = None
+            self._erase()
+            yield
+            if self._line is not None:
+                self._config.pluginmanager.getplugin("terminalreporter").flush()
+                self._draw()
 
-    def _tick(self, over: threading.Event) -> None:
-        """Time goes on during a long test, too."""
-        while not over.wait(_EVERY_S):
+    def _redraw(self, over: threading.Event) -> None:
+        while not over.wait(PERIOD_S):
             with self._lock:
-                self._show()
+                self._draw()
 
-    def _wanted(self, reporter: pytest.TerminalReporter) -> bool:
-        option = self._config.option
-        return (
-            bool(getattr(reporter, "isatty", False))
-            and os.name == "posix"
-            and os.environ.get("TERM", "dumb") != "dumb"
-            and self._config.get_verbosity() >= 0
-            and bool(getattr(reporter, "_show_progress_info", False))  # off with -s, and where the user wants none
-            and not (option.collectonly or getattr(option, "usepdb", False) or getattr(option, "trace", False))
-        )
+    def _draw(self) -> None:
+        if self._line is not None and self._actions:
+            self._line.draw(self._status().text(shutil.get_terminal_size().columns - 1))
+
+    def _erase(self) -> None:
+        if self._line is not None:
+            self._line.erase()
+
+    def _close(self) -> None:
+        with self._lock:
+            if self._line is not None:
+                self._line.erase()
+                self._line.close()
+                self._line = None
 
     def _end(self, nodeid: str) -> None:
         self._running.pop(nodeid, None)
-        if nodeid in self._chosen and nodeid not in self._over:
-            self._over.add(nodeid)
-            self._done_work += self._work(nodeid)
-            self._guess()
+        if nodeid in self._chosen and nodeid not in self._ended:
+            self._ended.add(nodeid)
+            self._actions_done += self._actions[nodeid]
+            self._actions_left -= self._actions[nodeid]
+            self._last_end_s = time.monotonic()
 
-    def _flushed(self) -> None:
-        if self._below is not None:
-            self._below.flush()
-        self._show()
-
-    def _show(self) -> None:
-        if self._below is None or self._reporter is None or not self._chosen:
-            return
-        writer = self._reporter._tw
-        self._below.show(writer.markup(line(self._standing(), writer.fullwidth - 1), light=True))
-
-    def _standing(self) -> Standing:
+    def _status(self) -> Status:
         running = tuple(self._chosen[nodeid].abstract.id for nodeid in self._running if nodeid in self._chosen)
-        failed = len(self._failed & self._over)
-        left_s = None if self._left_s is None else still(self._left_s, self._waiting_s(), self._passed_s())
-        return Standing(len(self._over), len(self._chosen), failed, left_s, running)
+        failed = len(self._failed & self._ended)
+        return Status(len(self._ended), len(self._chosen), failed, self._left_s(), running)
 
-    def _guess(self) -> None:
-        """From how long the actions took that are over: a test takes as long as its human has things to do."""
-        if len(self._over) < _ENOUGH:
-            return
-        if self._counted != len(self._chosen):
-            self._counted, self._whole_work = len(self._chosen), sum(map(self._work, self._chosen))
-        self._guessed_s = time.monotonic()
-        self._left_s = self._pace_s() * (self._whole_work - self._done_work)
+    def _left_s(self) -> float | None:
+        """Estimated from the mean duration of an action; at least the time of the tests that have not begun."""
+        if len(self._ended) < ENOUGH:
+            return None
+        action_s = (self._last_end_s - self._began_s) / self._actions_done
+        waiting = self._actions_left - sum(self._actions.get(nodeid, 0) for nodeid in self._running)
+        return max(action_s * self._actions_left - (time.monotonic() - self._last_end_s), action_s * waiting)
 
-    def _pace_s(self) -> float:
-        return (self._guessed_s - self._began_s) / self._done_work
 
-    def _passed_s(self) -> float:
-        return time.monotonic() - self._guessed_s
-
-    def _waiting_s(self) -> float:
-        """How long those will take that have not begun."""
-        begun = sum(self._work(nodeid) for nodeid in self._running if nodeid in self._chosen)
-        return self._pace_s() * (self._whole_work - self._done_work - begun)
-
-    def _work(self, nodeid: str) -> int:
-        return 1 + len(self._chosen[nodeid].abstract.lines)
+def _is_wanted(config: pytest.Config) -> bool:
+    """Whether the options of pytest leave room for a status line."""
+    style, option = config.getini("console_output_style"), config.option
+    others = ("collectonly", "usepdb", "trace", "setupshow")
+    return (
+        config.get_verbosity() >= 0
+        and style != "classic"
+        and (option.capture != "no" or style == "progress-even-when-capture-no")
+        and not any(getattr(option, name, False) for name in others)
+    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import re
+import shutil
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -217,6 +218,7 @@ class Reporting:
         options = self.options
         if self.interrupted or not (options.shrink or options.search):
             return {}
+        self.collecting.say("")  # ends the line of dots
         after = Afterwards(self._rerunning, options, self.chosen, self.collecting.say)
         if options.shrink:
             after.shrink(entries)
@@ -253,7 +255,7 @@ class Reporting:
             return
         terminalreporter.write_sep("=", "human-robot interaction")
         if self.report is not None:
-            for line in terminal.summary(self.report, self.options.report, terminalreporter._tw.fullwidth):
+            for line in terminal.summary(self.report, self.options.report, shutil.get_terminal_size().columns):
                 terminalreporter.write_line(line.text, **MARKUP[line.style])
             for line in found.lines(self.report):
                 terminalreporter.write_line(line.text, **MARKUP[line.style])

@@ -44,7 +44,7 @@ def on_a_terminal(
         assert process.wait() == 0
     os.close(ours)
     screen, lowest = Screen(), [""]
-    for piece in re.split(r"(?<=\x1b\[A)", written.decode()):
+    for piece in re.split(r"(?<=\x1b8)", written.decode()):
         screen.feed(piece)
         if screen.lines[-1] != lowest[-1]:
             lowest.append(screen.lines[-1])
@@ -73,7 +73,7 @@ from types import SimpleNamespace
 from pytest_hricdv.session import progress
 
 progress.time = SimpleNamespace(monotonic=lambda: 3000 * time.monotonic())  # to the line, a second is an hour
-progress._EVERY_S = 0.02
+progress.PERIOD_S = 0.02
 """
 LONG = """import time
 from pathlib import Path

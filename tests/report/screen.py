@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 
-_TOKEN = re.compile(r"\x1b\[(?P<number>[\d;]*)(?P<command>[A-Za-z])|\x1b\][^\x07\x1b]*(?:\x07|\x1b\\)|(?P<text>[\s\S])")
+_TOKEN = re.compile(
+    r"\x1b\[(?P<number>[\d;]*)(?P<command>[A-Za-z])|\x1b(?P<cursor>[DEM78])|\x1b\][^\x07\x1b]*(?:\x07|\x1b\\)"
+    r"|(?P<text>[\s\S])"
+)
 
 
 class Screen:
@@ -17,6 +20,7 @@ class Screen:
         self._rows, self._columns = rows, columns
         self._lines = [""]
         self._row = self._column = 0
+        self._saved = (0, 0)
 
     @property
     def lines(self) -> list[str]:
@@ -28,6 +32,8 @@ class Screen:
         for token in _TOKEN.finditer(text):
             if token["text"] is not None:
                 self._put(token["text"])
+            elif token["cursor"] is not None:
+                self._move(token["cursor"])
             elif token["command"] is not None:
                 self._control(token["command"], int(token["number"].partition(";")[0] or 0))
 
@@ -52,14 +58,20 @@ class Screen:
         if self._row == len(self._lines):
             self._lines.append("")
 
+    def _move(self, command: str) -> None:
+        if command in "DE":  # index, next line
+            self._column = 0 if command == "E" else self._column
+            self._down()
+        elif command == "M":  # reverse index
+            self._row = max(self._row - 1, len(self._lines) - self._rows, 0)
+        elif command == "7":
+            self._saved = (self._row, self._column)
+        else:
+            self._row, self._column = self._saved
+
     def _control(self, command: str, number: int) -> None:
         line = self._lines[self._row]
-        if command == "A":
-            top = max(len(self._lines) - self._rows, 0)
-            self._row = max(self._row - max(number, 1), top)
-        elif command == "G":
-            self._column = max(number, 1) - 1
-        elif command == "K":
+        if command == "K":
             self._lines[self._row] = "" if number == 2 else line[: self._column]
         elif command == "J" and number == 0:
             self._lines[self._row :] = [line[: self._column]]
