@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
-from pytest_hricdv.bdi.language.syntax import ExternalAction, Program, parts_of
+from pytest_hricdv.bdi.language.syntax import ExternalAction, Program
+from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Call, PlanTerm, Structure
 
 # fmt: off

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure
-from pytest_hricdv.bdi.language.syntax import children
+from pytest_hricdv.bdi.language.syntax_tree import children
 
 from .abstract import Plans, command_from_action
 from .beliefs import BeliefSpace

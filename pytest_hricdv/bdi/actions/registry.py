@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, EvaluationError
 from pytest_hricdv.bdi.language.formulas import Formula
-from pytest_hricdv.bdi.language.syntax import Program, parts_of
+from pytest_hricdv.bdi.language.syntax import Program
+from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Call, ListTerm, Number, String, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail, undo, unify

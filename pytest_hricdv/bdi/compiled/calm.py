@@ -20,8 +20,8 @@ from pytest_hricdv.bdi.language.syntax import (
     Statement,
     TestGoal,
     While,
-    parts_of,
 )
+from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Call, Number, Structure
 
 from ..company import Company

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
-from pytest_hricdv.bdi.language.syntax import variables_of
+from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import Arithmetic, Number, Structure, Term, Variable, is_name
 from pytest_hricdv.bdi.language.terms import source as source_of
 

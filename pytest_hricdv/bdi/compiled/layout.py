@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.bdi.language.syntax import Body, For, If, Plan, Statement, While, parts_of
+from pytest_hricdv.bdi.language.syntax import Body, For, If, Plan, Statement, While
+from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Variable
 
 Numbered = tuple[int, Statement]

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from lark import Token
 
 MAX_DEPTH = 120
-"""Brackets, or operators in one expression, that may nest: far beyond any model, well within Python's stack."""
+"""Maximum depth of nested brackets and operators: more than any model has, and safe for Python's stack."""
 
 _OPENING = frozenset({"LPAR", "LSQB", "LBRACE"})
 _CLOSING = frozenset({"RPAR", "RSQB", "RBRACE"})
@@ -44,7 +44,7 @@ class DepthLimit:
 
 
 class TooDeepError(Exception):
-    """Raised at the token that nests too deeply."""
+    """The nesting depth is exceeded at this token."""
 
     def __init__(self, token: Token) -> None:
         super().__init__(token)

@@ -1,4 +1,4 @@
-"""Formulas: what a context, a rule or a test asks."""
+"""Formulas: the conditions of contexts, rules and test goals."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Or:
 
 @dataclass(frozen=True, slots=True)
 class Not:
-    """Negation as failure: the part cannot be shown."""
+    """Negation as failure: the part has no solution."""
 
     part: Formula
 
@@ -53,4 +53,4 @@ Formula = Structure | Variable | AnnotatedVariable | Call | And | Or | Not | Com
 FORMULAS = (Structure, Variable, AnnotatedVariable, Call, And, Or, Not, Comparison)
 GOAL_TERMS = (Structure, Variable, AnnotatedVariable)
 GoalTerm = Structure | Variable | AnnotatedVariable
-"""What may be achieved, tested or believed: a literal, or a variable that will hold one."""
+"""What can be achieved, tested or believed: a literal, or a variable that stands for one."""

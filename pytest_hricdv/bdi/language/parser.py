@@ -34,7 +34,7 @@ def parse_program(text: str, file: str = "<text>") -> Program:
         file: its name for error messages.
 
     Raises:
-        BdiSyntaxError: with the place of the first thing that cannot be read.
+        BdiSyntaxError: with the place of the first token that cannot be parsed.
     """
     items = _parse(text, file, "start")
     beliefs: list[Structure | Rule] = []
@@ -66,7 +66,7 @@ def read_program(path: Path, named_at: Location | None = None, naming_text: str 
         naming_text: the text of that project or program.
 
     Raises:
-        BdiError: the file cannot be read, or holds a syntax error.
+        BdiError: the file cannot be read, or has a syntax error.
     """
     try:
         return parse_program(read_text(path), str(path))
@@ -84,7 +84,7 @@ def read_text(path: Path) -> str:
 
     Raises:
         FileNotFoundError: there is no such file.
-        BdiError: it is a folder, unreadable, or not UTF-8; the message says which byte of which line.
+        BdiError: it is a folder, unreadable, too long, or not UTF-8; the message has the line and the byte.
     """
     try:
         size = path.stat().st_size

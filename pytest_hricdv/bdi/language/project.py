@@ -73,7 +73,7 @@ def _read(entry: AgentEntry, text: str, what: str, sign: str) -> Program:
 
 
 def _parts(text: str) -> list[str]:
-    """The parts between commas that are in no brackets and no string."""
+    """The parts between the commas that are outside brackets and strings."""
     parts, depth, quoted = [""], 0, False
     for character in text:
         quoted ^= character == '"'

@@ -1,31 +1,27 @@
-"""The syntax tree of an AgentSpeak program: statements, plans, rules."""
+"""The nodes of the syntax tree of a program: statements, plans, rules."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, GoalTerm, Not, Or
+from pytest_hricdv.bdi.language.formulas import Formula, GoalTerm
 from pytest_hricdv.bdi.language.terms import (
     SOURCE_SELF,
-    AnnotatedVariable,
-    Arithmetic,
     Call,
     Key,
-    ListTerm,
-    PlanTerm,
     Structure,
     Term,
     Variable,
 )
 
 NO_LOCATION = Location("<text>", 1, 1)
-"""The place of what was not read from a file."""
+"""The location of text that is not from a file."""
 
 
 def ground_event_literal(literal: GoalTerm) -> Structure | None:
-    """The literal of the event that a statement posts, with a source; None if it has variables."""
+    """The literal of the event that a statement creates, with a source; None if it has variables."""
     if not isinstance(literal, Structure) or not literal.ground:
         return None
     return literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))
@@ -33,7 +29,7 @@ def ground_event_literal(literal: GoalTerm) -> Structure | None:
 
 @dataclass(frozen=True, slots=True)
 class Executable:
-    """A statement keeps the function that executes it, which is made when it is executed for the first time."""
+    """A statement, with a cache for the function that executes it."""
 
     step: Callable[..., bool | None] | None = field(default=None, init=False, compare=False, repr=False)
 
@@ -142,7 +138,7 @@ class While(Executable):
 
 @dataclass(frozen=True, slots=True)
 class For(Executable):
-    """``for (condition) { body }``: once for every solution found at its start."""
+    """``for (condition) { body }``: once for each solution that exists at its start."""
 
     condition: Formula
     body: Body
@@ -172,11 +168,11 @@ def block_text(body: Body) -> str:
 
 
 EventKey = tuple[str, Key]
-"""What plans are indexed by: the sign of the event, and the key of its literal."""
+"""The index of plans: the sign of the event, and the key of its literal."""
 
 
 SIGNS = ("+", "-", "+!", "-!", "+?", "-?")
-"""Of beliefs, of goals, of test goals."""
+"""The signs of events: of beliefs, achievement goals and test goals."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +184,7 @@ class Trigger:
 
     @property
     def key(self) -> EventKey | None:
-        """Index of the plans that may handle it; None when the literal is a variable: any event of that sign."""
+        """The key of the events it matches; None if the literal is a variable, which matches any event of that sign."""
         return (self.sign, self.literal.key) if isinstance(self.literal, Structure) else None
 
     def __str__(self) -> str:
@@ -199,7 +195,7 @@ class Trigger:
 class Plan:
     """``@label trigger : context <- body``.
 
-    ``label`` is the author's, or an automatic one starting with ``_``, which no author can write.
+    ``label`` is that of the source, or an automatic one that starts with ``_``, which no source can contain.
     """
 
     label: str
@@ -232,7 +228,7 @@ class Plan:
 
     @property
     def has_label(self) -> bool:
-        """Whether its author gave it a label."""
+        """Whether the source gives it a label."""
         return not self.label.startswith("_")
 
     def __str__(self) -> str:
@@ -273,7 +269,7 @@ class Include:
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """One agent's source: what it believes and wants at first, and how it acts."""
+    """The source of one agent: its initial beliefs and rules, its initial goals, and its plans."""
 
     file: str
     beliefs: tuple[Structure | Rule, ...]
@@ -282,55 +278,3 @@ class Program:
 
 
 TRUE = Structure("true")
-
-
-def variables_of(node: object) -> set[Variable]:
-    """The variables in a term or formula."""
-    return {part for part in parts_of(node) if isinstance(part, Variable)}
-
-
-def parts_of(node: object) -> Iterator[object]:
-    """A term, formula, statement or plan, or a tuple of them, and all its parts, in the order of the text."""
-    pending = [node]
-    while pending:
-        part = pending.pop()
-        yield part
-        pending.extend(reversed(children(part)))
-
-
-def children(node: object) -> tuple[object, ...]:
-    """The parts of a term, formula or statement, one level down."""
-    if isinstance(node, tuple):
-        return node
-    return tuple(value for name in child_fields(node) if (value := getattr(node, name)) is not None)
-
-
-def child_fields(node: object) -> tuple[str, ...]:
-    """The attributes that hold the parts of a term, formula or statement."""
-    return _CHILDREN.get(type(node), ())
-
-
-_CHILDREN: dict[type, tuple[str, ...]] = {
-    Structure: ("args", "annots", "annots_tail"),
-    AnnotatedVariable: ("variable", "annots", "annots_tail"),
-    Call: ("args",),
-    ListTerm: ("items", "tail"),
-    Arithmetic: ("operands",),
-    PlanTerm: ("plan",),
-    And: ("parts",),
-    Or: ("parts",),
-    Not: ("part",),
-    Comparison: ("left", "right"),
-    AchievementGoal: ("literal",),
-    TestGoal: ("formula",),
-    BeliefUpdate: ("literal",),
-    ExternalAction: ("action",),
-    InternalActionCall: ("call",),
-    ConditionStatement: ("formula",),
-    If: ("condition", "then", "otherwise"),
-    While: ("condition", "body"),
-    For: ("condition", "body"),
-    Trigger: ("literal",),
-    Plan: ("trigger", "context", "body"),
-    Rule: ("head", "body"),
-}

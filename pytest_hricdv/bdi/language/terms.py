@@ -16,7 +16,7 @@ from pytest_hricdv.bdi.language.scalars import String as String
 from pytest_hricdv.bdi.language.scalars import Variable as Variable
 
 Key = tuple[bool, str, int]
-"""What beliefs and plans are indexed by: strongly negated?, functor, arity."""
+"""The predicate of a literal, the index of beliefs and plans: strongly negated?, functor, arity."""
 
 
 class Structure:
@@ -28,7 +28,7 @@ class Structure:
         annots: its annotations, kept in term order as Jason keeps them.
         negated: whether it is strongly negated (``~p``).
         annots_tail: the variable after ``|`` in the annotations, if any.
-        known_ground: that there are no variables in it is known, and need not be found out.
+        known_ground: whether it is known to have no variables, which saves the check.
     """
 
     __slots__ = (
@@ -213,14 +213,14 @@ Term = Number | String | Variable | Structure | ListTerm | Arithmetic | Call | A
 
 
 def is_ground(term: Term) -> bool:
-    """Whether a term is a plain value: neither variables nor anything left to evaluate in it."""
+    """Whether a term has neither variables nor expressions to evaluate."""
     if isinstance(term, (Structure, ListTerm)):
         return term.ground
     return isinstance(term, (Number, String))
 
 
 def is_evaluable(term: Term) -> bool:
-    """Whether a term holds expressions that get a value once their variables are bound."""
+    """Whether a term contains expressions that have a value when their variables are bound."""
     if isinstance(term, (Structure, ListTerm)):
         return term.evaluable
     return isinstance(term, (Arithmetic, Call))
@@ -260,7 +260,7 @@ def number_of(value: float) -> Number:
 
 
 def ground_structure(key: Key, args: tuple[Term, ...], annots: tuple[Term, ...]) -> Structure:
-    """A structure of ground arguments and ground annotations in order: nothing of it is looked at, as it is known."""
+    """A structure of ground arguments and ground, sorted annotations, without checking them."""
     return Structure(key[1], args, annots, key[0], None, True)
 
 

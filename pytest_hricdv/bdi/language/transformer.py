@@ -32,8 +32,8 @@ from pytest_hricdv.bdi.language.syntax import (
     TestGoal,
     Trigger,
     While,
-    variables_of,
 )
+from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Arithmetic,

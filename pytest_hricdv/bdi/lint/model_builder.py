@@ -18,8 +18,8 @@ from pytest_hricdv.bdi.language.syntax import (
     Statement,
     TestGoal,
     While,
-    children,
 )
+from pytest_hricdv.bdi.language.syntax_tree import children
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Arithmetic,

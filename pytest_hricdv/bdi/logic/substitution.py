@@ -6,8 +6,7 @@ from collections.abc import Callable
 
 from pytest_hricdv.bdi.language.arithmetic import evaluated
 from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.plan_terms import with_values
-from pytest_hricdv.bdi.language.syntax import variables_of
+from pytest_hricdv.bdi.language.syntax_tree import variables_of, with_values
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Arithmetic,

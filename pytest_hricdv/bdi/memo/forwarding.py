@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pytest_hricdv.bdi.language.syntax import For, InternalActionCall, Plan, Statement, parts_of
+from pytest_hricdv.bdi.language.syntax import For, InternalActionCall, Plan, Statement
+from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Key, Structure, Term, Variable
 
 from ..compiled.layout import variables_in

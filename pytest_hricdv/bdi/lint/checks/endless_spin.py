@@ -6,15 +6,8 @@ from collections.abc import Iterator
 
 from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.formulas import Formula
-from pytest_hricdv.bdi.language.syntax import (
-    AchievementGoal,
-    Body,
-    InternalActionCall,
-    Plan,
-    Statement,
-    While,
-    children,
-)
+from pytest_hricdv.bdi.language.syntax import AchievementGoal, Body, InternalActionCall, Plan, Statement, While
+from pytest_hricdv.bdi.language.syntax_tree import children
 from pytest_hricdv.bdi.language.terms import Call, Key, Structure
 from pytest_hricdv.bdi.lint.model import AgentModel, System
 from pytest_hricdv.bdi.logic.unify import unify

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
-from pytest_hricdv.bdi.language.syntax import Plan, variables_of
+from pytest_hricdv.bdi.language.syntax import Plan
+from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import Call, Structure, Term, Variable
 from pytest_hricdv.bdi.lint.model import System
 from pytest_hricdv.bdi.logic.substitution import Bindings, substitute_only

@@ -19,9 +19,8 @@ from pytest_hricdv.bdi.language.syntax import (
     Statement,
     TestGoal,
     While,
-    children,
-    variables_of,
 )
+from pytest_hricdv.bdi.language.syntax_tree import children, variables_of
 from pytest_hricdv.bdi.language.terms import Arithmetic, Call, Number, Variable
 from pytest_hricdv.bdi.lint.model import System
 from pytest_hricdv.bdi.lint.model_builder import FORMULA_ARGUMENTS

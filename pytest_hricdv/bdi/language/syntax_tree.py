@@ -1,0 +1,118 @@
+"""Traversal of syntax trees, and the values of plan terms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+from pytest_hricdv.bdi.language.formulas import And, Comparison, Not, Or
+from pytest_hricdv.bdi.language.syntax import (
+    AchievementGoal,
+    BeliefUpdate,
+    ConditionStatement,
+    ExternalAction,
+    For,
+    If,
+    InternalActionCall,
+    Plan,
+    Rule,
+    Statement,
+    TestGoal,
+    Trigger,
+    While,
+)
+from pytest_hricdv.bdi.language.terms import (
+    AnnotatedVariable,
+    Arithmetic,
+    Call,
+    ListTerm,
+    PlanTerm,
+    Structure,
+    Term,
+    Variable,
+)
+
+Valuation = Callable[[Term], Term]
+"""Gives the value of a term under some bindings."""
+_VALUED = (Variable, Structure, ListTerm, Arithmetic, AnnotatedVariable, PlanTerm)
+
+
+def with_values(term: PlanTerm, value: Valuation) -> PlanTerm:
+    """The plan term with its terms replaced by their values; in ``{ !g; B }``, B is replaced by its statements."""
+    return PlanTerm(_valued(term.plan, value)) if variables_of(term) else term
+
+
+def _valued(part: Any, value: Valuation) -> Any:
+    if isinstance(part, tuple):
+        return tuple(each for item in part for each in _replacements(item, value))
+    if isinstance(part, _VALUED):
+        return value(part)
+    if isinstance(part, Call):
+        # The action itself is executed with the body, not now.
+        return Call(part.name, _valued(part.args, value), part.location)
+    names = child_fields(part)
+    if not names:
+        return part
+    return replace(part, **{name: _valued(getattr(part, name), value) for name in names})
+
+
+def _replacements(part: Any, value: Valuation) -> tuple[Statement, ...]:
+    """The statements that replace an item: for a statement that is a variable, those of its body."""
+    if isinstance(part, ExternalAction) and isinstance(part.action, Variable):
+        body = value(part.action)
+        if isinstance(body, PlanTerm) and isinstance(body.plan, tuple):
+            return body.plan
+    return (_valued(part, value),)
+
+
+def variables_of(node: object) -> set[Variable]:
+    """The variables in a term or formula."""
+    return {part for part in parts_of(node) if isinstance(part, Variable)}
+
+
+def parts_of(node: object) -> Iterator[object]:
+    """A term, formula, statement or plan, or a tuple of them, and all its parts, in the order of the text."""
+    pending = [node]
+    while pending:
+        part = pending.pop()
+        yield part
+        pending.extend(reversed(children(part)))
+
+
+def children(node: object) -> tuple[object, ...]:
+    """The parts of a term, formula or statement, one level down."""
+    if isinstance(node, tuple):
+        return node
+    return tuple(value for name in child_fields(node) if (value := getattr(node, name)) is not None)
+
+
+def child_fields(node: object) -> tuple[str, ...]:
+    """The attributes that hold the parts of a term, formula or statement."""
+    return _CHILDREN.get(type(node), ())
+
+
+_CHILDREN: dict[type, tuple[str, ...]] = {
+    Structure: ("args", "annots", "annots_tail"),
+    AnnotatedVariable: ("variable", "annots", "annots_tail"),
+    Call: ("args",),
+    ListTerm: ("items", "tail"),
+    Arithmetic: ("operands",),
+    PlanTerm: ("plan",),
+    And: ("parts",),
+    Or: ("parts",),
+    Not: ("part",),
+    Comparison: ("left", "right"),
+    AchievementGoal: ("literal",),
+    TestGoal: ("formula",),
+    BeliefUpdate: ("literal",),
+    ExternalAction: ("action",),
+    InternalActionCall: ("call",),
+    ConditionStatement: ("formula",),
+    If: ("condition", "then", "otherwise"),
+    While: ("condition", "body"),
+    For: ("condition", "body"),
+    Trigger: ("literal",),
+    Plan: ("trigger", "context", "body"),
+    Rule: ("head", "body"),
+}
