@@ -15,10 +15,10 @@ from pathlib import Path
 from pytest_hricdv.bdi import Environment, MultiAgentSystem
 from pytest_hricdv.bdi.system import Engine
 from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.exploration import Exploration
-from pytest_hricdv.generate.explorer import Explorer
-from pytest_hricdv.generate.model import Model
-from pytest_hricdv.generate.qlearning import QLearning, learn
+from pytest_hricdv.generate.learner import learn
+from pytest_hricdv.generate.model import Model, ModelRun
+from pytest_hricdv.generate.model_runner import ModelRunner
+from pytest_hricdv.generate.qlearning import QLearning
 
 ROOT = Path(__file__).parents[1]
 TABLE = ROOT / "models_bdi" / "table_assembly.mas2j"
@@ -99,20 +99,20 @@ def counters(folder: Path, rounds: int, agents: int, engine: Engine) -> MultiAge
 class Log:
     """Explores, and keeps the subsets that it is asked for."""
 
-    def __init__(self, explorer: Explorer) -> None:
-        self._explorer = explorer
+    def __init__(self, runner: ModelRunner) -> None:
+        self._runner = runner
         self.subsets: list[tuple[str, ...]] = []
 
-    def explore(self, beliefs: Iterable[str]) -> Exploration:
+    def run(self, beliefs: Iterable[str]) -> ModelRun:
         """Run one subset."""
-        exploration = self._explorer.explore(beliefs)
-        self.subsets.append(exploration.beliefs)
-        return exploration
+        run = self._runner.run(beliefs)
+        self.subsets.append(run.beliefs)
+        return run
 
 
 def learn_all() -> list[tuple[str, ...]]:
     """Learn for 1,000 iterations; the subsets that were run, about 6,500, in order."""
-    log = Log(Explorer(Model(TABLE), SPACE))
+    log = Log(ModelRunner(Model(TABLE), SPACE))
     learn(log, SPACE, QLearning(stop_when_converged=False), seed=0)
     return log.subsets
 

@@ -20,7 +20,7 @@ from pytest_hricdv.gates.baseline import BaselineError
 from pytest_hricdv.gates.bound import KINDS, Bound, BoundError, bound
 from pytest_hricdv.gates.gates import Gates
 from pytest_hricdv.gates.gating import Judgement, judge
-from pytest_hricdv.generate.text import dump_tests
+from pytest_hricdv.generate.text_format import dump_tests
 from pytest_hricdv.report import ReportError, load, write
 from pytest_hricdv.report.files import write_text
 from pytest_hricdv.session.exporting import write as export

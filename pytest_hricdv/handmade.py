@@ -15,12 +15,13 @@ from pytest_hricdv.closure.results import describe, measured
 from pytest_hricdv.cover.measure import NoMeasurement
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, concretize
-from pytest_hricdv.generate.error import GenerateError, nearest
-from pytest_hricdv.generate.text import parse_tests
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.text_format import parse_tests
 from pytest_hricdv.report import explanation, terminal
 from pytest_hricdv.session.collecting import Collecting
 from pytest_hricdv.session.options import read_options
 from pytest_hricdv.session.running import Running
+from pytest_hricdv.suggestion import nearest
 from pytest_hricdv.testbench import TestbenchError
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""The declared ranges as Hypothesis strategies, for property tests of one's own.
+"""The declared ranges as Hypothesis strategies, for property tests of a project.
 
     from hypothesis import given
     from pytest_hricdv.strategies import concrete_tests
@@ -7,8 +7,8 @@
     def test_the_person_always_ends(test):
         ...
 
-A module of its own: the plugin does without Hypothesis. Suites are not drawn with it, for its stream changes with its
-version, and a suite's seed is to mean the same tests for years.
+The plugin itself does not need Hypothesis. Suites are not drawn with it: its random stream changes with its version,
+and the seed of a suite must mean the same tests for years.
 """
 
 from __future__ import annotations
@@ -22,17 +22,18 @@ except ImportError as error:
 
 from pytest_hricdv.generate.abstract import SEED_LIMIT
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
-from pytest_hricdv.generate.error import GenerateError, nearest
+from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler
+from pytest_hricdv.suggestion import nearest
 
 NAME = "property"
 
 
 def values(sampler: Sampler) -> st.SearchStrategy[float]:
-    """All values of a range, in its unit; of a chance also 0.0, which is the simplest.
+    """All values of a range, in its unit; of a chance also 0.0, to which values shrink.
 
     Raises:
-        GenerateError: a sampler of one's own; it has no bounds to draw from.
+        GenerateError: a custom sampler, whose bounds are not known.
     """
     if isinstance(sampler, Constant):
         return st.just(float(sampler.value))
@@ -51,12 +52,12 @@ def parameters(samplers: Mapping[str, Sampler]) -> st.SearchStrategy[dict[str, f
 def concrete_tests(
     ranges: Concretization, lines: Sequence[str] | None = None, *, max_actions: int = 20
 ) -> st.SearchStrategy[ConcreteTest]:
-    """Concrete tests: their parameters from the declared ranges, their sensors' errors from a seed.
+    """Concrete tests with parameters from the declared ranges and any seed, which decides about sensor errors.
 
     Args:
         ranges: of the testbench.
-        lines: the commands of the test; None: any, of up to `max_actions` commands.
-        max_actions: for tests of any commands.
+        lines: the commands of the test; None: any commands.
+        max_actions: the largest number of actions if `lines` is None.
 
     Raises:
         GenerateError: a command without declared ranges.

@@ -12,7 +12,7 @@ from pytest_hricdv.cover.cross import Bin, CrossProduct
 from pytest_hricdv.film.film import Camera, Film
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
-from pytest_hricdv.generate.method import LENGTHS
+from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
@@ -106,7 +106,7 @@ class Testbench:
     requires: tuple[str, ...] = ()
     film: Film | None = None
     learning: QLearning = field(default_factory=QLearning)
-    lengths: tuple[int, int] = LENGTHS
+    lengths: tuple[int, int] = PSEUDORANDOM_LENGTHS
     units: Mapping[str, str] = field(default_factory=dict, hash=False)
     outcome_label: str = "outcomes"
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import NormalDist, fmean
 
-from pytest_hricdv.generate.stream import index, stream
+from pytest_hricdv.generate.rng import make_rng, random_index
 
 CONFIDENCE = 0.95
 RESAMPLES = 2000
@@ -52,8 +52,8 @@ def mean(values: Sequence[float]) -> Interval:
     """
     if not values:
         raise ValueError("no values: expected at least one")
-    random = stream("bootstrap of a mean", len(values))
-    drawn = sorted(fmean(values[index(random, len(values))] for _ in values) for _ in range(RESAMPLES))
+    rng = make_rng("bootstrap of a mean", len(values))
+    drawn = sorted(fmean(values[random_index(rng, len(values))] for _ in values) for _ in range(RESAMPLES))
     beyond = round((1 - CONFIDENCE) / 2 * RESAMPLES)
     value = fmean(values)
     return Interval(value, min(drawn[beyond], value), max(drawn[-1 - beyond], value))

@@ -14,12 +14,11 @@ from dataclasses import dataclass, replace
 from statistics import fmean
 
 import conftest
-from pytest_hricdv.generate.diagnosis import diagnose
-from pytest_hricdv.generate.method import Context
+from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.rl import ReinforcementLearning
-from pytest_hricdv.generate.stream import index, stream
-from pytest_hricdv.generate.suite import Suite
+from pytest_hricdv.generate.rng import make_rng, random_index
+from pytest_hricdv.generate.suite import Suite, diagnose
 from studies import page
 from studies.session import ROOT
 
@@ -89,7 +88,7 @@ def suites(arm: Arm, size: Size) -> list[Suite]:
         suite_size=size.tests,
         candidates=size.candidates,
     )
-    context = Context(model=bench.model, space=bench.beliefs, learning=learning)
+    context = GenerationContext(model=bench.model, space=bench.beliefs, learning=learning)
     return [ReinforcementLearning().generate(replace(context, seed=seed)) for seed in SEEDS]
 
 
@@ -118,9 +117,9 @@ def interval(values: Sequence[float], *key: str) -> str:
 
 def resampled(values: Sequence[float], *key: str) -> Iterator[float]:
     """Means of resamples, drawn from a separate random stream."""
-    random = stream("rewards-bootstrap", *key)
+    rng = make_rng("rewards-bootstrap", *key)
     for _ in range(RESAMPLES):
-        yield fmean(values[index(random, len(values))] for _ in values)
+        yield fmean(values[random_index(rng, len(values))] for _ in values)
 
 
 if __name__ == "__main__":

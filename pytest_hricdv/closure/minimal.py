@@ -26,7 +26,7 @@ def _abstract(test: Entry) -> AbstractTest:
     return AbstractTest(
         id=test["id"],
         suite=test["suite"],
-        aim=test.get("aim") or "minimal",
+        target=test.get("aim") or "minimal",
         beliefs=tuple(test["beliefs"]),
         lines=tuple(test["abstract"]),
         plans={agent: tuple(labels) for agent, labels in test["plans"].items()},

@@ -11,9 +11,9 @@ from pytest_hricdv.closure.closing import Entry
 from pytest_hricdv.cover.cross import Bin, CrossProduct
 from pytest_hricdv.cover.crossed import list_product
 from pytest_hricdv.cover.source import CoverError
+from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.method import Context
-from pytest_hricdv.generate.survey import Survey, survey
+from pytest_hricdv.generate.exhaustive_exploration import Exploration, explore_exhaustively
 from pytest_hricdv.testbench import Testbench
 
 CACHE_KEY = "hricdv/survey-{}"
@@ -39,10 +39,10 @@ def prove(testbench: Testbench, cache: Any | None) -> Proof:
     try:
         surveyed = _surveyed(testbench, cache)
     except GenerateError as error:
-        surveyed = Survey(reason=f"the model cannot be explored: {error}")
+        surveyed = Exploration(reason=f"the model cannot be explored: {error}")
     aims = {name: _aims(name, product, surveyed) for name, product in testbench.cross.items() if product.planned}
     status: Entry = {
-        "status": "proven" if surveyed.proven else "not proven",
+        "status": "proven" if surveyed.complete else "not proven",
         "reason": surveyed.reason,
         "runs": len(surveyed.runs),
     }
@@ -57,29 +57,31 @@ def prove(testbench: Testbench, cache: Any | None) -> Proof:
     return Proof({**status, "plans": _plans(surveyed), "bins": bins}, products)
 
 
-def _surveyed(testbench: Testbench, cache: Any | None) -> Survey:
-    context = Context(model=testbench.model, space=testbench.beliefs, commands=tuple(testbench.concretization.commands))
+def _surveyed(testbench: Testbench, cache: Any | None) -> Exploration:
+    context = GenerationContext(
+        model=testbench.model, space=testbench.beliefs, commands=tuple(testbench.concretization.commands)
+    )
     key = CACHE_KEY.format(context.fingerprint("survey"))
     kept = cache.get(key, None) if cache is not None else None
     if kept is not None:
         try:
-            return Survey.from_json(kept)
+            return Exploration.from_json(kept)
         except GenerateError:
             pass  # written by another version, or cut off: survey again
-    found = survey(context.explorer())
+    found = explore_exhaustively(context.model_runner())
     if cache is not None:
         cache.set(key, found.to_json())
     return found
 
 
-def _plans(surveyed: Survey) -> dict[str, dict[str, list[str]]]:
+def _plans(surveyed: Exploration) -> dict[str, dict[str, list[str]]]:
     """Agent -> plan -> the smallest belief set found that triggers it; runs come with small sets first."""
     plans: dict[str, dict[str, list[str]]] = {}
     seen = 0
     for run in surveyed.runs:
         if not run.plans & ~seen:
             continue
-        beliefs = surveyed.chosen(run.beliefs)
+        beliefs = surveyed.belief_set(run.beliefs)
         for place, (agent, label) in enumerate(surveyed.plans):
             if (run.plans & ~seen) >> place & 1:
                 plans.setdefault(agent, {})[label] = list(beliefs)
@@ -87,7 +89,7 @@ def _plans(surveyed: Survey) -> dict[str, dict[str, list[str]]]:
     return plans
 
 
-def _aims(name: str, product: CrossProduct, surveyed: Survey) -> dict[Bin, tuple[str, ...]]:
+def _aims(name: str, product: CrossProduct, surveyed: Exploration) -> dict[Bin, tuple[str, ...]]:
     """What abstract tests aim at -> the smallest belief set found that does."""
     assert product.planned is not None
     found: dict[Bin, tuple[str, ...]] = {}
@@ -98,7 +100,7 @@ def _aims(name: str, product: CrossProduct, surveyed: Survey) -> dict[Bin, tuple
             if aim not in found:
                 size = len(aim) if size is None else size
                 _check(name, product, aim, size)
-                found[aim] = surveyed.chosen(run.beliefs)
+                found[aim] = surveyed.belief_set(run.beliefs)
     return found
 
 
@@ -111,9 +113,11 @@ def _check(name: str, product: CrossProduct, aim: Bin, size: int) -> None:
             raise CoverError(f"cross product {name!r}: planned told {aim}, but {coordinate!r} has no bin {told!r}")
 
 
-def _impossible(product: CrossProduct, aims: Mapping[Bin, tuple[str, ...]] | None, surveyed: Survey) -> dict[Bin, str]:
+def _impossible(
+    product: CrossProduct, aims: Mapping[Bin, tuple[str, ...]] | None, surveyed: Exploration
+) -> dict[Bin, str]:
     """The bins that no run of the model aims at; none unless these are all runs."""
-    if aims is None or not surveyed.proven:
+    if aims is None or not surveyed.complete:
         return {}
     size = max(map(len, aims), default=0)
     names = " x ".join(islice(product.coordinates, size))

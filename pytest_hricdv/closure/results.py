@@ -13,8 +13,7 @@ from pytest_hricdv.cover.assertions import COUNTS
 from pytest_hricdv.cover.closure import percent
 from pytest_hricdv.cover.listing import list_bits, list_code
 from pytest_hricdv.cover.source import CodeMap
-from pytest_hricdv.generate.diagnosis import diagnose
-from pytest_hricdv.generate.suite import Suite
+from pytest_hricdv.generate.suite import Suite, diagnose
 from pytest_hricdv.monitor import Requirement, Verdict
 from pytest_hricdv.testbench import Testbench
 
@@ -27,7 +26,7 @@ def describe(case: HriCase, nodeid: str) -> Entry:
         "nodeid": nodeid,
         "suite": case.suite,
         "id": test.id,
-        "aim": test.aim,
+        "aim": test.target,
         "name": test.name,
         "beliefs": list(test.beliefs),
         "abstract": list(test.lines),
@@ -173,7 +172,7 @@ def _diagnosis(suite: Suite) -> Entry:
         "belief_entropy_bits": found.belief_entropy_bits,
         "belief_entropy_most_bits": found.belief_entropy_most_bits,
         "plans_executed": {agent: len(labels) for agent, labels in found.plans.items()},
-        "last_new_plan": {"iteration": suite.generation.news_at, "test": found.last_news},
+        "last_new_plan": {"iteration": suite.generation.last_new_plan_at, "test": found.last_new_plan_at},
     }
 
 

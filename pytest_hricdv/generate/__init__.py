@@ -1,12 +1,16 @@
-"""From beliefs to tests: the ways to generate abstract tests, and their concretization.
+"""From belief subsets to tests: methods that generate abstract tests, and their concretization.
 
-    beliefs        the space of beliefs that subsets are chosen from
-    model, explorer, exploration   the BDI agents, running them with a subset, what a run shows
-    qlearning, policy              learning which beliefs cover much, and the subsets that follow
-    rl, by_hand, bdi_random, pseudorandom, files   the methods; `method` is their protocol, `registry` their names
-    abstract, text, identity       tests as data, as text, and their ids and seeds
-    sampler, concrete              declared ranges, and tests with their parameters sampled from them
-    suite                          what a method generates, and the key it is cached under
+    beliefs, belief_sets            the space of beliefs, and a file of subsets of it
+    model, model_runner             the BDI agents: their declaration, and running them with a subset
+    exhaustive_exploration          all runs of a model
+    qlearning, reward, learner      learning which beliefs cover many plans
+    policy, selection, saved_table  the subsets of the learned policy, the choice among their runs, a table in a file
+    context                         what suites are generated from, and the protocol of methods
+    methods, rl, files              the methods, and all of them by name
+    abstract, text_format, ids      abstract tests as data and as text, their ids and seeds
+    sampler, concrete               declared ranges, and tests with parameters sampled from them
+    suite                           the generated suite, and its diagnosis
+    rng                             random streams, seeds and digests
 
 Nothing is imported here, so that a process that only replays a suite loads no BDI engine.
 """

@@ -1,8 +1,8 @@
-"""Abstract tests: a sequence of commands to whoever interacts with the robot, as data and as text.
+"""Abstract tests: a sequence of commands to the person or device that interacts with the robot.
 
-The text format is that of the paper's experiment: one command a line, tests apart by blank lines, `#` begins a comment.
-Comment lines of the form `# key: value` right above the commands carry what a test has beside them, so that an
-exported suite reads back unchanged:
+The text format is that of the paper's experiment: one command per line, blank lines between tests, `#` begins a
+comment. Comment lines of the form `# key: value` directly above the commands hold the other fields of a test, so that
+an exported suite reads back unchanged (`aim` is the target):
 
     # id: by-hand-leg4-d2a01c9e
     # suite: by-hand
@@ -21,8 +21,9 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
-from .error import GenerateError
+from pytest_hricdv.generate.error import GenerateError
 
 #: Executed coverage plans: agent -> plan labels, sorted.
 Plans = Mapping[str, tuple[str, ...]]
@@ -40,23 +41,23 @@ class AbstractTest:
     """One abstract test.
 
     Args:
-        id: what names the test everywhere: letters, digits, `_`, `-`.
+        id: the name used everywhere: letters, digits, `_`, `-`.
         suite: the suite it was generated for.
-        aim: what it aims at, short.
+        target: what the test is to exercise, in a few words; part of the id.
         beliefs: the belief subset it came from, in declared order; empty if from none.
         lines: its commands, in the text format.
-        plans: the coverage plans that the model executed on the way.
+        plans: the coverage plans that the model executed in the run it came from.
         seed: its own seed, 0 <= seed < 2**63.
-        name: what a person calls it; may be empty.
+        name: a title for people; may be empty.
 
     Raises:
-        GenerateError: an id of other characters, a seed out of range, no suite or aim, text that the text format
-            could not give back, or a line that is no command in its one spelling.
+        GenerateError: other characters in the id, a seed out of range, no suite or target, text that the text format
+            cannot represent, or a line that is no command in canonical spelling.
     """
 
     id: str
     suite: str
-    aim: str
+    target: str
     beliefs: tuple[str, ...]
     lines: tuple[str, ...]
     plans: Plans = field(default_factory=dict, hash=False)
@@ -68,19 +69,51 @@ class AbstractTest:
             raise GenerateError(f"test id {self.id!r}: expected letters, digits, '_' and '-' only")
         if not 0 <= self.seed < SEED_LIMIT:
             raise GenerateError(f"test {self.id}: seed {self.seed} is out of range; expected 0 <= seed < 2**63")
-        for key, text in (("suite", self.suite), ("aim", self.aim), ("name", self.name)):
+        for key, text in (("suite", self.suite), ("aim", self.target), ("name", self.name)):
             if text != " ".join(text.split()) or not (text or key == "name"):
                 raise GenerateError(f"test {self.id}: {key} {text!r}: expected one line with single spaces only")
         for word in (*self.beliefs, *self.plans, *(label for labels in self.plans.values() for label in labels)):
             if word.split() != [word]:
                 raise GenerateError(f"test {self.id}: {word!r}: expected one word for a belief, an agent or a plan")
         for line in self.lines:
-            if (spelling := command_of(line)) != line:
+            if (spelling := canonical_command(line)) != line:
                 raise GenerateError(f"test {self.id}: command {line!r}: expected the spelling {spelling!r}")
 
+    def to_data(self) -> dict[str, Any]:
+        """Plain data for JSON, with the keys of replay files."""
+        return {
+            "id": self.id,
+            "suite": self.suite,
+            "aim": self.target,
+            "beliefs": list(self.beliefs),
+            "lines": list(self.lines),
+            "plans": {agent: list(labels) for agent, labels in self.plans.items()},
+            "seed": self.seed,
+            "name": self.name,
+        }
 
-def command_of(text: str) -> str:
-    """A command in its one spelling: `set_param gaze=1` is `set_param gaze = 1`.
+    @classmethod
+    def from_data(cls, data: Mapping[str, Any]) -> AbstractTest:
+        """The test that `to_data` gave.
+
+        Raises:
+            GenerateError: see the class.
+            KeyError, TypeError, AttributeError, ValueError: the data has another shape.
+        """
+        return cls(
+            id=data["id"],
+            suite=data["suite"],
+            target=data["aim"],
+            beliefs=tuple(data["beliefs"]),
+            lines=tuple(data["lines"]),
+            plans={agent: tuple(labels) for agent, labels in data["plans"].items()},
+            seed=int(data["seed"]),
+            name=data["name"],
+        )
+
+
+def canonical_command(text: str) -> str:
+    """A command in canonical spelling: `set_param gaze=1` gives `set_param gaze = 1`.
 
     Raises:
         GenerateError: it is no command.
@@ -105,16 +138,6 @@ def command_from_action(action: str) -> str:
             f"action {action!r} has no text form; expected a name with at most two arguments, each an atom or a number"
         )
     return _spell(match.groups())
-
-
-def action_from_command(command: str) -> str:
-    """The external action of a command: `set_param gaze = 1` gives `set_param(gaze, 1)`.
-
-    Raises:
-        GenerateError: it is no command.
-    """
-    name, *arguments = command_of(command).replace(" = ", " ").split()
-    return f"{name}({', '.join(arguments)})" if arguments else name
 
 
 def _spell(parts: Sequence[str | None]) -> str:

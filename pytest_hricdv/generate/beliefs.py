@@ -1,4 +1,4 @@
-"""The belief space: what the steering agent can be told, in the groups it is chosen from."""
+"""The belief space: all beliefs that the steering agent can be given, in groups."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from .error import GenerateError, nearest
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.suggestion import nearest
 
 _ATOM = re.compile(r"[a-z]\w*\Z", re.ASCII)
 START = "start"
@@ -15,13 +16,13 @@ START = "start"
 
 @dataclass(frozen=True)
 class BeliefSpace:
-    """All beliefs that a subset is chosen from.
+    """All beliefs that belief subsets consist of.
 
     Args:
-        start: the beliefs with which a subset begins (one of them is in every subset that a method draws).
+        start: the beliefs that begin an interaction; every subset that a method draws has one of them.
         groups: the other beliefs, by the name of their group; a balanced subset has one of each group.
         naming: groups whose chosen belief appears in a test's id next to the start belief.
-        neutral: beliefs that stand for having none of their group, as `not_bored` does: the model need not know them.
+        neutral: beliefs that mean "none of this group", as `not_bored` does: the model need not mention them.
 
     Raises:
         GenerateError: no start belief, an empty group, a belief listed twice, a belief that is no AgentSpeak atom,
@@ -40,18 +41,18 @@ class BeliefSpace:
         object.__setattr__(self, "neutral", tuple(self.neutral))
         if START in self.groups:
             raise GenerateError(f"group {START!r}: the start beliefs have this name already; expected another one")
-        home: dict[str, str] = {}
+        group_of: dict[str, str] = {}
         for name, group in {START: self.start, **self.groups}.items():
             if not group:
                 raise GenerateError(f"group {name!r} of beliefs is empty; expected at least one belief")
             for belief in group:
-                _claim(belief, name, home)
+                _add_belief(belief, name, group_of)
         for name in self.naming:
             if name not in self.groups:
                 raise GenerateError(f"naming group {name!r} is no group of this space{nearest(name, self.groups)}")
         for belief in self.neutral:
-            if belief not in home:
-                raise GenerateError(f"neutral belief {belief!r} is not in the belief space{nearest(belief, home)}")
+            if belief not in group_of:
+                raise GenerateError(f"neutral belief {belief!r} is not in the belief space{nearest(belief, group_of)}")
 
     @property
     def beliefs(self) -> tuple[str, ...]:
@@ -68,7 +69,7 @@ class BeliefSpace:
         return {belief: rank for rank, belief in enumerate(self.beliefs)}
 
     def subset(self, beliefs: Iterable[str]) -> tuple[str, ...]:
-        """The subset in declared order. A subset is a set: its one order makes its one run of the model.
+        """The subset in declared order, so that each set of beliefs has exactly one run of the model.
 
         Raises:
             GenerateError: a belief is not of this space, or is given twice.
@@ -83,21 +84,22 @@ class BeliefSpace:
             raise GenerateError(f"belief {twice[0]!r} is given twice in one subset")
         return tuple(sorted(given, key=rank.__getitem__))
 
-    def aim(self, beliefs: Iterable[str]) -> str:
-        """What a subset aims at, short: its start belief and what it has of the naming groups, as in `leg1-bored`."""
+    def target(self, beliefs: Iterable[str]) -> str:
+        """A subset in a few words: its start belief and its beliefs of the naming groups, as in `leg1-bored`."""
         subset = self.subset(beliefs)
         starts = [belief for belief in subset if belief in self.start] or ["no-start"]
         shown = {belief for name in self.naming for belief in self.groups[name]}
         return "-".join([*starts, *(belief for belief in subset if belief in shown)])
 
 
-def _claim(belief: str, group: str, home: dict[str, str]) -> None:
-    """Note that a belief lives in a group; refuse it if it is malformed or lives elsewhere."""
+def _add_belief(belief: str, group: str, group_of: dict[str, str]) -> None:
+    """Note the belief's group. Raises GenerateError if the belief is malformed or already in a group."""
     if not _ATOM.match(belief):
         raise GenerateError(
             f"group {group!r}: {belief!r} is no belief; expected an AgentSpeak atom: a lower-case letter, then "
             "letters, digits or underscores"
         )
-    if belief in home:
-        raise GenerateError(f"belief {belief!r} is in group {home[belief]!r} and in group {group!r}; expected it once")
-    home[belief] = group
+    if belief in group_of:
+        first = group_of[belief]
+        raise GenerateError(f"belief {belief!r} is in group {first!r} and in group {group!r}; expected it once")
+    group_of[belief] = group

@@ -1,4 +1,4 @@
-"""Concrete tests: an abstract test whose actions have their parameters, sampled from declared ranges.
+"""Concrete tests: abstract tests with parameters for each action, sampled from declared ranges.
 
 Paper: section on concretization; in coverage-driven verification this is constrained random generation.
 """
@@ -9,31 +9,31 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from .abstract import AbstractTest, command_of
-from .error import GenerateError, nearest
-from .sampler import SAMPLINGS, Constant, Sampler
-from .stream import canonical, derive_seed, stream
+from pytest_hricdv.generate.abstract import AbstractTest, canonical_command
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.rng import canonical_json, derive_seed, make_rng
+from pytest_hricdv.generate.sampler import SAMPLINGS, Constant, Sampler
+from pytest_hricdv.suggestion import nearest
 
 Parameters = Mapping[str, float]
 UNIFORM = "uniform"
-"""The sampling that is the default."""
-
+"""The default sampling."""
 
 _UNITLESS = Constant(0.0)
-"""Shows the values of parameters that no range is declared for."""
+"""Formats the values of parameters without a declared range."""
 
 
 @dataclass(frozen=True)
 class Concretization:
-    """How abstract commands become concrete.
+    """The ranges from which the parameters of commands are sampled.
 
     Args:
-        commands: for each command line that can be enacted, the samplers of its parameters by name (with the unit in
+        commands: for each command line that can be executed, the samplers of its parameters by name (with the unit in
             the name, as in `hold_s`); an empty mapping for a command without parameters.
-        run: the samplers of what is drawn once per run.
+        run: the samplers of parameters that are drawn once per run.
 
     Raises:
-        GenerateError: a command that is not in the one spelling of the text format, or a sampler that is none.
+        GenerateError: a command that is not in canonical spelling, or a sampler that is no `Sampler`.
     """
 
     commands: Mapping[str, Mapping[str, Sampler]] = field(hash=False)
@@ -41,20 +41,22 @@ class Concretization:
 
     def __post_init__(self) -> None:
         for command, samplers in self.commands.items():
-            if command_of(command) != command:
-                raise GenerateError(f"concretization of {command!r}: expected the spelling {command_of(command)!r}")
+            if canonical_command(command) != command:
+                raise GenerateError(
+                    f"concretization of {command!r}: expected the spelling {canonical_command(command)!r}"
+                )
             _check_samplers(f"concretization of {command!r}", samplers)
         _check_samplers("concretization of a run", self.run)
 
     def shown(self, test: ConcreteTest) -> tuple[str, ...]:
-        """A concrete test for people: a line an action, then one for the run, each value with its unit."""
+        """A concrete test for people: one line per action, then one for the run, each value with its unit."""
         lines = [_shown(each.command, each.parameters, self.commands.get(each.command, {})) for each in test.actions]
         return (*lines, _shown("run", test.run, self.run)) if test.run else tuple(lines)
 
 
 def _shown(what: str, parameters: Parameters, samplers: Mapping[str, Sampler]) -> str:
-    told = [f"{name} {samplers.get(name, _UNITLESS).shown(value)}" for name, value in parameters.items()]
-    return f"{what}: {', '.join(told)}" if told else what
+    values = [f"{name} {samplers.get(name, _UNITLESS).shown(value)}" for name, value in parameters.items()]
+    return f"{what}: {', '.join(values)}" if values else what
 
 
 def _check_samplers(where: str, samplers: Mapping[str, Sampler]) -> None:
@@ -73,7 +75,7 @@ class ConcreteAction:
 
 @dataclass(frozen=True)
 class ConcreteTest:
-    """All that a run needs, as data: a run is a function of this and of the code under test."""
+    """Everything a run depends on besides the code under test, as data."""
 
     id: str
     suite: str
@@ -84,7 +86,7 @@ class ConcreteTest:
     def to_json(self) -> str:
         """Canonical JSON; floats are exact."""
         actions = [[action.command, dict(action.parameters)] for action in self.actions]
-        return canonical(
+        return canonical_json(
             {"id": self.id, "suite": self.suite, "seed": self.seed, "actions": actions, "run": dict(self.run)}
         )
 
@@ -108,16 +110,16 @@ def _floats(parameters: Mapping[str, float]) -> dict[str, float]:
 
 
 def variant(test: AbstractTest, k: int) -> AbstractTest:
-    """The k-th concretization's test: itself for k = 0, else with an id and a seed derived from its own."""
+    """The test for the k-th concretization: the same for k = 0, else with an id and a seed derived from it."""
     if k < 0:
         raise GenerateError(f"concretization number {k}: expected at least 0")
     return test if k == 0 else replace(test, id=f"{test.id}-k{k}", seed=derive_seed("variant", test.seed, k))
 
 
 def expand(tests: Iterable[AbstractTest], concretizations: int, sampling: str = UNIFORM) -> tuple[AbstractTest, ...]:
-    """Each test `concretizations` times, variants side by side; ids for k = 0 are unchanged.
+    """Each test `concretizations` times, its variants next to each other; for k = 0 the id is unchanged.
 
-    Another sampling than the uniform one gives other tests, so these have ids and seeds of their own.
+    Another sampling than the uniform one gives other tests, so these have other ids and seeds.
 
     Raises:
         GenerateError: fewer than one concretization, or an unknown sampling.
@@ -135,8 +137,8 @@ def expand(tests: Iterable[AbstractTest], concretizations: int, sampling: str = 
 def concretize(test: AbstractTest, concretization: Concretization, k: int = 0, sampling: str = UNIFORM) -> ConcreteTest:
     """Sample a test's parameters.
 
-    Each parameter of each action has a stream of its own, from the test's seed, the action's place and the parameter's
-    name: declaring another parameter, or changing another's range, leaves it as it was.
+    Each parameter of each action has its own random stream, from the test's seed, the action's place and the
+    parameter's name. So its value stays the same when another parameter is added or another range is changed.
 
     Raises:
         GenerateError: a command of the test has no declared ranges.
@@ -148,7 +150,7 @@ def concretize(test: AbstractTest, concretization: Concretization, k: int = 0, s
         if samplers is None:
             known = nearest(command, concretization.commands)
             raise GenerateError(f"test {test.id}: no ranges are declared for command {command!r}{known}")
-        drawn = {name: sample(each, stream(test.seed, place, command, name)) for name, each in samplers.items()}
+        drawn = {name: sample(each, make_rng(test.seed, place, command, name)) for name, each in samplers.items()}
         actions.append(ConcreteAction(command, drawn))
-    run = {name: sample(each, stream(test.seed, "run", name)) for name, each in concretization.run.items()}
+    run = {name: sample(each, make_rng(test.seed, "run", name)) for name, each in concretization.run.items()}
     return ConcreteTest(test.id, test.suite, test.seed, tuple(actions), run)

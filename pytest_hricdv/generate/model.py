@@ -1,17 +1,20 @@
-"""The BDI model of an interaction, and who plays which part in it."""
+"""The BDI model of an interaction: its declaration, the outcome of one run, and its plans for the report."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
-from .error import GenerateError
-from .stream import Json, digest
+from pytest_hricdv.generate.abstract import Plans
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.rng import Json, digest
 
-#: Enough for any run that ends by itself, few enough that one that does not is noticed at once.
 MAX_ROUNDS = 20_000
+"""Enough for any run that ends by itself; a run without end is cut off after a short time."""
 
 
 @dataclass(frozen=True)
@@ -20,8 +23,8 @@ class Model:
 
     Args:
         path: the project file (.mas2j).
-        steering_agent: the agent that hands a chosen subset on.
-        chosen: the functor of the percepts, as in `chosen(leg1)`, that tell it the subset.
+        steering_agent: the agent that passes a chosen subset on.
+        chosen: the functor of the percepts, as in `chosen(leg1)`, by which it receives the subset.
         actor: the agent whose external actions are the abstract test.
         covered: the agents whose coverage plans count.
         seed: of the model's own random stream.
@@ -62,22 +65,43 @@ class Model:
         return (self.path, *sorted(sources | set(self.path.parent.rglob("*.asl"))))
 
     def parts(self) -> list[list[Json]]:
-        """All that is declared here, as plain data; of the path only the file's name."""
+        """All fields as plain data, sorted by name; of the path only the file's name."""
         declared = {**asdict(self), "path": self.path.name}
         return [[name, declared[name]] for name in sorted(declared)]
 
     def sha256(self) -> str:
-        """Hash (hex) of its files and of what is declared here: models with the same hash behave the same.
+        """Hash (hex) of its files and fields: models with the same hash behave the same.
 
-        Folders do not count, so that a checkout elsewhere has the same hash.
+        Folders do not count, so that another checkout has the same hash.
 
         Raises:
             GenerateError: a file cannot be read.
         """
-        return digest("model", self.parts(), contents(self.files()))
+        return digest("model", self.parts(), file_digests(self.files()))
 
 
-def contents(files: Iterable[Path]) -> list[list[str]]:
+@dataclass(frozen=True)
+class ModelRun:
+    """The outcome of one run of the model with one belief subset.
+
+    Args:
+        beliefs: the subset, in the space's order.
+        lines: the actor's external actions in the text format: the abstract test.
+        plans: the coverage plans executed, by covered agent.
+        sequence: every covered plan executed, in order, by covered agent.
+        rounds: reasoning rounds of the run.
+        ended: how it ended, as the BDI engine reports it.
+    """
+
+    beliefs: tuple[str, ...]
+    lines: tuple[str, ...]
+    plans: Mapping[str, frozenset[str]] = field(hash=False)
+    sequence: Plans = field(default_factory=dict, hash=False)
+    rounds: int = 0
+    ended: str = ""
+
+
+def file_digests(files: Iterable[Path]) -> list[list[str]]:
     """Name and SHA-256 (hex) of each file, sorted; their folders do not count.
 
     Raises:
@@ -90,3 +114,32 @@ def contents(files: Iterable[Path]) -> list[list[str]]:
         except OSError as error:
             raise GenerateError(f"{path}: {error.strerror or error}; expected a readable file") from error
     return sorted(found)
+
+
+def list_model(model: Model, root: Path) -> dict[str, Any]:
+    """The model for a report: covered agent -> `file` (relative to `root`), `source`, `plans` (label -> line).
+
+    Raises:
+        GenerateError: a source cannot be read, or there is no such agent.
+    """
+    from pytest_hricdv.bdi import BdiError
+    from pytest_hricdv.bdi.language.parser import read_program
+    from pytest_hricdv.bdi.language.project_reader import read_project
+
+    try:
+        project = read_project(model.path)
+        sources = {entry.name: entry.source for entry in project.agents}
+        listed = {}
+        for agent in model.covered:
+            path = sources[agent]
+            plans = read_program(path).plans
+            listed[agent] = {
+                "file": Path(os.path.relpath(path, root)).as_posix(),
+                "source": path.read_text(encoding="utf-8"),
+                "plans": {plan.label: plan.location.line for plan in plans if plan.has_label},
+            }
+    except (BdiError, OSError, UnicodeDecodeError) as error:
+        raise GenerateError(f"BDI model {model.path}: {error}") from error
+    except KeyError as error:
+        raise GenerateError(f"{model.path}: no agent {error} in this model") from None
+    return listed

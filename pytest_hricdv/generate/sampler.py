@@ -8,21 +8,25 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from random import Random
 
-from .error import GenerateError
-from .stream import pick
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.rng import pick
 
 
 class Sampler(ABC):
-    """Draws one parameter's value from a private stream."""
+    """Draws the values of one parameter."""
 
     unit: str = ""
 
     @abstractmethod
-    def sample(self, random: Random) -> float:
-        """A value. The stream is this parameter's own and used for nothing else."""
+    def sample(self, rng: Random) -> float:
+        """A value, drawn from the parameter's own random stream."""
 
     def corners(self) -> tuple[float, ...]:
-        """The extreme values; none for a sampler that knows none."""
+        """The extreme values; empty if the sampler has none."""
+        return ()
+
+    def simple_values(self) -> tuple[float, ...]:
+        """Values that are easy to read, the simplest first; empty if the sampler has none."""
         return ()
 
     def shown(self, value: float) -> str:
@@ -40,11 +44,15 @@ class Constant(Sampler):
     def __post_init__(self) -> None:
         _check_finite("constant", self.value)
 
-    def sample(self, random: Random) -> float:
+    def sample(self, rng: Random) -> float:
         """The value."""
         return float(self.value)
 
     def corners(self) -> tuple[float, ...]:
+        """The value."""
+        return (float(self.value),)
+
+    def simple_values(self) -> tuple[float, ...]:
         """The value."""
         return (float(self.value),)
 
@@ -73,14 +81,21 @@ class Range(Sampler):
     def __str__(self) -> str:
         return f"range [{self.low:g}, {self.high:g}{')' if self.open_high else ']'} {self.unit}".rstrip()
 
-    def sample(self, random: Random) -> float:
-        """A value in the range; rounding never carries it over the high end."""
-        share = random.random()
+    def sample(self, rng: Random) -> float:
+        """A value in the range; rounding never takes it above the high end."""
+        share = rng.random()
         return self.clipped(self.low * (1.0 - share) + self.high * share)
 
     def corners(self) -> tuple[float, ...]:
         """Both ends; of a half-open range, the greatest number below its high end."""
         return (float(self.low), self.clipped(self.high))
+
+    def simple_values(self) -> tuple[float, ...]:
+        """The middle, then the ends that are in the range."""
+        middle = self.low + (self.high - self.low) / 2
+        rounded = float(f"{middle:.6g}")  # 0.3 instead of 0.30000000000000004
+        ends = (self.low,) if self.open_high else (self.low, self.high)
+        return (rounded if self.contains(rounded) else middle, *map(float, ends))
 
     def clipped(self, value: float) -> float:
         """The value in the range that is nearest to this one."""
@@ -107,40 +122,44 @@ class Chance(Sampler):
         if not 0.0 <= self.probability <= 1.0:
             raise GenerateError(f"a chance of {self.probability!r}: expected a probability from 0 to 1")
 
-    def sample(self, random: Random) -> float:
+    def sample(self, rng: Random) -> float:
         """A value of `then`, or 0.0."""
-        return self.then.sample(random) if random.random() < self.probability else 0.0
+        return self.then.sample(rng) if rng.random() < self.probability else 0.0
 
     def corners(self) -> tuple[float, ...]:
-        """That it does not happen, and where it does, the extreme values."""
+        """0.0, and the extreme values of `then` if it can occur."""
         return (0.0, *self.then.corners()) if self.probability > 0.0 else (0.0,)
 
+    def simple_values(self) -> tuple[float, ...]:
+        """0.0, then those of `then`."""
+        return (0.0, *self.then.simple_values())
+
     def shown(self, value: float) -> str:
-        """As `then` shows it."""
+        """As of `then`."""
         return self.then.shown(value)
 
 
-#: How parameters are drawn: a function of the sampler and of the parameter's own stream.
+#: How parameters are drawn: a function of the sampler and of the parameter's own random stream.
 Sampling = Callable[[Sampler, Random], float]
 
 _AT_A_CORNER = 0.5
 
 
-def uniform(sampler: Sampler, random: Random) -> float:
-    """As the range is declared."""
-    return sampler.sample(random)
+def uniform(sampler: Sampler, rng: Random) -> float:
+    """A value as the sampler declares it."""
+    return sampler.sample(rng)
 
 
-def corners(sampler: Sampler, random: Random) -> float:
-    """Half of the time an extreme value, each as likely as the others; otherwise as the range is declared.
+def corners(sampler: Sampler, rng: Random) -> float:
+    """With probability 0.5 an extreme value, each equally likely; otherwise a value as the sampler declares it.
 
-    Faults live where several parameters are extreme at once, and uniform drawing hardly ever gets there. What is
-    declared to be rare comes often.
+    Faults often need several extreme parameters at once, which uniform sampling almost never gives. A value that is
+    declared to be rare occurs often.
     """
     extremes = sampler.corners()
-    if extremes and random.random() < _AT_A_CORNER:
-        return pick(random, extremes)
-    return sampler.sample(random)
+    if extremes and rng.random() < _AT_A_CORNER:
+        return pick(rng, extremes)
+    return sampler.sample(rng)
 
 
 SAMPLINGS: Mapping[str, Sampling] = {"uniform": uniform, "corners": corners}

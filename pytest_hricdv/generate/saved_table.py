@@ -1,36 +1,36 @@
-"""Saved tables: a table of Q as a file, with all that says whether it can be used again."""
+"""Saved tables: a table of Q in a file, with what is needed to check that it fits a model."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import math
-import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .beliefs import BeliefSpace
-from .by_hand import read_aims
-from .error import GenerateError
-from .model import Model
-from .qlearning import Learned, QLearning
-from .stream import canonical, digest
-from .warm_start import QTable, WarmStart
+from pytest_hricdv import atomic_file
+from pytest_hricdv.generate.belief_sets import read_belief_sets
+from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.learner import LearningResult
+from pytest_hricdv.generate.model import Model
+from pytest_hricdv.generate.qlearning import QLearning, QTable, WarmStart
+from pytest_hricdv.generate.rng import canonical_json, digest
 
 SCHEMA = "hricdv-qtable/1"
 
 
 @dataclass(frozen=True)
 class SavedTable:
-    """What was learned, and on what.
+    """A learned table, and what it was learned from.
 
     Args:
         model: file name of the model.
-        model_sha256: of the model's files and of who plays which part (`Model.sha256`).
+        model_sha256: of the model's files and fields (`Model.sha256`).
         beliefs: group -> its beliefs, the start beliefs first.
-        learning: the constants, by name.
+        learning: the parameters, by name.
         seed: the master seed.
         iterations: iterations done.
         converged_at: the iteration at which it converged, or None.
@@ -49,8 +49,10 @@ class SavedTable:
     q: QTable = field(hash=False)
 
     @classmethod
-    def of(cls, learned: Learned, model: Model, space: BeliefSpace, parameters: QLearning, seed: int) -> SavedTable:
-        """What is to be saved of learning."""
+    def of(
+        cls, learned: LearningResult, model: Model, space: BeliefSpace, parameters: QLearning, seed: int
+    ) -> SavedTable:
+        """The table to save after learning."""
         made = (learned.iterations, learned.converged_at, learned.maxima, learned.q)
         return cls(model.path.name, model.sha256(), _groups(space), asdict(parameters), seed, *made)
 
@@ -61,7 +63,7 @@ class SavedTable:
 
     @classmethod
     def from_json(cls, text: str, where: str) -> SavedTable:
-        """The table that `to_json` wrote; `where` is how its file is called in errors.
+        """The table that `to_json` wrote; `where` names its file in errors.
 
         Raises:
             GenerateError: cut off, of another version, or not what `to_json` writes.
@@ -94,24 +96,18 @@ class SavedTable:
             raise GenerateError(f"{where}: not a saved table: {error!r}; expected what --hri-rl-save writes") from None
 
     def write(self, path: Path) -> None:
-        """Write the file, aside first and then renamed.
+        """Write the file atomically.
 
         Raises:
             GenerateError: it cannot be written.
         """
-        aside = path.with_name(f".{path.name}.{os.getpid()}.part")
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            try:
-                aside.write_text(self.to_json(), encoding="utf-8")
-                aside.replace(path)
-            finally:
-                aside.unlink(missing_ok=True)
+            atomic_file.write_text(path, self.to_json())
         except OSError as error:
             raise GenerateError(f"cannot write {path}: {error.strerror or error}; choose another file") from None
 
     def check(self, model: Model, space: BeliefSpace, where: str) -> None:
-        """See whether it was learned on this model and on these beliefs.
+        """Check that it was learned on this model and these beliefs.
 
         Raises:
             GenerateError: it was not; names both hashes, or the groups that differ.
@@ -136,17 +132,17 @@ class SavedTable:
                 raise GenerateError(f"{where}: the row of {state!r} lacks {odd!r}, or has it too much; was it edited?")
 
 
-def read_start(path: Path, model: Model, space: BeliefSpace) -> WarmStart:
-    """What learning is to begin with: a saved table, or a TOML file of belief sets as for the suite by-hand.
+def read_warm_start(path: Path, model: Model, space: BeliefSpace) -> WarmStart:
+    """Read what learning begins with: a saved table, or a TOML file of belief sets as for the suite by-hand.
 
-    Of belief sets, those without a start belief, or with nothing but that, are left out: no cell of Q is for them.
+    Belief sets without a start belief, or with no other belief, are left out: Q has no cell for them.
 
     Raises:
         GenerateError: the file cannot be read, or is not for this model and these beliefs.
     """
     if path.suffix == ".toml":
-        listed = [subset for aim in read_aims(path, space) for subset in aim.subsets]
-        subsets = tuple(filter(None, (_episode(subset, space) for subset in listed)))
+        listed = [subset for entry in read_belief_sets(path, space) for subset in entry.subsets]
+        subsets = tuple(filter(None, (_start_first(subset, space) for subset in listed)))
         if not subsets:
             raise GenerateError(f"{path}: no belief set with a start belief and another one; expected at least one")
         return WarmStart(path.name, digest("subsets", subsets), subsets=subsets)
@@ -158,16 +154,13 @@ def read_start(path: Path, model: Model, space: BeliefSpace) -> WarmStart:
         raise GenerateError(f"{path}: {error}; expected a saved table, or belief sets (*.toml)") from None
     saved = SavedTable.from_json(text, str(path))
     saved.check(model, space, str(path))
-    return WarmStart(path.name, _hash(saved), q=saved.q, maxima=saved.maxima)
+    # The seed and the parameters it was learned with have no effect on further learning.
+    content = hashlib.sha256(canonical_json([saved.q, saved.maxima]).encode("ascii")).hexdigest()
+    return WarmStart(path.name, content, q=saved.q, maxima=saved.maxima)
 
 
-def _hash(saved: SavedTable) -> str:
-    """Of what learning goes on from: constants and seed that it was learned with do not matter."""
-    return hashlib.sha256(canonical([saved.q, saved.maxima]).encode("ascii")).hexdigest()
-
-
-def _episode(subset: tuple[str, ...], space: BeliefSpace) -> tuple[str, ...]:
-    """The set with one start belief in front, or nothing."""
+def _start_first(subset: tuple[str, ...], space: BeliefSpace) -> tuple[str, ...]:
+    """The set with one start belief in front; empty if it has no start belief or nothing else."""
     starts = [belief for belief in subset if belief in space.start]
     others = [belief for belief in subset if belief not in space.start]
     return (starts[0], *others) if starts and others else ()

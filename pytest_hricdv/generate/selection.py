@@ -1,4 +1,4 @@
-"""Selection: which of many explorations become the tests of a suite."""
+"""Greedy selection: which of many model runs become the tests of a suite."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from .exploration import Exploration
-from .reward import Plan
+from pytest_hricdv.generate.model import ModelRun
+from pytest_hricdv.generate.reward import Plan
 
 
 @dataclass
@@ -22,15 +22,15 @@ class GreedySelector:
 
     executed: Counter[Plan] = field(default_factory=Counter)
     """How many of the chosen tests execute each plan."""
-    chosen: list[Exploration] = field(default_factory=list)
+    chosen: list[ModelRun] = field(default_factory=list)
 
-    def choose(self, explorations: Iterable[Exploration], count: int) -> None:
+    def choose(self, runs: Iterable[ModelRun], count: int) -> None:
         """Choose up to `count` more, of these.
 
         A heap with lazy updates: choosing a test can only move the others back in the order. So the first entry whose
         rank is still the one it was queued with comes before all others.
         """
-        candidates = list(explorations)
+        candidates = list(runs)
         plans = [[(agent, plan) for agent, own in each.plans.items() for plan in own] for each in candidates]
         texts = {each.lines for each in self.chosen}
 

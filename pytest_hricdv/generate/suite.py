@@ -1,48 +1,44 @@
-"""Suites: the tests a method generated, as plain data that crosses processes and is kept in a cache."""
+"""Suites: the tests that a method generated, as plain data for caches and worker processes, and their diagnosis."""
 
 from __future__ import annotations
 
-import hashlib
 import json
+import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
-from .abstract import AbstractTest, Plans
-from .beliefs import BeliefSpace
-from .error import GenerateError
-from .identity import Draft, identify
-from .model import contents
-from .stream import canonical
+from pytest_hricdv.generate.abstract import AbstractTest, Plans
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.ids import Draft, identify
+from pytest_hricdv.generate.rng import canonical_json
 
-SCHEMA = "hricdv-suite/2"
-#: Part of every fingerprint: raised whenever the same inputs come to give other tests.
-GENERATOR_VERSION = "1"
+SCHEMA = "hricdv-suite/3"
 
 
 @dataclass(frozen=True)
 class Generation:
-    """How a suite came about.
+    """Facts on the generation of a suite.
 
     Args:
-        bdi_runs: runs of the model, all told; 0 for a method without a model.
+        bdi_runs: all runs of the model; 0 for a method without a model.
         iterations: iterations of learning.
         converged_at: the iteration at which no cell of Q changed any more, or None.
         q_delta: the largest change of a cell of Q in each iteration.
-        news_at: the last iteration of learning in which a plan was executed that no run before had executed; None
-            where nothing was learned.
-        reward: the name of the reward; empty where nothing was learned.
+        last_new_plan_at: the last iteration of learning that executed a plan which no earlier run had executed; None
+            without learning.
+        reward: the name of the reward; empty without learning.
         distinct_texts: how many of the suite's tests differ as text.
-        declared_plans: the coverage plans the model has, by agent; what coverage is measured against.
-        notes: what a reader should know: entries left out, fewer tests than asked for.
+        declared_plans: all coverage plans of the model, by agent.
+        notes: messages for the reader, for instance on entries left out or fewer tests than asked for.
     """
 
     bdi_runs: int = 0
     iterations: int = 0
     converged_at: int | None = None
     q_delta: tuple[float, ...] = ()
-    news_at: int | None = None
+    last_new_plan_at: int | None = None
     reward: str = ""
     distinct_texts: int = 0
     declared_plans: Plans = field(default_factory=dict, hash=False)
@@ -51,7 +47,7 @@ class Generation:
 
 @dataclass(frozen=True)
 class Suite:
-    """A suite: equal inputs and seed give an equal suite, to the byte of its JSON. The time it took is not part of it.
+    """The tests of one method. Equal inputs and seed give equal bytes of JSON; times are no part of it.
 
     Raises:
         GenerateError: two tests have the same id.
@@ -71,7 +67,7 @@ class Suite:
 
     @classmethod
     def of_drafts(cls, name: str, seed: int, drafts: Iterable[Draft], generation: Generation) -> Suite:
-        """A suite of drafts, which get their ids and seeds here."""
+        """A suite of drafts, with their ids and seeds."""
         return cls.of_tests(name, seed, identify(name, seed, drafts), generation)
 
     @classmethod
@@ -80,8 +76,8 @@ class Suite:
         distinct = len({test.lines for test in tests})
         return cls(name, seed, tuple(tests), replace(generation, distinct_texts=distinct))
 
-    def noted(self, note: str) -> Suite:
-        """The same suite with one more note on how it came about."""
+    def with_note(self, note: str) -> Suite:
+        """The same suite with one more note."""
         return replace(self, generation=replace(self.generation, notes=(*self.generation.notes, note)))
 
     def covered_plans(self) -> Plans:
@@ -93,7 +89,7 @@ class Suite:
         return {agent: tuple(sorted(labels)) for agent, labels in covered.items()}
 
     def uncovered_plans(self) -> Plans:
-        """The declared coverage plans that none of the tests executed, by agent, where there are any."""
+        """The declared coverage plans that no test executed, by agent; agents without any are left out."""
         covered = self.covered_plans()
         left = {
             agent: tuple(label for label in labels if label not in covered[agent])
@@ -103,7 +99,15 @@ class Suite:
 
     def to_json(self) -> str:
         """Canonical JSON, a plain string; the same for equal suites."""
-        return canonical({"schema": SCHEMA, **asdict(self)})
+        return canonical_json(
+            {
+                "schema": SCHEMA,
+                "name": self.name,
+                "seed": self.seed,
+                "tests": [test.to_data() for test in self.tests],
+                "generation": asdict(self.generation),
+            }
+        )
 
     @classmethod
     def from_json(cls, text: str) -> Suite:
@@ -117,15 +121,10 @@ class Suite:
             schema = data["schema"]
             if schema != SCHEMA:
                 raise GenerateError(f"a suite of schema {schema!r}; expected {SCHEMA!r}: generate it again")
-            tests = tuple(_test(each) for each in data["tests"])
+            tests = tuple(AbstractTest.from_data(each) for each in data["tests"])
             return cls(str(data["name"]), int(data["seed"]), tests, _generation(data["generation"]))
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise GenerateError(f"not a suite: {error!r}; expected what Suite.to_json writes") from error
-
-
-def _test(data: dict[str, Any]) -> AbstractTest:
-    lists = {"beliefs": tuple(data["beliefs"]), "lines": tuple(data["lines"]), "plans": _plans(data["plans"])}
-    return AbstractTest(**{**data, **lists})
 
 
 def _generation(data: dict[str, Any]) -> Generation:
@@ -141,26 +140,58 @@ def _plans(data: Mapping[str, Sequence[str]]) -> Plans:
     return {agent: tuple(labels) for agent, labels in data.items()}
 
 
-def fingerprint(
-    files: Iterable[Path],
-    space: BeliefSpace | None,
-    parameters: object,
-    seed: int,
-    version: str = GENERATOR_VERSION,
-) -> str:
-    """What a suite depends on, as one hash (hex): the key of a cache.
+@dataclass(frozen=True)
+class Diagnosis:
+    """How varied the tests of a suite are, before any of them has run.
 
     Args:
-        files: the model's files, and any other that is read; their names and bytes count, their folders do not.
-        space: the belief space, if there is one.
-        parameters: a dataclass of the method's parameters, or anything JSON can say.
-        seed: the master seed.
-        version: of the generator.
-
-    Raises:
-        GenerateError: a file cannot be read.
+        tests: their number.
+        distinct_texts: number of different texts.
+        distinct_subsets: number of different belief subsets; 0 if the tests came from none.
+        belief_entropy_bits: Shannon entropy of the beliefs over all tests (bit): how evenly they are used.
+        belief_entropy_most_bits: the entropy if all beliefs that occur were used equally often (bit).
+        plans: agent -> the coverage plans that the model executed in at least one of the tests.
+        last_new_plan_at: the last test (from 1, in the suite's order) that executes a plan which no earlier test
+            executes; 0 if there is none.
     """
-    beliefs = None if space is None else [space.start, list(space.groups.items()), space.naming, space.neutral]
-    plain = asdict(parameters) if hasattr(type(parameters), "__dataclass_fields__") else parameters  # type: ignore[call-overload]
-    key = canonical([version, contents(files), beliefs, plain, seed])
-    return hashlib.sha256(key.encode("ascii")).hexdigest()
+
+    tests: int
+    distinct_texts: int
+    distinct_subsets: int
+    belief_entropy_bits: float
+    belief_entropy_most_bits: float
+    plans: Plans = field(hash=False)
+    last_new_plan_at: int
+
+    @property
+    def warning(self) -> str:
+        """The warning if more than half of the tests repeat the text of another one, else empty."""
+        if 2 * self.distinct_texts >= self.tests:
+            return ""
+        return f"mostly repeats: only {self.distinct_texts} of {self.tests} tests differ as text"
+
+
+def diagnose(suite: Suite) -> Diagnosis:
+    """The diagnosis of a suite."""
+    uses = Counter(belief for test in suite.tests for belief in test.beliefs)
+    seen: set[tuple[str, str]] = set()
+    last_new_plan_at = 0
+    for number, test in enumerate(suite.tests, 1):
+        executed = {(agent, label) for agent, labels in test.plans.items() for label in labels}
+        last_new_plan_at = number if executed - seen else last_new_plan_at
+        seen |= executed
+    return Diagnosis(
+        tests=len(suite.tests),
+        distinct_texts=len({test.lines for test in suite.tests}),
+        distinct_subsets=len({test.beliefs for test in suite.tests if test.beliefs}),
+        belief_entropy_bits=entropy_bits(uses),
+        belief_entropy_most_bits=math.log2(len(uses)) if uses else 0.0,
+        plans=suite.covered_plans(),
+        last_new_plan_at=last_new_plan_at,
+    )
+
+
+def entropy_bits(uses: Counter[str]) -> float:
+    """Shannon entropy of the counts (bit); 0 for no count or only one."""
+    total = uses.total()
+    return math.fsum(count / total * math.log2(total / count) for count in uses.values())

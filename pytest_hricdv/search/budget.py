@@ -1,4 +1,4 @@
-"""What a search may cost: so many runs, so many seconds, or until somebody presses Ctrl-C."""
+"""The budget of a search: a number of runs and seconds."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-#: Why a search ended: there was nothing left to try, or what it ran out of.
+#: Why a search ended: it was complete, the budget had no runs or seconds left, or the user pressed Ctrl-C.
 Ended = Literal["done", "runs", "seconds", "interrupted"]
 
 
-class SpentError(Exception):
-    """The budget is spent; `ended` says of what."""
+class BudgetSpentError(Exception):
+    """The budget is spent; `ended` says whether runs or seconds ran out."""
 
     def __init__(self, ended: Ended) -> None:
         super().__init__(ended)
@@ -21,11 +21,11 @@ class SpentError(Exception):
 
 @dataclass
 class Budget:
-    """Counts runs and time. The clock starts when the budget is made.
+    """Counts runs and time. The clock starts when the budget is created.
 
     Args:
-        runs: at most so many.
-        seconds: no run is begun after so many (s of wall time); None: no limit.
+        runs: the maximum number of runs.
+        seconds: no run starts after this time (s of wall time); None: no limit.
         clock: of wall time (s).
     """
 
@@ -35,17 +35,17 @@ class Budget:
 
     def __post_init__(self) -> None:
         self.used = 0
-        self._began_s = self.clock()
+        self._start_s = self.clock()
 
     @property
     def elapsed_s(self) -> float:
-        """Since it was made (s)."""
-        return self.clock() - self._began_s
+        """Time since the budget was created (s)."""
+        return self.clock() - self._start_s
 
     def spend(self) -> None:
-        """Take one run off. Raises SpentError where there is none left."""
+        """Count one run. Raises BudgetSpentError if none is left."""
         if self.used >= self.runs:
-            raise SpentError("runs")
+            raise BudgetSpentError("runs")
         if self.seconds is not None and self.elapsed_s >= self.seconds:
-            raise SpentError("seconds")
+            raise BudgetSpentError("seconds")
         self.used += 1

@@ -1,15 +1,15 @@
-"""Replay files: one concrete test, with all that is needed to run it again and to tell whether it ran the same."""
+"""Replay files: one concrete test, with everything needed to repeat its run and to compare the result."""
 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from pytest_hricdv import atomic_file
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.generate.error import GenerateError
@@ -19,12 +19,19 @@ SCHEMA = "hricdv-replay/1"
 
 
 class ReplayError(Exception):
-    """A replay file cannot be read or written; the message says which, why, and what to do."""
+    """A replay file cannot be read or written; the message names the file, the cause and what to do."""
 
 
 @dataclass(frozen=True)
 class Origin:
-    """How a test was found that no suite has: `shrunk` or `search`, from which test, for what, in how many runs."""
+    """Where a test outside the suites came from.
+
+    Args:
+        how: `shrunk` or `search`.
+        test: id of the test it was made from.
+        requirement: id of the requirement that it is about.
+        runs: how many runs it took.
+    """
 
     how: str
     test: str
@@ -34,18 +41,18 @@ class Origin:
 
 @dataclass(frozen=True)
 class Replay:
-    """A test that was run, and what came of it.
+    """A test that was run, and the result.
 
     Args:
         test: the abstract test.
         concrete: the same with its exact parameters.
         nodeid: the pytest item that ran it.
         suite_seed: the seed that its suite was generated from.
-        record_sha256: of the run's record; None where the run did not come to an end.
+        record_sha256: of the run's record; None if the run did not end.
         requirements: id -> verdict, as in the report.
         code: file of the code under test -> SHA-256 of its text.
-        made_with: what else a run depends on, name -> version.
-        origin: of a test that no suite has.
+        made_with: other things a run depends on, name -> version.
+        origin: of a test outside the suites.
     """
 
     test: AbstractTest
@@ -64,7 +71,7 @@ class Replay:
         origin = self.origin
         plain = {
             "schema": SCHEMA,
-            "test": asdict(self.test),
+            "test": self.test.to_data(),
             "concrete": {"actions": actions, "run": dict(self.concrete.run)},
             "nodeid": self.nodeid,
             "suite_seed": self.suite_seed,
@@ -79,24 +86,15 @@ class Replay:
 
     @classmethod
     def from_json(cls, text: str, where: str) -> Replay:
-        """The replay that `to_json` wrote; `where` is how its file is called in errors.
+        """The replay that `to_json` wrote; `where` names its file in errors.
 
         Raises:
-            ReplayError: cut off, of another version, incomplete, or at odds with itself.
+            ReplayError: cut off, of another version, incomplete, or contradictory.
         """
         data = _checked(text, where)
-        given, origin = data["test"], data["origin"] if data.get("origin") else None
+        origin = data.get("origin") or None
         try:
-            test = AbstractTest(
-                id=given["id"],
-                suite=given["suite"],
-                aim=given["aim"],
-                beliefs=tuple(given["beliefs"]),
-                lines=tuple(given["lines"]),
-                plans={agent: tuple(labels) for agent, labels in given["plans"].items()},
-                seed=int(given["seed"]),
-                name=given["name"],
-            )
+            test = AbstractTest.from_data(data["test"])
         except GenerateError as error:
             raise ReplayError(f"{where}: {error}") from None
         concrete = _concrete(test, data["concrete"])
@@ -151,12 +149,12 @@ def schema() -> dict[str, Any]:
 
 
 def load(path: Path) -> Replay:
-    """Read a replay file. Raises ReplayError, see `Replay.from_json`; also where there is no such file."""
+    """Read a replay file. Raises ReplayError if there is none or it is invalid, see `Replay.from_json`."""
     return Replay.from_json(read(path), str(path))
 
 
 def read(path: Path) -> str:
-    """The text of a replay file. Raises ReplayError where there is none, or it is no text."""
+    """The text of a replay file. Raises ReplayError if there is none or it is no text."""
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -168,27 +166,20 @@ def read(path: Path) -> str:
 
 
 def write(replay: Replay, folder: Path) -> Path:
-    """Write `<folder>/<test id>.json`, aside first and then renamed; returns its path.
+    """Write `<folder>/<test id>.json` atomically; returns its path.
 
     Raises:
         ReplayError: the folder cannot be written.
     """
     path = folder / f"{replay.test.id}.json"
-    aside = folder / f".{replay.test.id}.{os.getpid()}.part"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        try:
-            aside.write_text(replay.to_json(), encoding="utf-8")
-            aside.replace(path)
-        finally:
-            aside.unlink(missing_ok=True)
+        return atomic_file.write_text(path, replay.to_json())
     except OSError as error:
         raise ReplayError(f"cannot write {path}: {error.strerror or error}") from None
-    return path
 
 
 def differences(replay: Replay, code: Mapping[str, str], made_with: Mapping[str, str]) -> list[str]:
-    """What a run depends on and is not as it was, as `lamps/guide.py changed` or `python 3.11.2, now 3.12.1`."""
+    """What has changed of the things a run depends on, as `lamps/guide.py changed` or `python 3.11.2, now 3.12.1`."""
     found = []
     for name in sorted(replay.code.keys() | code.keys()):
         if name not in code:

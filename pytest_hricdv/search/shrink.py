@@ -1,33 +1,34 @@
-"""Shrinking: from a failing test to a short one that fails for the same reason.
+"""Shrinking: from a failing test to a short one with the same failure.
 
 Actions are dropped first, by delta debugging (A. Zeller, R. Hildebrandt: Simplifying and Isolating Failure-Inducing
-Input, IEEE TSE 28(2), 2002), whole turns before single actions; then what parameters are left are simplified (see
-`simpler`), all of them at once where that goes well. Both are repeated until nothing more can be taken away: shrinking
-the result again changes nothing.
+Input, IEEE TSE 28(2), 2002), whole turns before single actions. Then the remaining parameters get simpler values (see
+`shrink_candidates`), all of them at once if the test still fails. Both are repeated until nothing changes any more, so
+shrinking the result again changes nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
+from math import floor, log10
 from typing import TypeVar
 
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
-from pytest_hricdv.generate.sampler import Sampler
-
-from .budget import Budget, Ended, SpentError
-from .simpler import simpler
+from pytest_hricdv.generate.sampler import Chance, Range, Sampler
+from pytest_hricdv.search.budget import Budget, BudgetSpentError, Ended
 
 T = TypeVar("T")
 
-#: Where a parameter stands: the place of its action (None: a parameter of the run), and its name.
+_SIGNIFICANT_DIGITS = (1, 2, 3)
+
+#: The place of a parameter: the number of its action (None: a parameter of the run), and its name.
 Spot = tuple[int | None, str]
 
 
 @dataclass(frozen=True)
 class Shrunk:
-    """What became of a failing test: the shortest one found, the runs it took (s of wall time), and why it ended."""
+    """The shortest failing test found, the runs and the wall time (s) it took, and why shrinking ended."""
 
     test: ConcreteTest
     runs: int
@@ -40,25 +41,25 @@ def shrink(
     space: Concretization,
     fails: Callable[[ConcreteTest], bool],
     budget: Budget,
-    better: Callable[[ConcreteTest], None] = lambda test: None,
+    on_progress: Callable[[ConcreteTest], None] = lambda test: None,
 ) -> Shrunk:
-    """Shrink a test. Deterministic, unless the seconds run out.
+    """Shrink a test. Deterministic, unless the time limit ends it.
 
     Args:
         test: one that fails.
-        space: the ranges that its parameters were drawn from; others are left as they are.
-        fails: runs a test and says whether it fails for the same reason as the first.
+        space: the ranges that its parameters were drawn from; parameters without a range stay as they are.
+        fails: runs a test and returns whether it has the same failure as the first.
         budget: of runs and seconds.
-        better: told whenever a shorter test is found, so that it can be kept at once.
+        on_progress: called with each shorter failing test, so that it can be saved at once.
 
     Returns:
-        The shortest test that was seen to fail, also where the budget was spent or Ctrl-C was pressed on the way.
+        The shortest test that failed, also if the budget was spent or the user pressed Ctrl-C.
     """
-    shrinking = _Shrinking(test, space, fails, budget, better)
+    shrinking = _Shrinking(test, space, fails, budget, on_progress)
     ended: Ended = "done"
     try:
         shrinking.run()
-    except SpentError as spent:
+    except BudgetSpentError as spent:
         ended = spent.ended
     except KeyboardInterrupt:
         ended = "interrupted"
@@ -72,24 +73,24 @@ class _Shrinking:
         space: Concretization,
         fails: Callable[[ConcreteTest], bool],
         budget: Budget,
-        better: Callable[[ConcreteTest], None],
+        on_progress: Callable[[ConcreteTest], None],
     ) -> None:
         self.best = test
         self._space = space
         self._fails = fails
         self._budget = budget
-        self._better = better
+        self._on_progress = on_progress
         self._seen = {test.to_json(): True}
 
     def run(self) -> None:
-        """Until nothing changes any more."""
+        """Shrink until nothing changes any more."""
         before = None
         while before != self.best:
             before = self.best
             self._drop(_turns(self.best.actions))
             self._drop([[action] for action in self.best.actions])
             self._simplify(self._spots())
-            self._simplify_on()
+            self._simplify_one_by_one()
 
     def _is_failing(self, test: ConcreteTest) -> bool:
         key = test.to_json()
@@ -98,11 +99,11 @@ class _Shrinking:
             self._seen[key] = self._fails(test)
             if self._seen[key]:
                 self.best = test
-                self._better(test)
+                self._on_progress(test)
         return self._seen[key]
 
     def _drop(self, parts: Sequence[Sequence[ConcreteAction]]) -> None:
-        """Delta debugging over parts of the actions: keep one chunk alone, or leave one out; then smaller chunks."""
+        """Delta debugging over parts of the actions: keep only one chunk, or leave one out; then smaller chunks."""
         if not parts or self._is_failing(_of(self.best, ())):
             return
         count = 2
@@ -116,7 +117,7 @@ class _Shrinking:
                 return
 
     def _reduced(self, chunks: list[Sequence[Sequence[ConcreteAction]]]) -> Sequence[Sequence[ConcreteAction]] | None:
-        """The first that fails of: a chunk alone, all but a chunk."""
+        """The first of these that fails: one chunk, or all chunks but one."""
         without = [list(chain.from_iterable(chunks[:left] + chunks[left + 1 :])) for left in range(len(chunks))]
         for kept in (*chunks, *without):
             if self._is_failing(_of(self.best, kept)):
@@ -124,14 +125,14 @@ class _Shrinking:
         return None
 
     def _spots(self) -> list[Spot]:
-        """The parameters that something simpler is known for."""
+        """The parameters that have a simpler value."""
         spots: list[Spot] = [(None, name) for name in sorted(self.best.run)]
         spots += [(place, name) for place, each in enumerate(self.best.actions) for name in sorted(each.parameters)]
         return [spot for spot in spots if self._candidates(spot)]
 
     def _candidates(self, spot: Spot) -> tuple[float, ...]:
         sampler = self._sampler(spot)
-        return () if sampler is None else simpler(_value(self.best, spot), sampler)
+        return () if sampler is None else shrink_candidates(_value(self.best, spot), sampler)
 
     def _sampler(self, spot: Spot) -> Sampler | None:
         place, name = spot
@@ -140,7 +141,7 @@ class _Shrinking:
         return self._space.commands.get(self.best.actions[place].command, {}).get(name)
 
     def _simplify(self, spots: Sequence[Spot]) -> None:
-        """Give all of these parameters their simplest value at once, or else each half of them."""
+        """Give all of these parameters their simplest value at once; if that does not fail, try each half of them."""
         changed = self.best
         for spot in spots:
             changed = _with(changed, spot, self._candidates(spot)[0])
@@ -151,8 +152,8 @@ class _Shrinking:
             self._simplify(spots[:half])
             self._simplify(spots[half:])
 
-    def _simplify_on(self) -> None:
-        """One by one, what the simplest value was too much for."""
+    def _simplify_one_by_one(self) -> None:
+        """Try all simpler values of each parameter."""
         for spot in self._spots():
             for candidate in self._candidates(spot):
                 if self._is_failing(_with(self.best, spot, candidate)):
@@ -187,3 +188,29 @@ def _with(test: ConcreteTest, spot: Spot, value: float) -> ConcreteTest:
     actions = list(test.actions)
     actions[place] = replace(actions[place], parameters={**actions[place].parameters, name: value})
     return replace(test, actions=tuple(actions))
+
+
+def shrink_candidates(value: float, sampler: Sampler) -> tuple[float, ...]:
+    """The values to try instead of this one, the simplest first; empty if nothing is simpler.
+
+    First the sampler's simple values, then the value itself rounded to one, two or three significant digits. All of
+    them are in the range. The candidates for a candidate are those before it in the list, so that shrinking ends.
+    """
+    found: list[float] = []
+    for candidate in (*sampler.simple_values(), *_rounded(value, sampler)):
+        if candidate == value:
+            break
+        if candidate not in found:
+            found.append(candidate)
+    return tuple(found)
+
+
+def _rounded(value: float, sampler: Sampler) -> Iterator[float]:
+    inside = sampler.then if isinstance(sampler, Chance) else sampler
+    if not isinstance(inside, Range) or value == 0.0:
+        return
+    magnitude = floor(log10(abs(value)))
+    for digits in _SIGNIFICANT_DIGITS:
+        rounded = round(value, digits - 1 - magnitude)
+        if inside.contains(rounded):
+            yield rounded

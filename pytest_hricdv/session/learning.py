@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from pytest_hricdv.generate.qlearning import QLearning
-    from pytest_hricdv.generate.warm_start import WarmStart
+    from pytest_hricdv.generate.qlearning import QLearning, WarmStart
     from pytest_hricdv.testbench import Testbench
 
 METHOD = "rl"
@@ -116,22 +115,23 @@ def warm_start(options: LearningOptions, testbench: Testbench) -> WarmStart:
         pytest.UsageError: the file cannot be read, or is not for this testbench.
     """
     from pytest_hricdv.generate.error import GenerateError
-    from pytest_hricdv.generate.warm_start import COLD
+    from pytest_hricdv.generate.qlearning import COLD_START
 
     if options.start is None:
-        return COLD
-    from pytest_hricdv.generate.saved_table import read_start
+        return COLD_START
+    from pytest_hricdv.generate.saved_table import read_warm_start
 
     try:
-        return read_start(options.start, testbench.model, testbench.beliefs)
+        return read_warm_start(options.start, testbench.model, testbench.beliefs)
     except GenerateError as error:
         raise pytest.UsageError(f"--hri-rl-start: {error}") from None
 
 
 def _setting(line: str) -> dict[str, Any]:
     """The constant of a line, by name."""
-    from pytest_hricdv.generate.error import GenerateError, nearest
+    from pytest_hricdv.generate.error import GenerateError
     from pytest_hricdv.generate.qlearning import QLearning
+    from pytest_hricdv.suggestion import nearest
 
     name, equals, text = (part.strip() for part in line.partition("="))
     defaults = {each.name: each.default for each in fields(QLearning) if each.name != "reward"}

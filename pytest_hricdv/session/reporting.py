@@ -22,7 +22,7 @@ from pytest_hricdv.closure.results import Rerun, Session, build_report
 from pytest_hricdv.cover.crossed import list_product
 from pytest_hricdv.cover.source import CoverError
 from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.listing import list_model
+from pytest_hricdv.generate.model import list_model
 from pytest_hricdv.report import files, found, terminal
 from pytest_hricdv.report.files import ReportError
 from pytest_hricdv.session import filming

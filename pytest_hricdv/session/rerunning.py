@@ -12,8 +12,8 @@ from pytest_hricdv.closure.closing import Entry
 from pytest_hricdv.closure.results import describe, measured
 from pytest_hricdv.cover.measure import NoMeasurement
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.generate.identity import slug
-from pytest_hricdv.generate.stream import digest
+from pytest_hricdv.generate.ids import slug
+from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.search.replay import Origin
 from pytest_hricdv.session.replaying import Failures, Surroundings
@@ -53,7 +53,7 @@ class Rerunning:
         test = replace(
             case.abstract,
             id=result.test.id,
-            aim=f"{origin.requirement} {origin.how}",
+            target=f"{origin.requirement} {origin.how}",
             beliefs=(),
             plans={},
             lines=tuple(action.command for action in result.test.actions),

@@ -14,10 +14,10 @@ from typing import Any
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.closure.closing import Entry
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.generate.stream import stream
+from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.search.budget import Budget
-from pytest_hricdv.search.climb import Found, Reached, climb
+from pytest_hricdv.search.evolution_strategy import Evaluation, SearchResult, search_violation
 from pytest_hricdv.search.replay import Origin
 from pytest_hricdv.session.rerunning import Rerunning, named
 
@@ -48,7 +48,7 @@ class Searching:
         Returns:
             What the report has of it, and the test that violates it where one was found.
         """
-        entries = sorted(entries, key=lambda entry: _height(entry, requirement.id))
+        entries = sorted(entries, key=lambda entry: _objective(entry, requirement.id))
         triggered = [entry for entry in entries if entry["requirements"][requirement.id]["triggers"]]
         if not triggered:
             return _told("never triggered"), None
@@ -57,34 +57,36 @@ class Searching:
         if any(entry["requirements"][requirement.id]["verdict"] == "Failed" for entry in triggered):
             return _told("violated by the suite", suite_margin=verdict["margin"], test=nearest["id"]), None
         starts = triggered[:STARTS]
-        found = self._climb(requirement, starts, budget)
+        found = self._search(requirement, starts, budget)
         told = _told(
-            "violated" if found.reached.violated else "not violated",
+            "violated" if found.evaluation.violated else "not violated",
             suite_margin=verdict["margin"],
-            margin=found.reached.margin,
+            margin=found.evaluation.margin,
             test=starts[found.start]["id"],
             runs=found.runs,
             wall_s=round(found.wall_s, 3),
             ended=found.ended,
         )
-        if not found.reached.violated:
+        if not found.evaluation.violated:
             return told, None
         return told, self._keep(requirement, starts[found.start], found, told)
 
-    def _climb(self, requirement: Requirement, starts: Iterable[Entry], budget: Budget) -> Found:
-        def run(test: ConcreteTest) -> Reached:
+    def _search(self, requirement: Requirement, starts: Iterable[Entry], budget: Budget) -> SearchResult:
+        def run(test: ConcreteTest) -> Evaluation:
             result = self.rerunning.run(_named(test, requirement))
             if result is None:
-                return Reached(None, violated=False)
+                return Evaluation(None, violated=False)
             verdict = result.verdict(requirement.id)
-            return Reached(verdict.margin, verdict.verdict == "Failed")
+            return Evaluation(verdict.margin, verdict.verdict == "Failed")
 
         cases = [(self.chosen[entry["nodeid"]], entry["requirements"][requirement.id]) for entry in starts]
-        tests = [(case.concrete, Reached(verdict["margin"], violated=False)) for case, verdict in cases]
-        random = stream(HOW, self.seed, requirement.id)
-        return climb(tests, cases[0][0].ranges, run, budget, random)
+        tests = [(case.concrete, Evaluation(verdict["margin"], violated=False)) for case, verdict in cases]
+        rng = make_rng(HOW, self.seed, requirement.id)
+        return search_violation(tests, cases[0][0].ranges, run, budget, rng)
 
-    def _keep(self, requirement: Requirement, start: Entry, found: Found, told: dict[str, Any]) -> HriCase | None:
+    def _keep(
+        self, requirement: Requirement, start: Entry, found: SearchResult, told: dict[str, Any]
+    ) -> HriCase | None:
         result = self.rerunning.run(_named(found.test, requirement))
         if result is None:
             return None
@@ -98,7 +100,7 @@ def _named(test: ConcreteTest, requirement: Requirement) -> ConcreteTest:
     return named(test, f"{requirement.id}-{HOW}")
 
 
-def _height(entry: Entry, requirement: str) -> tuple[float, str, str]:
+def _objective(entry: Entry, requirement: str) -> tuple[float, str, str]:
     margin = entry["requirements"][requirement]["margin"]
     return math.inf if margin is None else margin, entry["id"], entry["nodeid"]
 

@@ -15,7 +15,7 @@ from pytest_hricdv.closure.closing import Entry
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.search.budget import Budget
-from pytest_hricdv.search.reason import Reason, is_same, reason
+from pytest_hricdv.search.failure_signature import FailureSignature, failure_signature, has_signature
 from pytest_hricdv.search.replay import Origin
 from pytest_hricdv.search.shrink import Shrunk, shrink
 from pytest_hricdv.session.rerunning import Rerunning, named
@@ -52,7 +52,7 @@ class Shrinking:
     nodeid: str
 
     def __post_init__(self) -> None:
-        self._wanted: Reason | None = None
+        self._wanted: FailureSignature | None = None
         self._best: CaseResult | None = None
 
     def shrink(self, budget: Budget) -> dict[str, Any]:
@@ -71,14 +71,14 @@ class Shrinking:
         result = self._run(self.case.concrete)
         verdict = result and result.verdict(self.requirement.id)
         if verdict and verdict.violations:
-            self._wanted = reason(self.requirement, verdict.violations[0])
+            self._wanted = failure_signature(self.requirement, verdict.violations[0])
             self._best = result
 
     def _fails(self, test: ConcreteTest) -> bool:
         result = self._run(test)
         if result is None or self._wanted is None:
             return False
-        same = is_same(self.requirement, self._wanted, result.verdict(self.requirement.id))
+        same = has_signature(self.requirement, self._wanted, result.verdict(self.requirement.id))
         if same:
             self._best = result
         return same

@@ -14,12 +14,12 @@ import pytest
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.closure.selected import Selected
 from pytest_hricdv.generate.concrete import UNIFORM, expand
+from pytest_hricdv.generate.context import GenerationContext, Method
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.files import Files
-from pytest_hricdv.generate.method import Context, Method
-from pytest_hricdv.generate.registry import select
+from pytest_hricdv.generate.methods import select_methods
 from pytest_hricdv.generate.suite import Suite
-from pytest_hricdv.generate.text import dump_tests
+from pytest_hricdv.generate.text_format import dump_tests
 from pytest_hricdv.session import learning
 from pytest_hricdv.session.options import Options
 from pytest_hricdv.testbench import Testbench
@@ -41,7 +41,7 @@ def selected_suites(
         pytest.UsageError: an unknown suite, a missing path, a model or a file that is wrong, or two equal names.
     """
     try:
-        methods = select(options.suites, root)
+        methods = select_methods(options.suites, root)
         context = _context(options, testbench, learns=any(method.name == learning.METHOD for method in methods))
         selected = [_generate(method, context, cache, say) for method in methods]
     except GenerateError as error:
@@ -55,11 +55,11 @@ def selected_suites(
     return selected
 
 
-def _context(options: Options, testbench: Testbench, *, learns: bool) -> Context:
+def _context(options: Options, testbench: Testbench, *, learns: bool) -> GenerationContext:
     """What the suites are generated from."""
     if options.learning.named and not learns:
         raise pytest.UsageError(f"{options.learning.named[0]}: nothing is learned; select the suite {learning.METHOD}")
-    context = Context(
+    context = GenerationContext(
         model=testbench.model,
         space=testbench.beliefs,
         commands=tuple(testbench.concretization.commands),
@@ -78,7 +78,7 @@ def _context(options: Options, testbench: Testbench, *, learns: bool) -> Context
     )
 
 
-def _generate(method: Method, context: Context, cache: Any | None, say: Callable[[str], None]) -> Selected:
+def _generate(method: Method, context: GenerationContext, cache: Any | None, say: Callable[[str], None]) -> Selected:
     if isinstance(method, Files):  # reading files is as quick as reading the cache
         return Selected(method.generate(context), 0.0, cached=False)
     key = f"{CACHE_FOLDER}/{context.fingerprint(method.name)}"

@@ -11,8 +11,8 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
+from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.files import Files
-from pytest_hricdv.generate.method import Context
 from studies import page, plots, session
 from studies.agreement.pair import OurRun, Pair, readings_by_turn
 from studies.agreement.tables import context, coverage_chart
@@ -38,7 +38,7 @@ def paired(report: Mapping[str, Any]) -> tuple[Pair, ...]:
     Raises:
         SessionError: the report is of other tests, or a test ended with an error.
     """
-    suite = Files(FILE).generate(Context(seed=report["suites"][0]["seed"]))
+    suite = Files(FILE).generate(GenerationContext(seed=report["suites"][0]["seed"]))
     ids = {test.name: test.id for test in suite.tests}
     entries = {test["id"]: test for test in report["tests"]}
     if entries.keys() != set(ids.values()):

@@ -18,7 +18,7 @@ abstract_tests = st.builds(
     AbstractTest,
     id=st.from_regex(r"[A-Za-z0-9_-]{1,20}", fullmatch=True),
     suite=phrases.filter(bool),
-    aim=phrases.filter(bool),
+    target=phrases.filter(bool),
     beliefs=st.lists(words, max_size=4).map(tuple),
     lines=st.lists(commands, max_size=5).map(tuple),
     plans=st.dictionaries(words, st.lists(words, max_size=3).map(tuple), max_size=2),

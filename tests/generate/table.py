@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
-from pytest_hricdv.generate.method import Context
+from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
 
@@ -39,4 +39,4 @@ CONCRETIZATION = Concretization(
     run={"sensing_timeout_s": Range(10.0, 100.0, "s")},
 )
 COMMANDS = tuple(CONCRETIZATION.commands)
-CONTEXT = Context(MODEL, SPACE, COMMANDS, by_hand=ROOT / "tests" / "hri" / "by_hand.toml")
+CONTEXT = GenerationContext(MODEL, SPACE, COMMANDS, by_hand=ROOT / "tests" / "hri" / "by_hand.toml")

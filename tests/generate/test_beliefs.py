@@ -37,7 +37,7 @@ def test_a_subset_has_one_order_whatever_order_it_was_chosen_in(beliefs: list[st
     ],
 )
 def test_the_aim_is_the_start_belief_and_the_naming_groups(beliefs: tuple[str, ...], aim: str) -> None:
-    assert SPACE.aim(beliefs) == aim
+    assert SPACE.target(beliefs) == aim
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from pytest_hricdv.generate.sampler import Chance, Constant, Range
 from tests.generate.table import COMMANDS, CONCRETIZATION
 
 finite = st.floats(-1e9, 1e9)
-TEST = AbstractTest(id="t", suite="s", aim="a", beliefs=(), lines=COMMANDS, seed=123456789)
+TEST = AbstractTest(id="t", suite="s", target="a", beliefs=(), lines=COMMANDS, seed=123456789)
 
 
 class Always(Random):

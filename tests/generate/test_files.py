@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
+from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.files import Files
-from pytest_hricdv.generate.method import Context
-from pytest_hricdv.generate.pseudorandom import Pseudorandom
-from pytest_hricdv.generate.text import dump_tests
+from pytest_hricdv.generate.methods import Pseudorandom
+from pytest_hricdv.generate.text_format import dump_tests
 from tests.generate.table import COMMANDS
 
-CONTEXT = Context(commands=COMMANDS)
+CONTEXT = GenerationContext(commands=COMMANDS)
 RECORDED = """{"day one": [{"n": 1, "steps": ["tell leg", "set_param gaze=1"]}, {"n": 2, "steps": null}],
  "day two": [{"n": 1, "steps": ["bored"]}]}"""
 

@@ -7,33 +7,30 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.generate.bdi_random import BdiPseudorandom
-from pytest_hricdv.generate.by_hand import ByHand
+from pytest_hricdv.generate.context import GenerationContext, evenly_spaced
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.files import Files
-from pytest_hricdv.generate.method import Context, spread
-from pytest_hricdv.generate.pseudorandom import Pseudorandom
-from pytest_hricdv.generate.registry import METHODS, select
+from pytest_hricdv.generate.methods import METHODS, BdiPseudorandom, ByHand, Pseudorandom, select_methods
 from pytest_hricdv.generate.rl import ReinforcementLearning
 from tests.generate.table import COMMANDS
 from tests.generate.toy import LAMPS, lamps
 
-ORIGINAL = Context(commands=COMMANDS)
+ORIGINAL = GenerationContext(commands=COMMANDS)
 
 
 @pytest.fixture
-def context(tmp_path: Path) -> Context:
+def context(tmp_path: Path) -> GenerationContext:
     by_hand = tmp_path / "by_hand.toml"
     by_hand.write_text(
         '[[aim]]\nname = "polite"\nbeliefs = ["?[ae]l*", "polite", "bright"]\n'
         '[[aim]]\nbeliefs = ["hall", "curt", "d*"]\nconcretizations = 2\n'
     )
-    return Context(lamps(tmp_path), LAMPS, by_hand=by_hand)
+    return GenerationContext(lamps(tmp_path), LAMPS, by_hand=by_hand)
 
 
-def test_by_hand_runs_each_subset_and_repeats_it(context: Context) -> None:
+def test_by_hand_runs_each_subset_and_repeats_it(context: GenerationContext) -> None:
     suite = ByHand().generate(context)
-    assert [test.aim for test in suite.tests] == ["hall-polite", "cellar-polite"] + ["hall-curt"] * 4
+    assert [test.target for test in suite.tests] == ["hall-polite", "cellar-polite"] + ["hall-curt"] * 4
     assert suite.tests[0].lines == ("enter hall", "greet", "set_lamp level = 100")
     assert suite.tests[0].plans == {"guide": ("g1", "g2"), "visitor": ("v1", "v3")}
     assert suite.tests[0].name == "polite"
@@ -43,16 +40,16 @@ def test_by_hand_runs_each_subset_and_repeats_it(context: Context) -> None:
     assert suite.generation.declared_plans["guide"] == ("g1", "g2")
 
 
-def test_another_number_by_hand_spreads_or_repeats(context: Context) -> None:
+def test_another_number_by_hand_spreads_or_repeats(context: GenerationContext) -> None:
     whole = {test.id for test in ByHand().generate(context).tests}
     few = ByHand().generate(replace(context, tests=3)).tests
-    assert [test.aim for test in few] == ["hall-polite", "hall-curt", "hall-curt"]
+    assert [test.target for test in few] == ["hall-polite", "hall-curt", "hall-curt"]
     many = {test.id for test in ByHand().generate(replace(context, tests=20)).tests}
     assert len(many) == 20
     assert whole < many
 
 
-def test_bdi_pseudorandom_has_one_belief_of_each_group(context: Context) -> None:
+def test_bdi_pseudorandom_has_one_belief_of_each_group(context: GenerationContext) -> None:
     suite = BdiPseudorandom(size=8).generate(context)
     assert len({test.beliefs for test in suite.tests}) == 8
     groups = [LAMPS.start, *LAMPS.groups.values()]
@@ -60,13 +57,13 @@ def test_bdi_pseudorandom_has_one_belief_of_each_group(context: Context) -> None
     assert suite.tests[:5] == BdiPseudorandom(size=5).generate(context).tests
 
 
-def test_bdi_pseudorandom_says_when_there_are_no_more_subsets(context: Context) -> None:
+def test_bdi_pseudorandom_says_when_there_are_no_more_subsets(context: GenerationContext) -> None:
     suite = BdiPseudorandom().generate(context)
     assert len(suite.tests) == 12
     assert suite.generation.notes == ("100 tests asked for, but only 12 distinct subsets were found of 12 that exist",)
 
 
-def test_rl_learns_and_covers_the_small_model(context: Context) -> None:
+def test_rl_learns_and_covers_the_small_model(context: GenerationContext) -> None:
     suite = ReinforcementLearning().generate(context)
     generation = suite.generation
     assert len({test.beliefs for test in suite.tests}) == len(suite.tests)
@@ -77,7 +74,7 @@ def test_rl_learns_and_covers_the_small_model(context: Context) -> None:
     assert generation.notes[0].startswith("134 tests asked for, but the policy leads to ")
 
 
-def test_rl_says_when_it_has_not_converged(context: Context) -> None:
+def test_rl_says_when_it_has_not_converged(context: GenerationContext) -> None:
     learning = replace(context.learning, iterations=3, suite_size=2)
     suite = ReinforcementLearning().generate(replace(context, learning=learning))
     assert len(suite.tests) == 2
@@ -90,14 +87,14 @@ def test_pseudorandom_draws_lengths_and_commands() -> None:
     assert len(suite.tests) == 100
     assert {len(test.lines) for test in suite.tests} == set(range(4, 20))
     assert {line for test in suite.tests for line in test.lines} == set(COMMANDS)
-    assert all(test.aim == f"{len(test.lines)}-actions" and not test.beliefs for test in suite.tests)
+    assert all(test.target == f"{len(test.lines)}-actions" and not test.beliefs for test in suite.tests)
     short = Pseudorandom().generate(replace(ORIGINAL, lengths=(1, 1), tests=30))
     assert len(short.tests) == 30
     assert {len(test.lines) for test in short.tests} == {1}
 
 
 @pytest.mark.parametrize("name", list(METHODS))
-def test_the_seed_decides(context: Context, name: str) -> None:
+def test_the_seed_decides(context: GenerationContext, name: str) -> None:
     context = replace(context, commands=COMMANDS)
     first = METHODS[name].generate(context)
     assert first == METHODS[name].generate(context)
@@ -110,37 +107,37 @@ def test_the_seed_decides(context: Context, name: str) -> None:
 @pytest.mark.parametrize("name", list(METHODS))
 def test_a_method_says_what_it_misses(name: str) -> None:
     with pytest.raises(GenerateError, match="but the testbench "):
-        METHODS[name].generate(Context())
+        METHODS[name].generate(GenerationContext())
 
 
 @pytest.mark.parametrize(("options", "message"), [({"tests": 0}, "0 tests"), ({"lengths": (5, 4)}, "lengths")])
 def test_a_context_that_makes_no_sense_is_an_error(options: dict[str, object], message: str) -> None:
     with pytest.raises(GenerateError, match=message):
-        Context(**options)  # type: ignore[arg-type]
+        GenerationContext(**options)  # type: ignore[arg-type]
 
 
 def test_selection_by_name_path_and_all(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("bored\n")
-    assert select("rl, by-hand,rl", tmp_path) == (METHODS["rl"], METHODS["by-hand"])
-    assert select("all", tmp_path) == tuple(METHODS.values())
-    assert select("mine.txt,pseudorandom", tmp_path) == (Files(tmp_path / "mine.txt"), METHODS["pseudorandom"])
+    assert select_methods("rl, by-hand,rl", tmp_path) == (METHODS["rl"], METHODS["by-hand"])
+    assert select_methods("all", tmp_path) == tuple(METHODS.values())
+    assert select_methods("mine.txt,pseudorandom", tmp_path) == (Files(tmp_path / "mine.txt"), METHODS["pseudorandom"])
 
 
 def test_an_unknown_selection_names_the_nearest(tmp_path: Path) -> None:
     with pytest.raises(GenerateError, match=r"suite 'byhand' is no method, .*; nearest: by-hand"):
-        select("byhand", tmp_path)
+        select_methods("byhand", tmp_path)
     with pytest.raises(GenerateError, match="selects nothing; known: by-hand, bdi-random, rl, pseudorandom, all"):
-        select(" , ", tmp_path)
+        select_methods(" , ", tmp_path)
 
 
-def test_spread() -> None:
-    assert spread("abcdef", 3) == ["a", "c", "e"]
-    assert spread("ab", 5) == ["a", "b", "a", "b", "a"]
-    assert spread("ab", None) == ["a", "b"]
-    assert spread("", 5) == []
+def test_evenly_spaced() -> None:
+    assert evenly_spaced("abcdef", 3) == ["a", "c", "e"]
+    assert evenly_spaced("ab", 5) == ["a", "b", "a", "b", "a"]
+    assert evenly_spaced("ab", None) == ["a", "b"]
+    assert evenly_spaced("", 5) == []
 
 
-def test_the_cache_key_changes_with_the_context(context: Context) -> None:
+def test_the_cache_key_changes_with_the_context(context: GenerationContext, monkeypatch: pytest.MonkeyPatch) -> None:
     assert context.model is not None
     changes = [
         context,
@@ -149,6 +146,9 @@ def test_the_cache_key_changes_with_the_context(context: Context) -> None:
         replace(context, commands=COMMANDS),
         replace(context, lengths=(1, 2)),
         replace(context, by_hand=None),
+        replace(context, space=None),
+        replace(context, space=replace(LAMPS, naming=())),
+        replace(context, space=replace(LAMPS, neutral=("dim",))),
         replace(context, learning=replace(context.learning, gamma=0.5)),
         replace(context, model=replace(context.model, max_rounds=9)),
     ]
@@ -156,4 +156,20 @@ def test_the_cache_key_changes_with_the_context(context: Context) -> None:
     keys.add(context.fingerprint("by-hand"))
     (context.model.path.parent / "guide.asl").write_text("@g1 +asked <- switch.")
     keys.add(context.fingerprint("rl"))
-    assert len(keys) == len(changes) + 2
+    monkeypatch.setattr("pytest_hricdv.generate.context.GENERATOR_VERSION", "0")
+    keys.add(context.fingerprint("rl"))
+    assert len(keys) == len(changes) + 3
+
+
+def test_the_cache_key_does_not_depend_on_folders(tmp_path: Path) -> None:
+    keys = set()
+    for name in ("here", "there"):
+        folder = tmp_path / name
+        folder.mkdir()
+        keys.add(GenerationContext(lamps(folder), LAMPS).fingerprint("rl"))
+    assert len(keys) == 1
+
+
+def test_a_cache_key_of_a_missing_file_is_an_error(context: GenerationContext, tmp_path: Path) -> None:
+    with pytest.raises(GenerateError, match=r"gone\.toml: .*expected a readable file"):
+        replace(context, by_hand=tmp_path / "gone.toml").fingerprint("by-hand")

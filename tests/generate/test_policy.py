@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.policy import rankings, subsets
-from pytest_hricdv.generate.qlearning import QLearning, QTable, learn
+from pytest_hricdv.generate.learner import learn
+from pytest_hricdv.generate.policy import policy_subsets, rankings
+from pytest_hricdv.generate.qlearning import QLearning, QTable
 from tests.generate.table import SPACE
 from tests.generate.toy import Fake
 
@@ -32,7 +33,7 @@ def test_equal_values_are_in_an_order_drawn_by_the_seed() -> None:
 
 def test_only_best_and_second_best_are_followed_and_all_that_exist_are_found() -> None:
     """Of two beliefs, s leads to x or y and t to z or y; of three, s to any two and t to any two; then to all."""
-    found = subsets(Q, SMALL, QLearning(), count=100, seed=0)
+    found = policy_subsets(Q, SMALL, QLearning(), count=100, seed=0)
     pairs = {subset for subset in found if len(subset) == 2}
     assert pairs == {("s", "x"), ("s", "y"), ("t", "y"), ("t", "z")}
     triples = {subset for subset in found if len(subset) == 3}
@@ -42,14 +43,14 @@ def test_only_best_and_second_best_are_followed_and_all_that_exist_are_found() -
 
 
 def test_sizes_are_respected() -> None:
-    found = subsets(Q, SMALL, QLearning(min_beliefs=3, max_beliefs=3), count=100, seed=0)
+    found = policy_subsets(Q, SMALL, QLearning(min_beliefs=3, max_beliefs=3), count=100, seed=0)
     assert {len(subset) for subset in found} == {3}
 
 
 def test_at_least_100_distinct_subsets_for_the_table() -> None:
     learned = learn(Fake(lambda subset: {"a": set(subset)}), SPACE, QLearning(), seed=0)
-    found = subsets(learned.q, SPACE, QLearning(), count=134, seed=0)
+    found = policy_subsets(learned.q, SPACE, QLearning(), count=134, seed=0)
     assert len(found) == len(set(found)) == 134
     assert {subset[0] for subset in found} == set(SPACE.start)
-    assert found[:50] == subsets(learned.q, SPACE, QLearning(), count=50, seed=0)
-    assert found != subsets(learned.q, SPACE, QLearning(), count=134, seed=1)
+    assert found[:50] == policy_subsets(learned.q, SPACE, QLearning(), count=50, seed=0)
+    assert found != policy_subsets(learned.q, SPACE, QLearning(), count=134, seed=1)

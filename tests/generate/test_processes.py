@@ -17,7 +17,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 from pytest_hricdv.generate.concrete import concretize
-from pytest_hricdv.generate.registry import METHODS
+from pytest_hricdv.generate.methods import METHODS
 from tests.generate.table import CONCRETIZATION, CONTEXT
 from tests.generate.toy import LAMPS, lamps
 
@@ -44,7 +44,7 @@ def test_the_same_seed_gives_the_same_bytes_in_every_process(method: str, tmp_pa
 
 
 def test_a_process_that_only_replays_a_suite_loads_no_bdi_engine() -> None:
-    code = "import sys, tests.generate.table, pytest_hricdv.generate.registry; print(*sys.modules)"
+    code = "import sys, tests.generate.table, pytest_hricdv.generate.methods; print(*sys.modules)"
     loaded = _python(code).split()
     assert {"pytest_hricdv.generate.suite", "pytest_hricdv.generate.concrete"} <= set(loaded)
     assert not {"pytest_hricdv.bdi", "lark", "numpy"} & set(loaded)

@@ -1,25 +1,24 @@
-"""Q-learning, against a small example worked out by hand and the published constants."""
+"""The parameters of Q-learning against the published constants, and the rewards on examples worked out by hand."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
+from itertools import permutations
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.qlearning import Learned, QLearning, boltzmann, learn, softmax
-from pytest_hricdv.generate.stream import stream
-from pytest_hricdv.generate.warm_start import WarmStart
-from tests.generate.table import SPACE
-from tests.generate.toy import Fake
+from pytest_hricdv.generate.qlearning import QLearning
+from pytest_hricdv.generate.reward import REWARDS, ROUNDS, Published, Uncovered
+from pytest_hricdv.generate.rng import make_rng
 
-ONE_WAY = BeliefSpace(("s",), {"only": ("x",)})
-TWO = BeliefSpace(("s",), {"only": ("x", "y")})
+PLANS = st.frozensets(st.sampled_from("pqrst"))
+RUNS = st.lists(st.fixed_dictionaries({"a": PLANS, "b": PLANS}), min_size=1, max_size=6)
+SUITE = st.dictionaries(st.tuples(st.sampled_from("ab"), st.sampled_from("pqrst")), st.integers(0, 50))
 
 
 def test_the_defaults_are_published() -> None:
@@ -37,113 +36,10 @@ def test_reward_tiers(covered: int, reward: float) -> None:
 
 
 def test_subsets_have_six_and_a_half_beliefs_on_average() -> None:
-    random = stream("sizes")
-    sizes = [QLearning().size(random) for _ in range(5000)]
+    rng = make_rng("sizes")
+    sizes = [QLearning().subset_size(rng) for _ in range(5000)]
     assert set(sizes) == set(range(2, 12))
     assert sum(sizes) / len(sizes) == pytest.approx(6.5, abs=0.15)
-
-
-def test_one_cell_by_hand() -> None:
-    """Start s covers 2 plans, {s, x} covers 2 and 1: each time as many as ever, so r = 100 + 100 and Q goes to 200."""
-    fake = Fake(lambda subset: {"a": {"p", "q"}, "b": {"p"}})
-    learned = learn(fake, ONE_WAY, QLearning(iterations=3), seed=0)
-    first = 0.1 * 200
-    second = 0.91 * first + 0.09 * 200
-    third = 0.919 * second + 0.081 * 200
-    assert learned.q["s"] == {"x": pytest.approx(third)}
-    assert learned.q_delta == pytest.approx((first, second - first, third - second))
-    assert (learned.iterations, learned.bdi_runs, learned.maxima) == (3, 6, {"a": 2, "b": 1})
-
-
-def test_two_steps_by_hand() -> None:
-    """Three plans with all of s, x, y, else one: the second step reaches the maximum, the first falls two short."""
-    fake = Fake(lambda subset: {"a": {"1", "2", "3"} if len(subset) == 3 else {"1"}})
-    learned = learn(fake, TWO, QLearning(min_beliefs=3, max_beliefs=3, iterations=2), seed=3)
-    assert [len(subset) for subset in fake.asked] == [1, 2, 3, 1, 2, 3]
-    (first, second), (again, last) = fake.asked[2][1:], fake.asked[5][1:]
-    # Iteration 0, alpha 0.1: coverage 1 of 1 gives 100 (next state still all 0), then 3 of 1 gives 100.
-    q = {"s": {"x": 0.0, "y": 0.0}, "x": {"y": 0.0}, "y": {"x": 0.0}}
-    q["s"][first] = 0.1 * 100
-    q[first][second] = 0.1 * 100
-    # Iteration 1, alpha 0.09: coverage 1 of 3 gives 1 plus a tenth of the best in the next state; then 3 of 3.
-    q["s"][again] = 0.91 * q["s"][again] + 0.09 * (1 + 0.1 * q[again][last])
-    q[again][last] = 0.91 * q[again][last] + 0.09 * 100
-    for state, row in q.items():
-        assert learned.q[state] == pytest.approx(row)
-
-
-def test_learning_stops_when_quiet_and_says_when() -> None:
-    learned = learn(Fake(lambda subset: {"a": {"p"}}), ONE_WAY, QLearning(), seed=0)
-    assert learned.converged_at is not None
-    assert learned.iterations == learned.converged_at + 4 < 1000
-    assert all(delta <= 1e-4 for delta in learned.q_delta[-5:])
-    assert learned.q_delta[learned.converged_at - 2] > 1e-4
-
-
-def test_one_quiet_iteration_is_not_convergence() -> None:
-    """The rewards of two agents cancel at first (+100 - 100): nothing changes, but nothing is learned either."""
-    runs = iter(range(10**6))
-
-    def plans(subset: frozenset[str]) -> dict[str, set[str]]:
-        first = next(runs) < 4
-        return {"a": {"p"}, "b": set() if first and len(subset) == 2 else {"p", "q", "r", "s"}}
-
-    learned = learn(Fake(plans), ONE_WAY, QLearning(), seed=0)
-    assert learned.q_delta[0] == 0.0
-    assert learned.converged_at is not None
-    assert learned.converged_at > 50
-
-
-def test_learning_can_run_on_for_the_figure() -> None:
-    parameters = QLearning(iterations=200, stop_when_converged=False)
-    learned = learn(Fake(lambda subset: {"a": {"p"}}), ONE_WAY, parameters, seed=0)
-    assert (learned.iterations, len(learned.q_delta)) == (200, 200)
-    assert learned.converged_at is not None
-
-
-def test_never_converged_is_said() -> None:
-    assert learn(Fake(lambda subset: {"a": {"p"}}), ONE_WAY, QLearning(iterations=4), seed=0).converged_at is None
-
-
-def test_only_the_first_belief_of_a_subset_is_a_start_belief() -> None:
-    fake = Fake(lambda subset: {"a": set(subset)})
-    learned = learn(fake, SPACE, QLearning(iterations=60), seed=1)
-    for subset in fake.asked:
-        assert subset[0] in SPACE.start
-        assert not set(subset[1:]) & set(SPACE.start)
-        assert len(set(subset)) == len(subset) <= 11
-    assert learned.bdi_runs == len(fake.asked)
-    assert set(learned.q) == set(SPACE.beliefs)
-
-
-def test_a_subset_stops_growing_when_nothing_is_left() -> None:
-    fake = Fake(lambda subset: {"a": {"p"}})
-    learn(fake, TWO, QLearning(iterations=50), seed=0)
-    assert max(map(len, fake.asked)) == 3
-
-
-def _learned(seed: int) -> Learned:
-    return learn(Fake(lambda subset: {"a": set(subset)}), SPACE, QLearning(iterations=20), seed)
-
-
-def test_the_seed_decides() -> None:
-    assert _learned(5).q == _learned(5).q
-    assert _learned(5).q != _learned(6).q
-
-
-@given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=40), st.floats(1e-3, 1e3))
-def test_softmax_is_a_distribution_in_the_order_of_the_values(values: list[float], temperature_kt: float) -> None:
-    probabilities = softmax(values, temperature_kt)
-    assert math.fsum(probabilities) == pytest.approx(1.0)
-    assert all(math.isfinite(p) and p >= 0.0 for p in probabilities)
-    ranked = [p for _, p in sorted(zip(values, probabilities, strict=True))]
-    assert ranked == sorted(ranked)
-
-
-def test_the_boltzmann_choice_follows_its_probabilities() -> None:
-    random, row = stream("choices"), {"x": 10.0, "y": 0.0}
-    chosen = [boltzmann(random, ("x", "y"), row, 10.0) for _ in range(4000)]
-    assert chosen.count("x") / 4000 == pytest.approx(math.e / (1 + math.e), abs=0.03)
 
 
 @pytest.mark.parametrize(
@@ -168,13 +64,6 @@ def test_an_unknown_reward_names_the_nearest() -> None:
         QLearning(reward="uncoverd")
 
 
-@pytest.mark.parametrize("runs", [1, 2, 7, 100])
-def test_runs_of_the_model_are_bounded_to_the_run(runs: int) -> None:
-    fake = Fake(lambda subset: {"a": set(subset)})
-    learned = learn(fake, SPACE, QLearning(model_runs=runs, stop_when_converged=False), seed=2)
-    assert learned.bdi_runs == len(fake.asked) == runs
-
-
 def test_rounds_share_runs_and_tests() -> None:
     shares = QLearning(reward="uncovered", model_runs=25).in_rounds(134)
     assert len(shares) == 10
@@ -184,40 +73,45 @@ def test_rounds_share_runs_and_tests() -> None:
     assert QLearning().in_rounds(134) == (QLearning(),)
 
 
-def test_the_last_iteration_with_news_is_told() -> None:
-    """Both orders of x and y bring a plan of their own: the second of them is the last news."""
-    seen: dict[frozenset[str], None] = {}
-
-    def plans(subset: frozenset[str]) -> dict[str, set[str]]:
-        seen[subset] = None
-        return {"a": {f"p{len(seen)}" if len(seen) < 4 else "p3"}}
-
-    learned = learn(Fake(plans), TWO, QLearning(iterations=40, stop_when_converged=False), seed=0)
-    asked = [frozenset({"s", "x"}), frozenset({"s", "y"}), frozenset({"s", "x", "y"})]
-    assert set(asked) <= set(seen)
-    assert 1 <= learned.news_at < 40
-    again = learn(Fake(plans), TWO, QLearning(iterations=40), seed=0, suite={("a", "p3"): 1})
-    assert again.news_at == 0
+def _executed(**plans: str) -> Mapping[str, frozenset[str]]:
+    return {agent: frozenset(labels) for agent, labels in plans.items()}
 
 
-def test_a_start_that_was_learned_goes_on_from_it() -> None:
-    fake = Fake(lambda subset: {"a": {"p", "q"}, "b": {"p"}})
-    learned = learn(fake, ONE_WAY, QLearning(iterations=1), 0, start=WarmStart(q={"s": {"x": 100.0}}, maxima={"a": 3}))
-    assert learned.q["s"]["x"] == pytest.approx(0.9 * 100 + 0.1 * (5 + 100))
-    assert learned.maxima == {"a": 3, "b": 1}
+def test_each_reward_has_its_number_of_rounds() -> None:
+    assert REWARDS.keys() == ROUNDS.keys()
 
 
-def test_belief_sets_are_gone_through_first() -> None:
-    fake = Fake(lambda subset: {"a": set(subset)})
-    start = WarmStart(subsets=(("s", "x", "y"), ("s", "y")))
-    learned = learn(fake, TWO, QLearning(iterations=1, min_beliefs=2, max_beliefs=2, model_runs=2), 0, start=start)
-    assert [len(subset) for subset in fake.asked] == [1, 2, 3, 1, 2, 1, 2]
-    assert fake.asked[4] == ("s", "y")
-    assert learned.bdi_runs == 7
-    assert len(learned.q_delta) == 1
+def test_the_published_reward_is_added_over_agents_and_against_the_maxima() -> None:
+    reward = Published(QLearning().tier, {}, {})
+    assert reward.of(_executed(a="pq", b="p")) == 200.0
+    assert reward.of(_executed(a="p", b="p")) == 5.0 + 100.0
+    assert reward.of(_executed(a="", b="")) == 1.0 + 5.0
+    assert reward.of(_executed(a="pqrst", b="")) == 100.0 + 5.0
+    assert reward.of(_executed(a="p", b="")) == -100.0 + 5.0
+    assert reward.maxima == {"a": 5, "b": 1}
 
 
-def test_a_space_without_a_choice_is_an_error() -> None:
-    make: Callable[[], object] = lambda: learn(Fake(lambda subset: {}), BeliefSpace(("s",), {}), QLearning(), 0)  # noqa: E731
-    with pytest.raises(GenerateError, match="start beliefs only"):
-        make()
+def test_a_plan_that_no_test_executes_is_worth_most() -> None:
+    reward = Uncovered(QLearning().tier, {("a", "p"): 1, ("a", "q"): 3}, {})
+    reward.begin()
+    assert reward.of(_executed(a="q")) == pytest.approx(100 / 16)
+    assert reward.of(_executed(a="qp")) == pytest.approx(100 / 4)
+    assert reward.of(_executed(a="qpr")) == pytest.approx(100)
+    assert reward.of(_executed(a="qpr")) == 0.0
+    assert reward.of(_executed(a="q")) == pytest.approx(-125)
+    reward.begin()
+    assert reward.of(_executed(a="q")) == pytest.approx(100 / 16)
+
+
+@given(SUITE, RUNS)
+def test_rewards_add_up_to_the_worth_of_the_last_run(
+    suite: Mapping[tuple[str, str], int], runs: list[Mapping[str, frozenset[str]]]
+) -> None:
+    *way, last = runs
+    totals = []
+    for order in list(permutations(way))[:4]:
+        reward = Uncovered(QLearning().tier, suite, {})
+        reward.begin()
+        totals.append(sum(reward.of(executed) for executed in (*order, last)))
+    direct = Uncovered(QLearning().tier, suite, {}).of(last)
+    assert totals == pytest.approx([direct] * len(totals), abs=1e-9)

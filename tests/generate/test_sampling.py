@@ -15,12 +15,12 @@ from hypothesis.errors import NoSuchExample
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize, expand
 from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler, corners, uniform
-from pytest_hricdv.generate.stream import stream
 from pytest_hricdv.strategies import concrete_tests, values
 from tests.generate.table import COMMANDS, CONCRETIZATION, ROOT
 
-TEST = AbstractTest(id="t", suite="s", aim="a", beliefs=(), lines=COMMANDS, seed=5)
+TEST = AbstractTest(id="t", suite="s", target="a", beliefs=(), lines=COMMANDS, seed=5)
 BOUNDS = st.tuples(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
 RANGES = st.builds(lambda at, half: Range(at[0], at[0] + at[1], "m", open_high=half), BOUNDS, st.booleans())
 SAMPLERS = RANGES | st.builds(Constant, st.floats(-9, 9)) | st.builds(Chance, st.floats(0, 1), RANGES)
@@ -37,21 +37,21 @@ def _is_inside(value: float, sampler: Sampler) -> bool:
 @given(SAMPLERS, st.integers(0, 999))
 def test_every_sampling_stays_inside_and_the_stream_decides(sampler: Sampler, seed: int) -> None:
     for sampling in (uniform, corners):
-        drawn = [sampling(sampler, stream("x", seed)) for _ in range(2)]
+        drawn = [sampling(sampler, make_rng("x", seed)) for _ in range(2)]
         assert drawn[0] == drawn[1]
         assert _is_inside(drawn[0], sampler)
     assert all(_is_inside(value, sampler) for value in sampler.corners())
 
 
 def test_half_of_what_is_drawn_is_at_a_corner() -> None:
-    sampler, random = Range(2.0, 3.0), stream("corners")
+    sampler, random = Range(2.0, 3.0), make_rng("corners")
     drawn = [corners(sampler, random) for _ in range(4000)]
     assert drawn.count(2.0) / 4000 == pytest.approx(0.25, abs=0.03)
     assert drawn.count(3.0) / 4000 == pytest.approx(0.25, abs=0.03)
 
 
 def test_what_is_rare_comes_often_and_what_cannot_happen_never() -> None:
-    random = stream("rare")
+    random = make_rng("rare")
     assert [corners(Chance(0.02, Range(4.0, 14.0)), random) > 0 for _ in range(1000)].count(True) > 250
     assert [corners(Chance(0.0, Range(4.0, 14.0)), random) for _ in range(1000)].count(0.0) == 1000
 

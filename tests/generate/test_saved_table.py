@@ -14,10 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.method import Context
 from pytest_hricdv.generate.rl import ReinforcementLearning
-from pytest_hricdv.generate.saved_table import SavedTable, read_start
+from pytest_hricdv.generate.saved_table import SavedTable, read_warm_start
 from tests.generate.toy import GUIDE, LAMPS, lamps
 
 names = st.text(min_size=1, max_size=5)
@@ -41,17 +41,17 @@ def test_a_table_reads_back_exactly(table: SavedTable) -> None:
 
 
 @pytest.fixture
-def context(tmp_path: Path) -> Context:
-    return Context(lamps(tmp_path), LAMPS, save=tmp_path / "kept" / "q.json")
+def context(tmp_path: Path) -> GenerationContext:
+    return GenerationContext(lamps(tmp_path), LAMPS, save=tmp_path / "kept" / "q.json")
 
 
-def _learned(context: Context) -> Path:
+def _learned(context: GenerationContext) -> Path:
     ReinforcementLearning().generate(context)
     assert context.save is not None
     return context.save
 
 
-def test_learning_writes_the_same_bytes_again_and_leaves_nothing_aside(context: Context) -> None:
+def test_learning_writes_the_same_bytes_again_and_leaves_nothing_aside(context: GenerationContext) -> None:
     first = _learned(context).read_bytes()
     assert _learned(context).read_bytes() == first
     assert [path.name for path in (context.save or Path()).parent.iterdir()] == ["q.json"]
@@ -60,9 +60,9 @@ def test_learning_writes_the_same_bytes_again_and_leaves_nothing_aside(context: 
     assert saved.maxima == {"guide": 2, "visitor": 2}
 
 
-def test_learning_goes_on_from_a_table_and_says_so(context: Context) -> None:
+def test_learning_goes_on_from_a_table_and_says_so(context: GenerationContext) -> None:
     assert context.model is not None
-    start = read_start(_learned(context), context.model, LAMPS)
+    start = read_warm_start(_learned(context), context.model, LAMPS)
     cold, warm = context, replace(context, start=start)
     assert cold.fingerprint("rl") != warm.fingerprint("rl")
     suite = ReinforcementLearning().generate(warm)
@@ -70,17 +70,17 @@ def test_learning_goes_on_from_a_table_and_says_so(context: Context) -> None:
     assert suite.generation.q_delta != ReinforcementLearning().generate(cold).generation.q_delta
 
 
-def test_where_it_is_saved_changes_nothing(context: Context) -> None:
+def test_where_it_is_saved_changes_nothing(context: GenerationContext) -> None:
     elsewhere = replace(context, save=None)
     assert ReinforcementLearning().generate(elsewhere) == ReinforcementLearning().generate(context)
     assert elsewhere.fingerprint("rl") == context.fingerprint("rl")
 
 
-def test_learning_begins_with_belief_sets(context: Context, tmp_path: Path) -> None:
+def test_learning_begins_with_belief_sets(context: GenerationContext, tmp_path: Path) -> None:
     assert context.model is not None
     path = tmp_path / "sets.toml"
     path.write_text('[[aim]]\nbeliefs = ["hall", "polite", "bright"]\n[[aim]]\nbeliefs = ["curt"]\n')
-    start = read_start(path, context.model, LAMPS)
+    start = read_warm_start(path, context.model, LAMPS)
     assert start.subsets == (("hall", "polite", "bright"),)
     cold = ReinforcementLearning().generate(context)
     warm = ReinforcementLearning().generate(replace(context, start=start))
@@ -88,10 +88,10 @@ def test_learning_begins_with_belief_sets(context: Context, tmp_path: Path) -> N
     assert warm.generation.bdi_runs != cold.generation.bdi_runs
     path.write_text('[[aim]]\nbeliefs = ["curt"]\n')
     with pytest.raises(GenerateError, match="no belief set with a start belief"):
-        read_start(path, context.model, LAMPS)
+        read_warm_start(path, context.model, LAMPS)
 
 
-def test_a_table_of_another_model_is_refused_with_both_hashes(context: Context) -> None:
+def test_a_table_of_another_model_is_refused_with_both_hashes(context: GenerationContext) -> None:
     assert context.model is not None
     path, before = _learned(context), context.model.sha256()
     (context.model.path.parent / "guide.asl").write_text(GUIDE.replace("switch.", "greet; switch."), encoding="utf-8")
@@ -99,7 +99,7 @@ def test_a_table_of_another_model_is_refused_with_both_hashes(context: Context) 
     assert before != after
     message = f"another model: it was learned on lamps.mas2j of sha256 {before}, and .*lamps.mas2j has {after}; learn"
     with pytest.raises(GenerateError, match=message):
-        read_start(path, context.model, LAMPS)
+        read_warm_start(path, context.model, LAMPS)
 
 
 def test_the_hash_of_a_model_is_of_its_files_and_parts_wherever_they_lie(tmp_path: Path) -> None:
@@ -110,11 +110,11 @@ def test_the_hash_of_a_model_is_of_its_files_and_parts_wherever_they_lie(tmp_pat
     assert one.sha256() != replace(one, max_rounds=499).sha256()
 
 
-def test_a_table_of_other_groups_is_refused(context: Context) -> None:
+def test_a_table_of_other_groups_is_refused(context: GenerationContext) -> None:
     assert context.model is not None
     other = BeliefSpace(LAMPS.start, {"mood": ("polite", "curt"), "wish": ("bright", "dim")}, naming=("mood",))
     with pytest.raises(GenerateError, match="a table of other belief groups: wish; learn anew"):
-        read_start(_learned(context), context.model, other)
+        read_warm_start(_learned(context), context.model, other)
 
 
 def _without_a_cell(data: dict[str, Any]) -> None:
@@ -138,29 +138,31 @@ def _infinite(data: dict[str, Any]) -> None:
         (_infinite, "curt has the value inf"),
     ],
 )
-def test_what_was_edited_is_refused(context: Context, change: Callable[[dict[str, Any]], None], message: str) -> None:
+def test_what_was_edited_is_refused(
+    context: GenerationContext, change: Callable[[dict[str, Any]], None], message: str
+) -> None:
     assert context.model is not None
     path = _learned(context)
     data = json.loads(path.read_text(encoding="utf-8"))
     change(data)
     path.write_text(json.dumps(data), encoding="utf-8")
     with pytest.raises(GenerateError, match=message):
-        read_start(path, context.model, LAMPS)
+        read_warm_start(path, context.model, LAMPS)
 
 
-def test_other_files_are_refused(context: Context, tmp_path: Path) -> None:
+def test_other_files_are_refused(context: GenerationContext, tmp_path: Path) -> None:
     assert context.model is not None
     cut = tmp_path / "cut.json"
     cut.write_text('{"schema": "hric')
     with pytest.raises(GenerateError, match=r"cut.json:1:12: not JSON, perhaps cut off"):
-        read_start(cut, context.model, LAMPS)
+        read_warm_start(cut, context.model, LAMPS)
     with pytest.raises(GenerateError, match=r"gone.json: there is no such file"):
-        read_start(tmp_path / "gone.json", context.model, LAMPS)
+        read_warm_start(tmp_path / "gone.json", context.model, LAMPS)
     with pytest.raises(GenerateError, match="expected a saved table, or belief sets"):
-        read_start(tmp_path, context.model, LAMPS)
+        read_warm_start(tmp_path, context.model, LAMPS)
 
 
-def test_a_table_that_cannot_be_written_says_so(context: Context, tmp_path: Path) -> None:
+def test_a_table_that_cannot_be_written_says_so(context: GenerationContext, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(GenerateError, match=r"cannot write .*q.json: .*; choose another file"):
         ReinforcementLearning().generate(replace(context, save=tmp_path / "file" / "q.json"))

@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.generate.exploration import Exploration
+from pytest_hricdv.generate.model import ModelRun
 from pytest_hricdv.generate.selection import GreedySelector
 
 explorations = st.lists(
     st.builds(
-        lambda name, line, plans, other: Exploration((name,), (line,), {"a": frozenset(plans), "b": frozenset(other)}),
+        lambda name, line, plans, other: ModelRun((name,), (line,), {"a": frozenset(plans), "b": frozenset(other)}),
         st.sampled_from("pqrstu"),
         st.sampled_from(["wave", "leave", "wait"]),
         st.sets(st.sampled_from("12345")),
@@ -24,28 +24,28 @@ explorations = st.lists(
 )
 
 
-def _exploration(name: str, plans: str, line: str = "wave") -> Exploration:
-    return Exploration((name,), (line,), {"a": frozenset(plans)})
+def _run(name: str, plans: str, line: str = "wave") -> ModelRun:
+    return ModelRun((name,), (line,), {"a": frozenset(plans)})
 
 
-def _chosen(found: Sequence[Exploration], count: int) -> list[Exploration]:
+def _chosen(found: Sequence[ModelRun], count: int) -> list[ModelRun]:
     selector = GreedySelector()
     selector.choose(found, count)
     return selector.chosen
 
 
-def _chosen_by_plain_loop(rounds: Sequence[tuple[Sequence[Exploration], int]]) -> list[Exploration]:
+def _chosen_by_plain_loop(rounds: Sequence[tuple[Sequence[ModelRun], int]]) -> list[ModelRun]:
     """The reference: each time look at all candidates that are left."""
     executed: Counter[tuple[str, str]] = Counter()
-    chosen: list[Exploration] = []
+    chosen: list[ModelRun] = []
 
-    def plans(exploration: Exploration) -> list[tuple[str, str]]:
-        return [(agent, plan) for agent, own in exploration.plans.items() for plan in own]
+    def plans(run: ModelRun) -> list[tuple[str, str]]:
+        return [(agent, plan) for agent, own in run.plans.items() for plan in own]
 
     for candidates, count in rounds:
         left = dict(enumerate(candidates))
 
-        def rank(place: int, left: dict[int, Exploration] = left) -> tuple[float, bool, int]:
+        def rank(place: int, left: dict[int, ModelRun] = left) -> tuple[float, bool, int]:
             rarest = min((executed[plan] for plan in plans(left[place])), default=math.inf)
             return rarest, left[place].lines in {each.lines for each in chosen}, place
 
@@ -57,7 +57,7 @@ def _chosen_by_plain_loop(rounds: Sequence[tuple[Sequence[Exploration], int]]) -
 
 
 @given(st.lists(st.tuples(explorations, st.integers(0, 32)), max_size=3))
-def test_the_heap_chooses_the_same_as_a_plain_greedy_loop(rounds: list[tuple[list[Exploration], int]]) -> None:
+def test_the_heap_chooses_the_same_as_a_plain_greedy_loop(rounds: list[tuple[list[ModelRun], int]]) -> None:
     selector = GreedySelector()
     for candidates, count in rounds:
         selector.choose(candidates, count)
@@ -66,25 +66,25 @@ def test_the_heap_chooses_the_same_as_a_plain_greedy_loop(rounds: list[tuple[lis
 
 
 def test_what_is_rare_is_kept() -> None:
-    common = [_exploration(f"c{number}", "1") for number in range(20)]
-    rare = [_exploration(f"r{number}", "12") for number in range(3)]
+    common = [_run(f"c{number}", "1") for number in range(20)]
+    rare = [_run(f"r{number}", "12") for number in range(3)]
     assert set(_chosen([*common, *rare], 6)) > set(rare)
 
 
 def test_a_new_text_goes_before_a_known_one() -> None:
-    found = [_exploration("a", "1"), _exploration("b", "1"), _exploration("c", "1", "leave")]
+    found = [_run("a", "1"), _run("b", "1"), _run("c", "1", "leave")]
     assert [each.beliefs for each in _chosen(found, 2)] == [("a",), ("c",)]
 
 
 @given(explorations, st.integers(0, 32))
-def test_a_selection_is_of_what_there_is(found: list[Exploration], count: int) -> None:
+def test_a_selection_is_of_what_there_is(found: list[ModelRun], count: int) -> None:
     chosen = _chosen(found, count)
     assert len(chosen) == min(count, len(found))
     assert not Counter(map(repr, chosen)) - Counter(map(repr, found))
 
 
 @given(explorations)
-def test_every_plan_is_covered_while_there_is_room(found: list[Exploration]) -> None:
+def test_every_plan_is_covered_while_there_is_room(found: list[ModelRun]) -> None:
     plans = {(agent, plan) for each in found for agent, own in each.plans.items() for plan in own}
     covered = {(agent, plan) for each in _chosen(found, 7) for agent, own in each.plans.items() for plan in own}
     assert covered == plans

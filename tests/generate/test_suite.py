@@ -1,7 +1,9 @@
-"""Suites as data, and the cache's key."""
+"""Suites as data, and their diagnosis."""
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,12 +11,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.qlearning import QLearning
-from pytest_hricdv.generate.suite import Generation, Suite, fingerprint
-from pytest_hricdv.generate.text import parse_tests
+from pytest_hricdv.generate.ids import Draft
+from pytest_hricdv.generate.rl import ReinforcementLearning
+from pytest_hricdv.generate.suite import Generation, Suite, diagnose, entropy_bits
+from pytest_hricdv.generate.text_format import parse_tests
 from tests.generate.strategies import abstract_tests
-from tests.generate.table import SPACE
+from tests.generate.table import CONTEXT
+from tests.generate.toy import LAMPS, lamps
 
 generations = st.builds(
     Generation,
@@ -54,8 +59,8 @@ def test_two_tests_with_one_id_are_an_error(test: object) -> None:
     [
         ("[]", "not a suite"),
         ("{", "not a suite"),
-        ('{"schema": "hricdv-suite/0"}', "schema 'hricdv-suite/0'; expected 'hricdv-suite/2'"),
-        ('{"schema": "hricdv-suite/2", "tests": [{}]}', "not a suite"),
+        ('{"schema": "hricdv-suite/0"}', "schema 'hricdv-suite/0'; expected 'hricdv-suite/3'"),
+        ('{"schema": "hricdv-suite/3", "tests": [{}]}', "not a suite"),
     ],
 )
 def test_other_text_is_no_suite(text: str, message: str) -> None:
@@ -63,27 +68,57 @@ def test_other_text_is_no_suite(text: str, message: str) -> None:
         Suite.from_json(text)
 
 
-def test_the_fingerprint_changes_with_whatever_a_suite_depends_on(tmp_path: Path) -> None:
-    here, there = tmp_path / "a.asl", tmp_path / "elsewhere" / "a.asl"
-    there.parent.mkdir()
-    for path in (here, there):
-        path.write_text("!go.")
-    base = fingerprint([here], SPACE, QLearning(), 0)
-    assert fingerprint([there], SPACE, QLearning(), 0) == base
-    others = {
-        fingerprint([here, there], SPACE, QLearning(), 0),
-        fingerprint([here], replace(SPACE, naming=()), QLearning(), 0),
-        fingerprint([here], replace(SPACE, neutral=()), QLearning(), 0),
-        fingerprint([here], None, QLearning(), 0),
-        fingerprint([here], SPACE, QLearning(gamma=0.2), 0),
-        fingerprint([here], SPACE, QLearning(), 1),
-        fingerprint([here], SPACE, QLearning(), 0, version="0"),
-    }
-    here.write_text("!stay.")
-    others.add(fingerprint([here], SPACE, QLearning(), 0))
-    assert len(others | {base}) == 9
+def _suite(*drafts: Draft) -> Suite:
+    return Suite.of_drafts("s", 0, drafts, Generation(declared_plans={"a": ("p", "q", "r")}))
 
 
-def test_a_fingerprint_of_no_file_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(GenerateError, match=r"gone\.asl: .*expected a readable file"):
-        fingerprint([tmp_path / "gone.asl"], SPACE, None, 0)
+def _draft(beliefs: str, line: str, plans: str) -> Draft:
+    return Draft("aim", tuple(beliefs), (line,), {"a": tuple(plans)})
+
+
+def test_a_suite_by_hand() -> None:
+    found = diagnose(_suite(_draft("xy", "go", "p"), _draft("xz", "go", "pq"), _draft("xy", "stay", "p")))
+    assert (found.tests, found.distinct_texts, found.distinct_subsets, found.last_new_plan_at) == (3, 2, 2, 2)
+    assert found.plans == {"a": ("p", "q")}
+    uses = {"x": 3, "y": 2, "z": 1}
+    assert found.belief_entropy_bits == pytest.approx(-sum(n / 6 * math.log2(n / 6) for n in uses.values()))
+    assert found.belief_entropy_most_bits == math.log2(3)
+
+
+def test_tests_that_came_from_no_beliefs() -> None:
+    found = diagnose(_suite(Draft("aim", (), ("go",))))
+    assert (found.distinct_subsets, found.belief_entropy_bits, found.belief_entropy_most_bits) == (0, 0.0, 0.0)
+    assert (found.last_new_plan_at, found.plans) == (0, {"a": ()})
+
+
+@given(st.dictionaries(st.text(max_size=3), st.integers(1, 99), min_size=1, max_size=30))
+def test_entropy_is_largest_where_all_are_used_alike(uses: dict[str, int]) -> None:
+    most = math.log2(len(uses))
+    assert -1e-9 <= entropy_bits(Counter(uses)) <= most + 1e-9
+    assert entropy_bits(Counter(dict.fromkeys(uses, 7))) == pytest.approx(most)
+
+
+def test_a_suite_that_is_mostly_repeats_says_so() -> None:
+    same = [_draft(name, "go", "p") for name in "uvwxy"]
+    assert diagnose(_suite(*same)).warning == "mostly repeats: only 1 of 5 tests differ as text"
+    assert diagnose(_suite(*same[:2])).warning == ""
+
+
+def test_a_learned_suite_that_is_mostly_repeats_warns(tmp_path: Path) -> None:
+    suite = ReinforcementLearning().generate(GenerationContext(lamps(tmp_path), LAMPS))
+    distinct = len({test.lines for test in suite.tests})
+    assert suite.generation.notes[-1] == f"mostly repeats: only {distinct} of {len(suite.tests)} tests differ as text"
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_rewarding_what_is_uncovered_covers_all_plans_of_the_table_where_the_published_reward_does_not(
+    seed: int,
+) -> None:
+    context = replace(CONTEXT, seed=seed)
+    published = ReinforcementLearning().generate(context)
+    learning = replace(context.learning, reward="uncovered", model_runs=750)
+    uncovered = ReinforcementLearning().generate(replace(context, learning=learning))
+    assert published.uncovered_plans()["human"]
+    assert uncovered.uncovered_plans() == {}
+    assert uncovered.generation.bdi_runs <= published.generation.bdi_runs
+    assert uncovered.generation.distinct_texts > published.generation.distinct_texts

@@ -10,7 +10,7 @@ import pytest
 
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import concretize, expand
-from pytest_hricdv.generate.registry import METHODS
+from pytest_hricdv.generate.methods import METHODS
 from pytest_hricdv.generate.suite import Suite
 from tests.generate.table import COMMANDS, CONCRETIZATION, CONTEXT, SPACE
 

@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.exploration import Exploration
-from pytest_hricdv.generate.model import Model
+from pytest_hricdv.generate.model import Model, ModelRun
 
 LAMPS = BeliefSpace(
     start=("hall", "cellar"),
@@ -47,14 +46,14 @@ def lamps(folder: Path, *, visitor: str = VISITOR, guide: str = GUIDE) -> Model:
 
 
 class Fake:
-    """Stands in for an explorer: the plans are a function of the subset, given by the test."""
+    """Stands in for an runner: the plans are a function of the subset, given by the test."""
 
     def __init__(self, plans: Callable[[frozenset[str]], dict[str, set[str]]]) -> None:
         self.plans = plans
         self.asked: list[tuple[str, ...]] = []
 
-    def explore(self, beliefs: Iterable[str]) -> Exploration:
+    def run(self, beliefs: Iterable[str]) -> ModelRun:
         subset = tuple(beliefs)
         self.asked.append(subset)
         plans = {agent: frozenset(labels) for agent, labels in self.plans(frozenset(subset)).items()}
-        return Exploration(subset, ("wave",), plans)
+        return ModelRun(subset, ("wave",), plans)

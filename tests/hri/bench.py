@@ -13,8 +13,8 @@ from pytest_hricdv.case import CaseResult, execute
 from pytest_hricdv.cover.measure import Measurement, NoMeasurement
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
-from pytest_hricdv.generate.method import Context
-from pytest_hricdv.generate.registry import METHODS
+from pytest_hricdv.generate.context import GenerationContext
+from pytest_hricdv.generate.methods import METHODS
 from pytest_hricdv.monitor import Requirement, load_requirements
 from pytest_hricdv.testbench import Testbench
 
@@ -79,7 +79,7 @@ def run(test: ConcreteTest, measurement: Measurement = UNMEASURED) -> CaseResult
 def suite(name: str, seed: int = 0) -> Iterator[ConcreteTest]:
     """The concrete tests of a method's suite."""
     bench = testbench()
-    context = Context(
+    context = GenerationContext(
         model=bench.model,
         space=bench.beliefs,
         commands=tuple(bench.concretization.commands),

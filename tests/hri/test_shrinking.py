@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.search.budget import Budget
-from pytest_hricdv.search.reason import is_same, reason
+from pytest_hricdv.search.failure_signature import failure_signature, has_signature
 from pytest_hricdv.search.shrink import shrink
 from tests.hri import bench
 
@@ -15,10 +15,10 @@ def test_a_crushed_hand_in_a_table_of_four_legs_takes_no_more_than_asking_for_on
     (test,) = [each for each in bench.suite("rl") if each.id == CRUSHED]
     assert [action.command for action in test.actions].count("tell leg") == 4
     (requirement,) = [each for each in bench.requirements() if each.id == "R3"]
-    wanted = reason(requirement, bench.run(test).verdict("R3").violations[0])
+    wanted = failure_signature(requirement, bench.run(test).verdict("R3").violations[0])
 
     def fails(candidate: ConcreteTest) -> bool:
-        return is_same(requirement, wanted, bench.run(candidate).verdict("R3"))
+        return has_signature(requirement, wanted, bench.run(candidate).verdict("R3"))
 
     found = shrink(test, bench.testbench().concretization, fails, Budget(runs=60))
     assert found.ended == "done"

@@ -12,7 +12,7 @@ ENVIRONMENT = ("PY_COLORS", "FORCE_COLOR", "NO_COLOR", "COLUMNS", "CI", "GITHUB_
 
 for _name in (
     "coverage",
-    "pytest_hricdv.generate.explorer",
+    "pytest_hricdv.generate.model_runner",
     "pytest_hricdv.monitor.type_check",
     "pytest_hricdv.report.html",
     "pytest_hricdv.session.reporting",

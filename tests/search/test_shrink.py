@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
 from pytest_hricdv.search.budget import Budget
-from pytest_hricdv.search.shrink import Shrunk, shrink
-from pytest_hricdv.search.simpler import simpler
+from pytest_hricdv.search.shrink import Shrunk, shrink, shrink_candidates
 
 SPACE = Concretization(
     commands={
@@ -220,5 +219,5 @@ def test_a_parameter_that_nobody_declared_is_left_alone() -> None:
         (2.0, Chance(0.1, Constant(2.0)), (0.0,)),
     ],
 )
-def test_simpler_values(value: float, sampler: Range, expected: tuple[float, ...]) -> None:
-    assert simpler(value, sampler) == expected
+def test_shrink_candidates(value: float, sampler: Range, expected: tuple[float, ...]) -> None:
+    assert shrink_candidates(value, sampler) == expected

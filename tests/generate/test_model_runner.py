@@ -1,4 +1,4 @@
-"""The explorer: from a belief subset to an abstract test, and what it refuses."""
+"""The runner: from a belief subset to an abstract test, and what it refuses."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ import pytest
 
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.explorer import Explorer
 from pytest_hricdv.generate.model import Model
+from pytest_hricdv.generate.model_runner import ModelRunner
 from tests.generate.toy import GUIDE, LAMPS, VISITOR, lamps
 
 
 def test_a_subset_becomes_an_abstract_test(tmp_path: Path) -> None:
-    explorer = Explorer(lamps(tmp_path), LAMPS)
-    exploration = explorer.explore(["dark", "curt", "cellar"])
-    assert exploration.beliefs == ("cellar", "curt", "dark")
-    assert exploration.lines == ("enter cellar", "set_lamp level = 0")
-    assert exploration.plans == {"visitor": {"v2", "v5"}, "guide": {"g1", "g2"}}
-    assert exploration.sequence == {"visitor": ("v2", "v5"), "guide": ("g1", "g2")}
-    assert exploration.rounds > 0
-    assert explorer.plan_labels == {"visitor": ("v1", "v2", "v3", "v4", "v5", "v6", "v7"), "guide": ("g1", "g2")}
+    runner = ModelRunner(lamps(tmp_path), LAMPS)
+    run = runner.run(["dark", "curt", "cellar"])
+    assert run.beliefs == ("cellar", "curt", "dark")
+    assert run.lines == ("enter cellar", "set_lamp level = 0")
+    assert run.plans == {"visitor": {"v2", "v5"}, "guide": {"g1", "g2"}}
+    assert run.sequence == {"visitor": ("v2", "v5"), "guide": ("g1", "g2")}
+    assert run.rounds > 0
+    assert runner.plan_labels == {"visitor": ("v1", "v2", "v3", "v4", "v5", "v6", "v7"), "guide": ("g1", "g2")}
 
 
 def test_runs_do_not_leak_into_each_other_and_order_does_not_matter(tmp_path: Path) -> None:
-    explorer = Explorer(lamps(tmp_path), LAMPS)
-    first = explorer.explore(["hall", "polite", "bright"])
-    assert explorer.explore([]).lines == ()
-    assert {explorer.explore(beliefs) for beliefs in permutations(["hall", "polite", "bright"])} == {first}
-    assert explorer.runs == 8
-    assert explorer.notes() == ()
+    runner = ModelRunner(lamps(tmp_path), LAMPS)
+    first = runner.run(["hall", "polite", "bright"])
+    assert runner.run([]).lines == ()
+    assert {runner.run(beliefs) for beliefs in permutations(["hall", "polite", "bright"])} == {first}
+    assert runner.run_count == 8
+    assert runner.notes() == ()
 
 
 @pytest.mark.parametrize(
@@ -46,44 +46,44 @@ def test_runs_do_not_leak_into_each_other_and_order_does_not_matter(tmp_path: Pa
 )
 def test_a_model_without_its_agents_is_an_error(tmp_path: Path, change: dict[str, object], message: str) -> None:
     with pytest.raises(GenerateError, match=message):
-        Explorer(replace(lamps(tmp_path), **change), LAMPS)  # type: ignore[arg-type]
+        ModelRunner(replace(lamps(tmp_path), **change), LAMPS)  # type: ignore[arg-type]
 
 
 def test_a_belief_that_the_actor_never_mentions_is_an_error(tmp_path: Path) -> None:
     space = BeliefSpace(LAMPS.start, {**LAMPS.groups, "more": ("dimm",)})
     with pytest.raises(GenerateError, match=r"'dimm'.*nowhere in agent 'visitor'.*; nearest: dim"):
-        Explorer(lamps(tmp_path), space)
+        ModelRunner(lamps(tmp_path), space)
 
 
 def test_a_neutral_belief_need_not_be_mentioned(tmp_path: Path) -> None:
     space = BeliefSpace(LAMPS.start, {**LAMPS.groups, "more": ("dazed", "sober")}, neutral=("sober", "dazed"))
-    assert Explorer(lamps(tmp_path), space).explore(["hall", "sober"]).lines == ("enter hall", "leave")
+    assert ModelRunner(lamps(tmp_path), space).run(["hall", "sober"]).lines == ("enter hall", "leave")
 
 
 def test_a_belief_in_a_comment_is_not_mentioned(tmp_path: Path) -> None:
     space = BeliefSpace(LAMPS.start, {**LAMPS.groups, "more": ("gloomy",)})
     with pytest.raises(GenerateError, match="'gloomy'"):
-        Explorer(lamps(tmp_path, visitor=VISITOR + "// gloomy\n/* gloomy */\n"), space)
+        ModelRunner(lamps(tmp_path, visitor=VISITOR + "// gloomy\n/* gloomy */\n"), space)
 
 
 def test_an_action_without_a_text_form_is_an_error(tmp_path: Path) -> None:
     visitor = VISITOR.replace("enter(hall)", "enter(hall, 1, 2)")
     with pytest.raises(GenerateError, match="has no text form"):
-        Explorer(lamps(tmp_path, visitor=visitor), LAMPS).explore(["hall"])
+        ModelRunner(lamps(tmp_path, visitor=visitor), LAMPS).run(["hall"])
 
 
 def test_a_model_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(GenerateError, match=r"gone.mas2j"):
-        Explorer(Model(tmp_path / "gone.mas2j"), LAMPS)
+        ModelRunner(Model(tmp_path / "gone.mas2j"), LAMPS)
     with pytest.raises(GenerateError, match=r"guide.asl:\d+:\d+"):
-        Explorer(lamps(tmp_path, guide=GUIDE + "@g3 +!x <- ;;"), LAMPS)
+        ModelRunner(lamps(tmp_path, guide=GUIDE + "@g3 +!x <- ;;"), LAMPS)
 
 
 def test_a_run_without_end_is_cut_off_and_noted(tmp_path: Path) -> None:
     model = lamps(tmp_path, guide=GUIDE + "@g3 +asked <- !g.\n+!g <- .random(X); -+seen(X); !g.\n!g.\n")
-    explorer = Explorer(replace(model, max_rounds=50), LAMPS)
-    assert explorer.explore(["hall"]).rounds == 50
-    assert explorer.notes() == ("1 of 1 runs of the model were cut off after 50 rounds",)
+    runner = ModelRunner(replace(model, max_rounds=50), LAMPS)
+    assert runner.run(["hall"]).rounds == 50
+    assert runner.notes() == ("1 of 1 runs of the model were cut off after 50 rounds",)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Why a requirement failed: which part of its condition was violated, so that two failures can be told apart."""
+"""Failure signatures: the parts of a requirement that were violated, to compare two failures."""
 
 from __future__ import annotations
 
@@ -38,31 +38,33 @@ _ARITHMETIC: Mapping[str, Callable[[float, float], float]] = {
 }
 
 #: The texts of the conjuncts that were false.
-Reason = tuple[str, ...]
+FailureSignature = tuple[str, ...]
 
 
-def reason(requirement: Requirement, violation: Violation) -> Reason:
+def failure_signature(requirement: Requirement, violation: Violation) -> FailureSignature:
     """The conjuncts of the requirement's condition that were false when it was violated.
 
-    They are told by the violation's values, so one that depends on more than these (on an event, on the past) counts
-    as false only where no other was. A deadline is missed as a whole.
+    They are evaluated on the values of the violation. A conjunct that depends on more than these (on an event or on
+    the past) counts as false only if no other one is. A missed deadline has the whole condition as its signature.
     """
     response = requirement.formula.response
     parts = tuple(conjuncts(response.condition))
     if isinstance(response, Eventually):
         return tuple(str(part) for part in parts)
-    told = [_truth(part, violation.values) for part in parts]
-    wrong = tuple(str(part) for part, true in zip(parts, told, strict=True) if true is False)
-    return wrong or tuple(str(part) for part, true in zip(parts, told, strict=True) if true is None)
+    truths = [_evaluate(part, violation.values) for part in parts]
+    false = tuple(str(part) for part, truth in zip(parts, truths, strict=True) if truth is False)
+    return false or tuple(str(part) for part, truth in zip(parts, truths, strict=True) if truth is None)
 
 
-def is_same(requirement: Requirement, wanted: Reason, verdict: Verdict) -> bool:
-    """Whether the verdict is a failure with at least one violation for the wanted reason."""
-    return verdict.verdict == "Failed" and any(reason(requirement, each) == wanted for each in verdict.violations)
+def has_signature(requirement: Requirement, signature: FailureSignature, verdict: Verdict) -> bool:
+    """Whether the verdict is a failure with at least one violation of this signature."""
+    return verdict.verdict == "Failed" and any(
+        failure_signature(requirement, each) == signature for each in verdict.violations
+    )
 
 
-def _truth(formula: PastFormula, values: Mapping[str, float | bool]) -> bool | None:
-    """Whether it holds; None where the values alone do not say."""
+def _evaluate(formula: PastFormula, values: Mapping[str, float | bool]) -> bool | None:
+    """Whether the formula holds; None if the values alone do not determine it."""
     match formula:
         case BooleanName():
             value = values.get(formula.name)
@@ -71,12 +73,12 @@ def _truth(formula: PastFormula, values: Mapping[str, float | bool]) -> bool | N
             left, right = _number(formula.left, values), _number(formula.right, values)
             return None if left is None or right is None else _RELATIONS[formula.relation](left, right)
         case Not():
-            inner = _truth(formula.operand, values)
+            inner = _evaluate(formula.operand, values)
             return None if inner is None else not inner
         case And() | Or():
-            sides = (_truth(formula.left, values), _truth(formula.right, values))
-            decisive = isinstance(formula, Or)
-            return decisive if decisive in sides else None if None in sides else not decisive
+            sides = (_evaluate(formula.left, values), _evaluate(formula.right, values))
+            dominant = isinstance(formula, Or)
+            return dominant if dominant in sides else None if None in sides else not dominant
         case _:
             return None
 

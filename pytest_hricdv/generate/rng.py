@@ -1,7 +1,7 @@
-"""Private random streams: each drawn from a key, none shared, none global.
+"""Private random streams, seeds and digests, each a function of its key. No stream is shared or global.
 
 Only `Random.random()` is used: it is the one method whose sequence Python promises to keep from version to version,
-so that a seed written into a suite or a report means the same test for years.
+so that a seed in a suite or a report means the same test for years.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
-#: Keys of streams and contents of ids are made of these.
+#: What a key consists of.
 Json = None | bool | int | float | str | Sequence["Json"]
 
 
-def canonical(value: object) -> str:
+def canonical_json(value: object) -> str:
     """The one JSON text of a value: sorted keys, no spaces, ASCII, exact floats.
 
     Raises:
@@ -29,33 +29,33 @@ def canonical(value: object) -> str:
 
 def digest(*key: Json) -> str:
     """SHA-256 (hex) of the key's canonical JSON."""
-    return hashlib.sha256(canonical(key).encode("ascii")).hexdigest()
+    return hashlib.sha256(canonical_json(key).encode("ascii")).hexdigest()
 
 
 def derive_seed(*key: Json) -> int:
-    """A seed of 63 bits from a key: a signed 64-bit integer wherever it is stored."""
+    """A seed of 63 bits: it fits into a signed 64-bit integer."""
     return int(digest(*key)[:16], 16) >> 1
 
 
-def stream(*key: Json) -> Random:
-    """A private stream of its own for a key."""
+def make_rng(*key: Json) -> Random:
+    """The random stream of a key."""
     return Random(derive_seed(*key))
 
 
-def index(random: Random, count: int) -> int:
+def random_index(rng: Random, count: int) -> int:
     """One of 0 .. count-1, each equally likely (to within 2**-53)."""
-    return min(int(random.random() * count), count - 1)
+    return min(int(rng.random() * count), count - 1)
 
 
-def pick(random: Random, choices: Sequence[T]) -> T:
+def pick(rng: Random, choices: Sequence[T]) -> T:
     """One of the choices, each equally likely."""
-    return choices[index(random, len(choices))]
+    return choices[random_index(rng, len(choices))]
 
 
-def shuffled(random: Random, items: Sequence[T]) -> list[T]:
+def shuffled(rng: Random, items: Sequence[T]) -> list[T]:
     """The items in random order (Fisher and Yates)."""
     result = list(items)
     for last in range(len(result) - 1, 0, -1):
-        other = index(random, last + 1)
+        other = random_index(rng, last + 1)
         result[last], result[other] = result[other], result[last]
     return result

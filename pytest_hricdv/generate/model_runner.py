@@ -1,4 +1,4 @@
-"""The explorer: runs the BDI agents with belief subsets, for the abstract tests they come up with."""
+"""Runs the BDI agents with belief subsets; their external actions are the abstract tests."""
 
 from __future__ import annotations
 
@@ -7,26 +7,24 @@ from functools import lru_cache
 
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure
 from pytest_hricdv.bdi.language.syntax_tree import children
-
-from .abstract import Plans, command_from_action
-from .beliefs import BeliefSpace
-from .error import GenerateError, nearest
-from .exploration import Exploration
-from .model import Model
+from pytest_hricdv.generate.abstract import Plans, command_from_action
+from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.model import Model, ModelRun
+from pytest_hricdv.suggestion import nearest
 
 Content = tuple[tuple[str, ...], int]
-EveryRun = tuple[tuple[str, ...], int, Iterable[str]]
-"""An abstract test, the plans executed on the way as bits, and beliefs that lead to it."""
+"""The abstract test of a run, and the plans executed as bits."""
 
-#: How the BDI engine says that a run was ended for its length.
-_CUT_OFF = "round limit"
+_ROUND_LIMIT = "round limit"
+"""How the BDI engine reports a run that was ended because of its length."""
 
 
-class Explorer:
+class ModelRunner:
     """Loads a model once and runs it with any number of belief subsets.
 
-    A subset is a set: its percepts are always put in the space's order, so that it has one run, whatever order its
-    beliefs were chosen in. Every run starts from the agents' initial beliefs and the model's own seed.
+    The percepts of a subset are always in the space's order, so that a set of beliefs has exactly one run. Every run
+    starts from the agents' initial beliefs and the model's own seed.
 
     Args:
         model: the agents.
@@ -34,18 +32,18 @@ class Explorer:
 
     Raises:
         GenerateError: the model cannot be loaded; it lacks an agent or a coverage plan; a belief of the space does not
-            occur in the actor's program, so that choosing it could never change a test, and is not declared neutral.
+            occur in the actor's program, so that choosing it cannot change a test, and is not declared neutral.
     """
 
     def __init__(self, model: Model, space: BeliefSpace) -> None:
         self.model = model
         self.space = space
-        self.runs = 0
-        self.cut_off = 0
+        self.run_count = 0
+        self._cut_off_count = 0
         # The plain environment: every external action succeeds, and changes nothing but the trace.
-        self._stage = Environment()
+        environment = Environment()
         try:
-            self._system = MultiAgentSystem.load(model.path, self._stage, engine="memo")
+            self._system = MultiAgentSystem.load(model.path, environment, engine="memo")
         except (BdiError, OSError) as error:
             raise GenerateError(f"BDI model {model.path}: {error}") from error
         self._check_agents()
@@ -72,7 +70,7 @@ class Explorer:
                     f"{nearest(belief, mentioned)}"
                 )
 
-    def explore(self, beliefs: Iterable[str]) -> Exploration:
+    def run(self, beliefs: Iterable[str]) -> ModelRun:
         """Run the model with one subset.
 
         Raises:
@@ -84,27 +82,27 @@ class Explorer:
             result = self._system.run(max_rounds=self.model.max_rounds, seed=self.model.seed, percepts=percepts)
         except BdiError as error:
             raise GenerateError(f"BDI model {self.model.path} with {' '.join(subset)}: {error}") from error
-        self.runs += 1
-        self.cut_off += result.ended == _CUT_OFF
+        self.run_count += 1
+        self._cut_off_count += result.ended == _ROUND_LIMIT
         sequence = {agent: self._covered(agent, result.plans.get(agent, [])) for agent in self.model.covered}
-        return Exploration(
+        return ModelRun(
             beliefs=subset,
-            lines=tuple(_command(action) for agent, action in result.actions if agent == self.model.actor),
+            lines=self._lines(result.actions),
             plans={agent: frozenset(labels) for agent, labels in sequence.items()},
             sequence=sequence,
             rounds=result.rounds,
             ended=result.ended,
         )
 
-    def every_run(self, plans: Sequence[tuple[str, str]]) -> list[EveryRun] | None:
-        """Every run that there is with one start belief and any others.
+    def all_runs(self, plans: Sequence[tuple[str, str]]) -> list[tuple[Content, set[str]]] | None:
+        """Every distinct run with one start belief and any other beliefs.
 
         Args:
-            plans: agents and labels that are of interest, by the number of their bit.
+            plans: agents and labels of the plans of interest, by the number of their bit.
 
         Returns:
-            For each the abstract test, the plans executed as bits, and beliefs that lead to it; None if the model does
-            not allow for it.
+            For each run its content, and beliefs that lead to it; None if the engine cannot enumerate the runs of
+            this model.
 
         Raises:
             TooLargeError: there are too many runs.
@@ -112,40 +110,43 @@ class Explorer:
         """
         bits = {plan: 1 << place for place, plan in enumerate(plans)}
 
-        def fold(actions: Sequence[tuple[str, str]], executed: Sequence[tuple[str, list[str]]]) -> Content:
+        def content(actions: Sequence[tuple[str, str]], executed: Sequence[tuple[str, list[str]]]) -> Content:
             labels = {(agent, label) for agent, done in executed for label in done}
-            lines = tuple(_command(action) for agent, action in actions if agent == self.model.actor)
-            return lines, sum(bits.get(plan, 0) for plan in labels)
+            return self._lines(actions), sum(bits.get(plan, 0) for plan in labels)
 
         model = self.model
-        found: list[EveryRun] = []
+        found: list[tuple[Content, set[str]]] = []
         for start in self.space.start:
             given = {belief: belief == start for belief in self.space.start}
             try:
                 runs = self._system.survey(
-                    model.steering_agent, model.chosen, self.space.beliefs, given, fold, model.max_rounds, model.seed
+                    model.steering_agent, model.chosen, self.space.beliefs, given, content, model.max_rounds, model.seed
                 )
             except BdiError as error:
                 raise GenerateError(f"BDI model {model.path}: {error}") from error
             if runs is None:
                 return None
-            found += [(lines, mask, {start, *atoms}) for (lines, mask), atoms in runs.items()]
+            found += [(run, {start, *beliefs}) for run, beliefs in runs.items()]
         return found
+
+    def notes(self) -> tuple[str, ...]:
+        """Notes for the suite: how many runs, and so tests, were cut off."""
+        if not self._cut_off_count:
+            return ()
+        limit = self.model.max_rounds
+        return (f"{self._cut_off_count} of {self.run_count} runs of the model were cut off after {limit} rounds",)
+
+    def _lines(self, actions: Iterable[tuple[str, str]]) -> tuple[str, ...]:
+        return tuple([_command(action) for agent, action in actions if agent == self.model.actor])
 
     def _covered(self, agent: str, labels: list[str]) -> tuple[str, ...]:
         coverage = self._coverage_plans[agent]
         return tuple([label for label in labels if label in coverage])
 
-    def notes(self) -> tuple[str, ...]:
-        """What a suite should say of the runs so far: whether any had to be cut off, and so its test."""
-        if not self.cut_off:
-            return ()
-        return (f"{self.cut_off} of {self.runs} runs of the model were cut off after {self.model.max_rounds} rounds",)
-
 
 @lru_cache(maxsize=4096)
 def _command(action: str) -> str:
-    """As :func:`command_from_action`: a model has few actions, and they come in every run."""
+    """As `command_from_action`; a model has few different actions, and every run has some of them."""
     return command_from_action(action)
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.text import dump_tests, parse_tests
+from pytest_hricdv.generate.text_format import dump_tests, parse_tests
 from tests.generate.strategies import abstract_tests
 from tests.generate.table import COMMANDS
 
@@ -43,7 +43,7 @@ def test_plain_texts_get_ids_from_their_content() -> None:
 
 def test_a_test_without_commands_has_an_id() -> None:
     (test,) = parse_tests("# id: x\n# suite: s\n# aim: a\n# seed: 5\n", file="f", suite="other")
-    assert test == AbstractTest(id="x", suite="s", aim="a", beliefs=(), lines=(), seed=5)
+    assert test == AbstractTest(id="x", suite="s", target="a", beliefs=(), lines=(), seed=5)
 
 
 @pytest.mark.parametrize(

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.generate import identity
-from pytest_hricdv.generate.identity import Draft, identify
+from pytest_hricdv.generate import ids
+from pytest_hricdv.generate.ids import Draft, identify
 from tests.generate.strategies import commands, words
 
 drafts = st.builds(
     Draft,
-    aim=st.text(max_size=10).map(lambda text: " ".join(text.split()) or "x"),
+    target=st.text(max_size=10).map(lambda text: " ".join(text.split()) or "x"),
     beliefs=st.lists(words, max_size=3).map(tuple),
     lines=st.lists(commands, max_size=3).map(tuple),
 )
@@ -63,8 +63,8 @@ def test_the_master_seed_and_the_suite_change_seeds_and_ids() -> None:
 
 
 def test_colliding_short_ids_are_made_longer(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = identity.content_digest
-    monkeypatch.setattr(identity, "content_digest", lambda *key: "0" * 8 + real(*key))
+    real = ids.content_digest
+    monkeypatch.setattr(ids, "content_digest", lambda *key: "0" * 8 + real(*key))
     one, other = identify("s", 0, [Draft("a", ("x",), ("bored",)), Draft("a", ("y",), ("bored",))])
     assert one.id != other.id
     assert len(one.id) == len("s-a-") + 16

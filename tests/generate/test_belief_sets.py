@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.generate.by_hand import read_aims
+from pytest_hricdv.generate.belief_sets import read_belief_sets
 from pytest_hricdv.generate.error import GenerateError
 from tests.generate.table import CONTEXT, SPACE
 from tests.generate.toy import LAMPS
@@ -20,7 +20,7 @@ def _written(folder: Path, text: str) -> Path:
 
 def test_the_table_has_130_subsets_of_which_two_are_concretized_five_times() -> None:
     assert CONTEXT.by_hand is not None
-    aims = read_aims(CONTEXT.by_hand, SPACE)
+    aims = read_belief_sets(CONTEXT.by_hand, SPACE)
     subsets = [subset for aim in aims for subset in aim.subsets]
     assert len(subsets) == len(set(subsets)) == 130
     assert [len(aim.subsets) for aim in aims if aim.concretizations == 5] == [2]
@@ -32,7 +32,7 @@ def test_the_table_has_130_subsets_of_which_two_are_concretized_five_times() -> 
 
 def test_patterns_stand_for_every_combination(tmp_path: Path) -> None:
     path = _written(tmp_path, '[[aim]]\nname = "x"\nbeliefs = ["hall", "c*t", "d[ia]*"]\n')
-    (aim,) = read_aims(path, LAMPS)
+    (aim,) = read_belief_sets(path, LAMPS)
     assert aim.subsets == (("hall", "curt", "dim"), ("hall", "curt", "dark"))
     assert aim.concretizations == 1
 
@@ -67,15 +67,15 @@ def test_patterns_stand_for_every_combination(tmp_path: Path) -> None:
 )
 def test_errors_say_where(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(GenerateError, match=message):
-        read_aims(_written(tmp_path, text), LAMPS)
+        read_belief_sets(_written(tmp_path, text), LAMPS)
 
 
 def test_an_entry_of_too_many_subsets_is_an_error(tmp_path: Path) -> None:
     path = _written(tmp_path, '[[aim]]\nbeliefs = ["m*l1", "m*l2", "m*l3", "m*l4", "leg?", "*b*", "m*", "m*"]\n')
     with pytest.raises(GenerateError, match=r"toml:2:1: \d+ subsets in one entry; expected at most 100000"):
-        read_aims(path, SPACE)
+        read_belief_sets(path, SPACE)
 
 
 def test_a_file_that_is_not_there_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(GenerateError, match="expected a TOML file of belief subsets"):
-        read_aims(tmp_path / "gone.toml", LAMPS)
+        read_belief_sets(tmp_path / "gone.toml", LAMPS)

@@ -1,11 +1,11 @@
-"""The reason of a failure: which part of a condition was violated."""
+"""Failure signatures: the violated parts of a condition."""
 
 from __future__ import annotations
 
 import pytest
 
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict, Vocabulary, parse_formula
-from pytest_hricdv.search.reason import Reason, is_same, reason
+from pytest_hricdv.search.failure_signature import FailureSignature, failure_signature, has_signature
 
 VOCABULARY = Vocabulary(signals={"moving": bool, "speed": float, "near": bool}, messages={"done": {}})
 
@@ -36,18 +36,20 @@ BOTH = "always(moving -> speed < 2 & !near)"
         ("always(moving -> speed + 1 < -(2 * speed) / 4 | near)", {"speed": 1.0}, None),
     ],
 )
-def test_reasons(text: str, signals: dict[str, float | bool], expected: Reason | None) -> None:
+def test_the_signature_has_the_conjuncts_that_were_false(
+    text: str, signals: dict[str, float | bool], expected: FailureSignature | None
+) -> None:
     requirement, verdict = judged(text, moving=True, **signals)
     assert verdict.verdict == "Failed"
-    found = reason(requirement, verdict.violations[0])
+    found = failure_signature(requirement, verdict.violations[0])
     assert found == (expected or (str(requirement.formula.response.condition),))
 
 
-def test_a_failure_for_another_reason_is_another_failure() -> None:
+def test_another_violated_conjunct_is_another_failure() -> None:
     requirement, fast = judged(BOTH, moving=True, speed=3.0)
     _, near = judged(BOTH, moving=True, near=True)
     _, passed = judged(BOTH, moving=True)
-    wanted = reason(requirement, fast.violations[0])
-    assert is_same(requirement, wanted, fast)
-    assert not is_same(requirement, wanted, near)
-    assert not is_same(requirement, wanted, passed)
+    wanted = failure_signature(requirement, fast.violations[0])
+    assert has_signature(requirement, wanted, fast)
+    assert not has_signature(requirement, wanted, near)
+    assert not has_signature(requirement, wanted, passed)

@@ -1,4 +1,4 @@
-"""Files of abstract tests: reading and writing the text format (see `abstract`)."""
+"""The text format of abstract tests: reading and writing (for the format see `abstract`)."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ import re
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 
-from .abstract import AbstractTest, command_of
-from .error import GenerateError, nearest
-from .identity import Draft, identify, slug
+from pytest_hricdv.generate.abstract import AbstractTest, canonical_command
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.ids import Draft, identify, slug
+from pytest_hricdv.suggestion import nearest
 
 _HEADER = re.compile(r"#\s*(id|suite|aim|beliefs|seed|name|plans \S+)\s*:(.*)\Z")
 
 
 @dataclass
 class _Block:
-    """The lines between two blank ones: a test, or plain commentary."""
+    """The lines between two blank lines: a test, or comments only."""
 
     where: str = ""
     headers: dict[str, str] = field(default_factory=dict)
@@ -23,7 +24,7 @@ class _Block:
 
     @property
     def is_test(self) -> bool:
-        """Commands make a test; so does an id alone, for there is a test in which the human does nothing."""
+        """Commands make a test; so does an id alone, as a test may have no action."""
         return bool(self.commands) or "id" in self.headers
 
 
@@ -33,7 +34,7 @@ def dump_tests(tests: Iterable[AbstractTest]) -> str:
 
 
 def _dump(test: AbstractTest) -> str:
-    headers = [f"# id: {test.id}", f"# suite: {test.suite}", f"# aim: {test.aim}", f"# seed: {test.seed}"]
+    headers = [f"# id: {test.id}", f"# suite: {test.suite}", f"# aim: {test.target}", f"# seed: {test.seed}"]
     if test.beliefs:
         headers.append(f"# beliefs: {' '.join(test.beliefs)}")
     if test.name:
@@ -47,29 +48,29 @@ def parse_tests(
 ) -> tuple[AbstractTest, ...]:
     """The tests of a text.
 
-    A test with an id is taken at its word; one without gets its id and seed from its content.
+    A test that states an id keeps it; others get id and seed from their content.
 
     Args:
         text: the text.
-        file: what to call the text in errors.
-        suite: the suite of tests that name none.
-        master_seed: the seed from which tests without one get theirs.
-        known: the commands that can be enacted; if any are given, others are errors.
+        file: name of the text in errors.
+        suite: the suite of tests that state none.
+        master_seed: for the seeds of tests that state none.
+        known: the commands that can be executed; if any are given, others are errors.
 
     Raises:
         GenerateError: a malformed or unknown command or a malformed header, with file, line and column.
     """
     blocks = [block for block in _blocks(text, file, known) if block.is_test]
-    finished = [_stated(block) if "id" in block.headers else None for block in blocks]
+    complete = [_complete_test(block) if "id" in block.headers else None for block in blocks]
     _check_ids(blocks)
     drafts: dict[str, list[Draft]] = {}
-    for block, test in zip(blocks, finished, strict=True):
+    for block, test in zip(blocks, complete, strict=True):
         if test is None:
             drafts.setdefault(block.headers.get("suite", suite), []).append(_draft(block))
-    fresh = {name: iter(identify(name, master_seed, listed)) for name, listed in drafts.items()}
+    identified = {name: iter(identify(name, master_seed, listed)) for name, listed in drafts.items()}
     return tuple(
-        test if test is not None else next(fresh[block.headers.get("suite", suite)])
-        for block, test in zip(blocks, finished, strict=True)
+        test if test is not None else next(identified[block.headers.get("suite", suite)])
+        for block, test in zip(blocks, complete, strict=True)
     )
 
 
@@ -115,7 +116,7 @@ def _read_comment(block: _Block, comment: str, where: str) -> None:
 
 def _read_command(text: str, where: str, known: Collection[str]) -> str:
     try:
-        command = command_of(text)
+        command = canonical_command(text)
     except GenerateError as error:
         raise GenerateError(f"{where}: {error}{nearest(text.strip(), known)}") from None
     if known and command not in known:
@@ -130,16 +131,16 @@ def _plans(block: _Block) -> dict[str, tuple[str, ...]]:
 def _draft(block: _Block) -> Draft:
     headers = block.headers
     name = headers.get("name", "")
-    aim = headers.get("aim") or (slug(name)[:40].rstrip("-") if name else actions_aim(block.commands))
-    return Draft(aim, tuple(headers.get("beliefs", "").split()), tuple(block.commands), _plans(block), name)
+    target = headers.get("aim") or (slug(name)[:40].rstrip("-") if name else target_of_commands(block.commands))
+    return Draft(target, tuple(headers.get("beliefs", "").split()), tuple(block.commands), _plans(block), name)
 
 
-def actions_aim(commands: Collection[str]) -> str:
-    """The aim of a test that came from no beliefs: how many actions it has."""
+def target_of_commands(commands: Collection[str]) -> str:
+    """The target of a test that came from no beliefs: its number of actions."""
     return f"{len(commands)}-actions"
 
 
-def _stated(block: _Block) -> AbstractTest:
+def _complete_test(block: _Block) -> AbstractTest:
     missing = [key for key in ("suite", "aim", "seed") if key not in block.headers]
     if missing:
         raise GenerateError(
@@ -151,7 +152,7 @@ def _stated(block: _Block) -> AbstractTest:
         return AbstractTest(
             id=block.headers["id"],
             suite=block.headers["suite"],
-            aim=draft.aim,
+            target=draft.target,
             beliefs=draft.beliefs,
             lines=draft.lines,
             plans=draft.plans,

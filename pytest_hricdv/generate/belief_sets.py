@@ -1,8 +1,8 @@
-"""BDI by hand: belief subsets that somebody with domain knowledge wrote down in a TOML file.
+"""Belief subsets from a TOML file that a person with domain knowledge wrote.
 
     [[aim]]
     name = "one leg"                        # what these subsets are for
-    beliefs = ["leg4", "*bored", "m11?l4"]  # a pattern stands for each belief it matches in turn
+    beliefs = ["leg4", "*bored", "m11?l4"]  # a pattern stands for each belief that it matches
     concretizations = 5                     # tests made of each subset; 1 if left out
 
 An entry stands for every combination of its beliefs and patterns (`*`, `?`, `[abc]`).
@@ -20,50 +20,25 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from .beliefs import BeliefSpace
-from .error import GenerateError, nearest
-from .identity import Draft
-from .method import Context, draft_of, spread
-from .suite import Generation, Suite
+from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.suggestion import nearest
 
 _KEYS = ("name", "beliefs", "concretizations")
-_MOST_SUBSETS = 100_000
+_MAX_SUBSETS = 100_000
 
 
 @dataclass(frozen=True)
-class Aim:
-    """An entry of the file, with the subsets it stands for."""
+class BeliefSets:
+    """An entry of the file: the belief subsets it stands for, and how many tests are made of each."""
 
     name: str
     subsets: tuple[tuple[str, ...], ...]
     concretizations: int = 1
 
 
-@dataclass(frozen=True)
-class ByHand:
-    """The paper's method by hand: the subsets of `Context.by_hand`, in the file's order."""
-
-    name: str = "by-hand"
-
-    def generate(self, context: Context) -> Suite:
-        """Run the model once for each subset.
-
-        Raises:
-            GenerateError: the testbench names no file, or something in it is wrong; with file, line and column.
-        """
-        if context.by_hand is None:
-            raise GenerateError("tests by hand need a file of belief subsets, but the testbench names none")
-        explorer, space = context.explorer(), context.beliefs
-        drafts: list[Draft] = []
-        for aim in read_aims(context.by_hand, space):
-            for subset in aim.subsets:
-                drafts += [draft_of(explorer.explore(subset), space, aim.name)] * aim.concretizations
-        generation = Generation(bdi_runs=explorer.runs, declared_plans=explorer.plan_labels, notes=explorer.notes())
-        return Suite.of_drafts(self.name, context.seed, spread(drafts, context.tests), generation)
-
-
-def read_aims(path: Path, space: BeliefSpace) -> tuple[Aim, ...]:
-    """The entries of a file, expanded.
+def read_belief_sets(path: Path, space: BeliefSpace) -> tuple[BeliefSets, ...]:
+    """Read a file and expand its patterns.
 
     Raises:
         GenerateError: the file cannot be read or is no TOML; an unknown key or belief; a pattern without a match; a
@@ -83,7 +58,7 @@ def read_aims(path: Path, space: BeliefSpace) -> tuple[Aim, ...]:
 
 
 class _Reader:
-    """Reads one file's entries; knows the text, to say where something is wrong."""
+    """Reads the entries of one file; has its text, to report where an error is."""
 
     def __init__(self, path: Path, text: str, space: BeliefSpace) -> None:
         self.path = path
@@ -91,7 +66,7 @@ class _Reader:
         self.space = space
         self.seen: dict[tuple[str, ...], int] = {}
 
-    def read(self, data: dict[str, Any]) -> Iterator[Aim]:
+    def read(self, data: dict[str, Any]) -> Iterator[BeliefSets]:
         entries = data.get("aim")
         for key in data:
             if key != "aim":
@@ -101,7 +76,7 @@ class _Reader:
         for number, entry in enumerate(entries):
             yield self._entry(number, entry)
 
-    def _entry(self, number: int, entry: dict[str, Any]) -> Aim:
+    def _entry(self, number: int, entry: dict[str, Any]) -> BeliefSets:
         for key in entry:
             if key not in _KEYS:
                 raise GenerateError(f"{self._where(number, key)}: unknown key {key!r}{nearest(key, _KEYS)}")
@@ -113,13 +88,13 @@ class _Reader:
             raise GenerateError(f"{where}: concretizations = {count!r}; expected a whole number, at least 1")
         if not isinstance(items, list) or not all(isinstance(item, str) for item in items):
             raise GenerateError(f"{self._where(number, 'beliefs')}: beliefs = {items!r}; expected a list of strings")
-        return Aim(name, tuple(self._subsets(number, items)), count)
+        return BeliefSets(name, tuple(self._subsets(number, items)), count)
 
     def _subsets(self, number: int, items: Sequence[str]) -> Iterator[tuple[str, ...]]:
         choices = [self._matches(number, item) for item in items]
-        if (many := math.prod(map(len, choices))) > _MOST_SUBSETS:
+        if (count := math.prod(map(len, choices))) > _MAX_SUBSETS:
             where = self._where(number, "beliefs")
-            raise GenerateError(f"{where}: {many} subsets in one entry; expected at most {_MOST_SUBSETS}")
+            raise GenerateError(f"{where}: {count} subsets in one entry; expected at most {_MAX_SUBSETS}")
         for combination in product(*choices):
             try:
                 subset = self.space.subset(combination)
@@ -142,7 +117,7 @@ class _Reader:
         return matches
 
     def _where(self, number: int | None, token: str) -> str:
-        """The place of a key or a string, in the entry of that number or anywhere."""
+        """`file:line:column` of a key or a string, searched in the entry of that number or in the whole file."""
         starts = [place for place, line in enumerate(self.lines) if re.match(r"\s*\[\[\s*aim\s*\]\]", line)]
         first = starts[number] if number is not None and number < len(starts) else 0
         last = starts[number + 1] if number is not None and number + 1 < len(starts) else len(self.lines)

@@ -1,0 +1,109 @@
+"""Exhaustive exploration of a model: the runs of all belief sets, found without running each of them."""
+
+from __future__ import annotations
+
+import json
+from itertools import combinations
+from pathlib import Path
+
+import pytest
+
+import conftest
+from pytest_hricdv.bdi.memo import survey as memo_survey
+from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.exhaustive_exploration import NOT_ENUMERABLE, TOO_LARGE, Exploration, explore_exhaustively
+from pytest_hricdv.generate.model_runner import ModelRunner
+from tests.generate.toy import LAMPS, lamps
+
+TABLE = conftest.pytest_hricdv_testbench(None)  # type: ignore[arg-type]
+#: Small enough to try all sets; with what makes trouble: boredom, and several poses for one leg.
+SPACES = {
+    "last leg": BeliefSpace(("leg4",), {"mood": ("bored",), "pose": tuple(f"m{n:03b}l4" for n in range(8))}),
+    "two legs": BeliefSpace(
+        ("leg3", "leg4"), {"mood": ("bored",), "third": ("m000l3", "m111l3", "m011l3"), "fourth": ("m111l4", "m110l4")}
+    ),
+    "a pose for another leg": BeliefSpace(
+        ("leg2", "leg3"), {"pose": ("m111l1", "m101l2", "m000l3", "m111l4"), "mood": ("bored",)}
+    ),
+}
+
+
+def run_all_sets(runner: ModelRunner, plans: tuple[tuple[str, str], ...]) -> dict[tuple[tuple[str, ...], int], int]:
+    """Every run, by trying all sets -> the size of the smallest set."""
+    found: dict[tuple[tuple[str, ...], int], int] = {}
+    for size in range(len(runner.space.others) + 1):
+        for start in runner.space.start:
+            for chosen in combinations(runner.space.others, size):
+                run = runner.run((start, *chosen))
+                mask = sum(1 << place for place, (agent, label) in enumerate(plans) if label in run.plans[agent])
+                found.setdefault((run.lines, mask), size + 1)
+    return found
+
+
+@pytest.mark.parametrize("space", SPACES.values(), ids=SPACES.keys())
+def test_exploration_finds_exactly_the_runs_of_all_sets(space: BeliefSpace) -> None:
+    found = explore_exhaustively(ModelRunner(TABLE.model, space))
+    assert found.complete
+    expected = run_all_sets(ModelRunner(TABLE.model, space), found.plans)
+    assert {(run.lines, run.plans) for run in found.runs} == expected.keys()
+    runner = ModelRunner(TABLE.model, space)
+    for run in found.runs:
+        shown = runner.run(found.belief_set(run.beliefs))
+        assert shown.lines == run.lines
+        assert run.beliefs.bit_count() == expected[run.lines, run.plans]
+
+
+def test_the_table_is_explored_without_running_its_sets() -> None:
+    """Each leg has eight poses or none, the first one may be given up for boredom; of 4 * 2^34 sets no more differ."""
+    runner = ModelRunner(TABLE.model, TABLE.beliefs)
+    found = explore_exhaustively(runner)
+    assert found.complete
+    assert len(found.runs) == 2 * (9 + 9**2 + 9**3 + 9**4)
+    assert runner.run_count == 0
+    for run in found.runs[::500]:
+        shown = runner.run(found.belief_set(run.beliefs))
+        assert shown.lines == run.lines
+        assert {(agent, label) for agent, labels in shown.plans.items() for label in labels} == {
+            plan for place, plan in enumerate(found.plans) if run.plans >> place & 1
+        }
+
+
+def test_an_exploration_is_the_same_from_the_cache() -> None:
+    found = explore_exhaustively(ModelRunner(TABLE.model, SPACES["last leg"]))
+    assert Exploration.from_json(json.loads(json.dumps(found.to_json()))) == found
+    empty = Exploration(reason=TOO_LARGE)
+    assert Exploration.from_json(json.loads(json.dumps(empty.to_json()))) == empty
+
+
+@pytest.mark.parametrize("change", [{"schema": "hricdv-survey/0"}, {"runs": "?,zz,1"}, {"runs": "0"}, {"plans": None}])
+def test_an_invalid_cache_is_an_error(change: dict[str, object]) -> None:
+    data = explore_exhaustively(ModelRunner(TABLE.model, SPACES["two legs"])).to_json()
+    with pytest.raises(GenerateError):
+        Exploration.from_json(data | change)
+    with pytest.raises(GenerateError):
+        Exploration.from_json({})
+
+
+def test_a_small_space_of_another_model_is_explored_set_by_set(tmp_path: Path) -> None:
+    runner = ModelRunner(lamps(tmp_path), LAMPS)
+    found = explore_exhaustively(runner)
+    assert found.complete
+    expected = run_all_sets(ModelRunner(lamps(tmp_path), LAMPS), found.plans)
+    assert {(run.lines, run.plans) for run in found.runs} == expected.keys()
+
+
+def test_an_exploration_that_is_not_possible_is_not_complete(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memo_survey, "MAX_RUNS", 100)
+    runner = ModelRunner(TABLE.model, TABLE.beliefs)
+    assert explore_exhaustively(runner) == Exploration(*_names(), reason=TOO_LARGE)
+    monkeypatch.undo()
+    monkeypatch.setattr(ModelRunner, "all_runs", lambda self, plans: None)
+    assert explore_exhaustively(ModelRunner(TABLE.model, TABLE.beliefs)) == Exploration(
+        *_names(), reason=NOT_ENUMERABLE
+    )
+
+
+def _names() -> tuple[tuple[tuple[str, str], ...], tuple[str, ...]]:
+    labels = ModelRunner(TABLE.model, TABLE.beliefs).plan_labels
+    return tuple((agent, label) for agent, plans in labels.items() for label in plans), TABLE.beliefs.beliefs
