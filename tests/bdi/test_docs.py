@@ -1,8 +1,8 @@
-"""Every example in the pages on BDI models does what the page says.
+"""Every example in the pages on BDI models has the output that the page shows.
 
-A page's sections each have a folder of their own. A block with a file's name after its language is written
-there; ``console`` blocks are commands with what they print; ``python`` blocks run in the page's order and are
-followed by a ``text`` block if they print; a ``text`` block after AgentSpeak is what the section's agents print.
+Each section has its own folder. A block with a file name after its language is written to that file. A ``console``
+block contains commands and their output. ``python`` blocks are executed in the order of the page; a ``text`` block
+after one is its output. A ``text`` block after AgentSpeak is the output of the section's agents.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def test_pages_have_examples() -> None:
 
 def test_page_names_every_standard_action_and_no_other() -> None:
     page = (DOCS / "jason-support.md").read_text(encoding="utf-8")
-    table = page.split("## Standard actions")[1].split("`.wait` takes")[0]
+    table = page.split("## Internal actions")[1].split("`.wait` takes")[0]
     named = set(re.findall(r"(?<![\w.])\.\w+", table))
     assert named == set(ACTIONS)
     functions = {name.removeprefix("math.") for name in FUNCTIONS if name.startswith("math.")}
