@@ -1,4 +1,4 @@
-"""How long the main job takes: learning, collecting, the first test, all tests. Prints a table of medians.
+"""Time of learning, collecting and running the learned suite: a table of medians.
 
     python -m benchmarks.end_to_end [--repeat N]
 
@@ -28,7 +28,7 @@ def main() -> None:
     repeat = parser.parse_args().repeat
     print(f"machine: {machine()}\nmedians of {repeat}\n")
     with tempfile.TemporaryDirectory() as folder:
-        os.environ["PYTHONPYCACHEPREFIX"] = f"{folder}/bytecode"  # warm, and the same whatever ran here before
+        os.environ["PYTHONPYCACHEPREFIX"] = f"{folder}/bytecode"  # warm, and independent of earlier runs
         os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
         report = Path(folder) / "report"
         cache = ["-o", f"cache_dir={folder}/cache"]
@@ -77,12 +77,12 @@ def first_test(report: Path) -> None:
 
 
 def suite(workers: int, options: list[str]) -> None:
-    """The main job."""
+    """Run the learned suite."""
     pytest(["--hri-suite=rl", "-n", str(workers), *options])
 
 
 def pytest(arguments: list[str]) -> None:
-    """Run pytest in a process of its own; anything but success ends the benchmark with its output."""
+    """Run pytest in a subprocess; a failure ends the benchmark with its output."""
     process = subprocess.run(
         [sys.executable, "-m", "pytest", *arguments], cwd=ROOT, capture_output=True, text=True, check=False
     )

@@ -1,9 +1,9 @@
-"""What a process occupies while it runs many tests, and whether that grows: without workers, and each of two workers.
+"""Memory of processes that run many tests, and whether it grows: without workers, and with two workers.
 
     python -m benchmarks.memory [--tests N]
 
-Every process runs N learned tests (default 1000: some ten minutes each for the one and for the two), or nearly so many,
-through the whole plugin. This module is also the pytest plugin that watches there.
+Every process runs about N learned tests (default 1000: some ten minutes without workers and the same with two). This
+module is also the pytest plugin that measures in these processes.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from studies.session import ROOT, machine
 
 FIRST = 100
 SUITE = 100
-"""More different tests than this has every learned suite; with so many concretizations each, N are there."""
+"""Every learned suite has more tests than this; the number of concretizations is chosen to give N tests."""
 
 FIGURES = "HRICDV_MEMORY_FIGURES"
-"""Environment variable: the folder that watched processes write their figures to, a file each."""
+"""Environment variable: the folder to which each measured process writes its figures."""
 
 TESTS = "HRICDV_MEMORY_TESTS"
-"""Environment variable: how many tests each process runs, and how many processes there are."""
+"""Environment variable: number of tests for each process, and number of processes."""
 
 
 def main() -> None:
@@ -37,7 +37,7 @@ def main() -> None:
     parser.add_argument("--tests", type=int, default=1000, metavar="N", help="tests of each process (default 1000)")
     count = max(FIRST, parser.parse_args().tests)
     print(
-        f"machine: {machine()}\nmemory after so many tests, and the most, which is when the report is written:",
+        f"machine: {machine()}\nmemory after a number of tests, and its maximum (when the report is written):",
         flush=True,
     )
     for workers in (0, 2):
@@ -46,7 +46,7 @@ def main() -> None:
 
 
 def watched(count: int, workers: int) -> dict[str, str]:
-    """Process -> its figures, of a session in which each process that runs tests runs so many."""
+    """Process -> its figures, in a session in which each process runs `count` tests."""
     processes = max(1, workers)
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "pytest", "-q", "-p", "benchmarks.memory", "-o", f"cache_dir={folder}/cache"]
@@ -61,7 +61,7 @@ def watched(count: int, workers: int) -> dict[str, str]:
 
 
 class Watch:
-    """Notes the memory of a process that runs tests: after the first ones, half-way, after the last; and the most."""
+    """Records the memory of a process after the first tests, half of them, the last one; and the maximum."""
 
     def __init__(self, name: str, count: int, folder: Path) -> None:
         self._file = folder / f"{name}.figures"
@@ -69,19 +69,19 @@ class Watch:
         self._done = 0
 
     def pytest_runtest_logfinish(self) -> None:
-        """Called once a test."""
+        """Called after each test."""
         self._done += 1
         if self._done in (FIRST, self._count // 2):
             self._note(f"{self._done}: {memory_mb('VmRSS'):.0f} MB  ")
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionfinish(self) -> None:
-        """Called after the last test; workers do not run quite the same number."""
+        """Called after the last test; workers run slightly different numbers of tests."""
         self._note(f"{self._done}: {memory_mb('VmRSS'):.0f} MB  ")
 
     def pytest_unconfigure(self) -> None:
-        """Called when all is over."""
-        self._note(f"most: {memory_mb('VmHWM'):.0f} MB")
+        """Called at the end of the process."""
+        self._note(f"maximum: {memory_mb('VmHWM'):.0f} MB")
 
     def _note(self, text: str) -> None:
         with self._file.open("a", encoding="utf-8") as file:
@@ -89,25 +89,25 @@ class Watch:
 
 
 def memory_mb(kind: str) -> float:
-    """Memory of this process (MB; Linux): `VmRSS`, what it occupies now, or `VmHWM`, the most that it did so far."""
+    """Memory of this process (MB; Linux): `VmRSS`, the present value, or `VmHWM`, the maximum so far."""
     status = Path("/proc/self/status").read_text(encoding="ascii")
     return next(int(line.split()[1]) for line in status.splitlines() if line.startswith(f"{kind}:")) * 1024 / 1e6
 
 
 class Selection:
-    """Leaves as many tests as there are to be run, the first ones: every process has to select the same."""
+    """Selects the first tests: every process has to select the same ones."""
 
     def __init__(self, count: int) -> None:
         self._count = count
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Called when all are collected."""
+        """Called after collection."""
         del items[self._count :]
 
 
 def pytest_configure(config: Any) -> None:
-    """Watch, in the processes that the command started."""
+    """Measure in the processes that the command started."""
     if FIGURES not in os.environ:
         return
     tests, processes = map(int, os.environ[TESTS].split())

@@ -1,10 +1,10 @@
-"""What watching a run costs: the monitors that run along, numpy over the log, and rtamt's offline evaluation of it.
+"""Cost of monitoring a run: online monitors, numpy on the logged run, and rtamt's offline evaluation.
 
     python -m benchmarks.monitors [--repeat N]
 
 The run has 150 s at 240 Hz: 36,000 instants, at each of which three signals change, and a reading every second. R1 to
-R4 of the table assembly are judged. Run it on an otherwise idle machine; needs the extra `offline`, and
-for its last line the dependency group `test`.
+R4 of the table assembly are checked. Run it on an otherwise idle machine; needs the extra `offline`, and for its last
+line the dependency group `test`.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""What the HTML report costs: to be written, in bytes, and until it can be used in Chromium.
+"""Cost of the HTML report: time to write it, bytes, and time until it can be used in Chromium.
 
     python -m benchmarks.report_page [REPORT] [--tests N] [--repeat N]
 
-REPORT is a real report.json (hri-report/report.json where not said); its tests are repeated under new names until there
-are N (7,000), and the whole is closed as a session's report is. The page is then opened from the disk: ready is when
-its scripts are through and its first picture is painted; the rest is timed from the click to the next picture. Needs
-the dependency group `test`, and Chromium.
+REPORT is a real report.json (default hri-report/report.json). Its tests are repeated under new names until there are N
+(7,000), and the report is completed like that of a session. The page is then opened from disk: it is ready when its
+scripts have run and the first frame is painted; other times are from the click to the next frame. Needs the dependency
+group `test`, and Chromium.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ STEPS = {
 
 
 def main() -> None:
-    """Grow a report, write it, open it."""
+    """Enlarge a report, write it, open it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("report", nargs="?", type=Path, default=Path("hri-report"))
     parser.add_argument("--tests", type=int, default=7000)
@@ -58,7 +58,7 @@ def main() -> None:
 
 
 def grown(report: dict[str, Any], count: int) -> dict[str, Any]:
-    """The report with its tests repeated, each time under other names, until there are so many."""
+    """The report with its tests repeated under new names until there are `count`."""
     tests: list[dict[str, Any]] = report["tests"]
     if not tests:
         sys.exit("the report has no tests to be repeated: run a suite first")
@@ -73,7 +73,7 @@ def grown(report: dict[str, Any], count: int) -> dict[str, Any]:
 
 
 def opened(folder: Path) -> dict[str, float]:
-    """Seconds until the page, and what is clicked in it, can be seen."""
+    """Seconds until the page, and the views that are clicked, are visible."""
     from playwright.sync_api import sync_playwright
 
     path = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, BROWSERS)), None)

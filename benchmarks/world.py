@@ -1,9 +1,9 @@
-"""How fast the simulated world is, through the whole path of a test: coverage, monitors and record. Prints medians.
+"""Speed of the simulated world in complete tests, with coverage, monitors and record: medians.
 
     python -m benchmarks.world [--repeat N]
 
-Beside each figure stands the physics engine alone, timed in the same run, so that our own share is what is left. All
-figures are of one core; run it on an otherwise idle machine.
+Each figure is shown with that of the physics engine alone, measured in the same run; the rest is our own code. All
+figures are for one core; run it on an otherwise idle machine.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from studies.session import machine
 from tests.hri import bench
 
 WAIT_S = 78.0
-"""The person of the handover test asks only after this time, so that the whole test takes about 120 s."""
+"""The person of the handover test waits this long before the request, so that the test takes about 120 s."""
 
 
 @dataclass(frozen=True)
 class Pace:
-    """Simulated seconds, seconds of the processor, and of those the seconds inside the physics engine."""
+    """Simulated time, CPU time, and the part of it inside the physics engine (s)."""
 
     sim_s: float
     stepped_s: float
@@ -58,13 +58,13 @@ def main() -> None:
     handover, four = one_handover(), bench.concrete(bench.leg() * 4, seed=4)
     bench.run(handover, measurement)
     for name, test in (("120 s, one handover", handover), ("four handovers", four)):
-        for how, frozen in (("freezing when calm", True), ("every step computed", False)):
+        for how, frozen in (("freezing", True), ("every step computed", False)):
             with freezing(frozen):
                 print(f"{name:20} {how:20} {pace(test, measurement, options.repeat)}", flush=True)
 
 
 def one_handover() -> ConcreteTest:
-    """Wait, pick, lift, hold out, pull, release: about 120 s."""
+    """One handover from request to release: about 120 s."""
     test = bench.concrete(bench.leg(), seed=1)
     ask, *rest = test.actions
     late = replace(ask, parameters={**ask.parameters, "voice_s": WAIT_S})
@@ -86,7 +86,7 @@ def pace(test: ConcreteTest, measurement: Measurement, repeat: int) -> Pace:
 
 
 def run(test: ConcreteTest, measurement: Measurement) -> Pace:
-    """One run, with the time in the physics engine taken apart."""
+    """One run, with the time in the physics engine measured separately."""
     with clocked("stepSimulation") as spent:
         began_s = time.thread_time()
         result = bench.run(test, measurement)
@@ -96,10 +96,10 @@ def run(test: ConcreteTest, measurement: Measurement) -> Pace:
 
 @contextmanager
 def clocked(function: str) -> Iterator[list[float]]:
-    """Note the duration (s) of every call of an engine's function."""
+    """Measure the duration (s) of every call of a function of the engine."""
     original: Callable[..., Any] = getattr(bullet, function)
     spent: list[float] = []
-    clock = time.thread_time  # exact, which a process's is not while the run's watchdog has a timer
+    clock = time.thread_time  # process time is inexact while the watchdog's timer runs
 
     def clocking(*arguments: Any, **more: Any) -> Any:
         began_s = clock()
@@ -116,7 +116,7 @@ def clocked(function: str) -> Iterator[list[float]]:
 
 @contextmanager
 def freezing(on: bool) -> Iterator[None]:
-    """Let workshops freeze when calm, or not."""
+    """Switch freezing on or off."""
     original = workshop.Workshop
     workshop.Workshop = partial(original, freeze=on)  # type: ignore[misc, assignment]
     try:
@@ -126,7 +126,7 @@ def freezing(on: bool) -> Iterator[None]:
 
 
 def timed(action: Callable[[], None]) -> float:
-    """Processor time (s) of an action."""
+    """CPU time (s) of an action."""
     began_s = time.thread_time()
     action()
     return time.thread_time() - began_s

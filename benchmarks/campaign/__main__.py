@@ -1,10 +1,10 @@
-"""A campaign: the abstract tests of one method, each concretized with many seeds, and run; resumed where it was left.
+"""A campaign: run the abstract tests of one method, each concretized with many seeds; resumable.
 
     python -m benchmarks.campaign [--state DIR] [--write]
 
-It may be ended at any time, kill -9 included: at most the seed in the making is lost, and the same command goes on.
-The results are left in DIR/results.md; `--write` puts page and picture into docs/ as well. `--again` runs nothing: it
-makes them of the seeds that are done, whatever the code is by now.
+It may be stopped at any time, even by kill -9: only the unfinished seed is lost, and the same command resumes. The
+results are written to DIR/results.md; `--write` also writes page and chart to docs/. `--again` runs no tests: it writes
+the results of the finished seeds, even if the code has changed since.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ DEPENDS = (
     "pytest_hricdv/monitor",
     "pytest_hricdv/runtime",
 )
-"""What a run's outcome depends on; the abstract tests, which the folder keeps, depend on the models besides."""
+"""Files and folders that the outcome of a run depends on; the stored abstract tests also depend on the models."""
 
 
 def main() -> None:
-    """Run what is left, then say what came of all."""
+    """Run the unfinished seeds, then write the results of all."""
     options = arguments().parse_args()
     try:
         shards = collected(options) if options.again else campaign(options)
@@ -47,7 +47,7 @@ def main() -> None:
     except (StateError, ShardError, session.SessionError) as error:
         sys.exit(f"campaign: {error}")
     except KeyboardInterrupt:
-        sys.exit("campaign: interrupted; the same command goes on")
+        sys.exit("campaign: interrupted; the same command resumes it")
     known = known_violations(options.root)
     page.write(options.state / "results.md", results.text(shards, list(known)))
     print(f"written: {options.state / 'results.md'}")
@@ -59,7 +59,7 @@ def main() -> None:
 def arguments() -> argparse.ArgumentParser:
     """The options."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--state", type=Path, default=Path("hri-campaign"), metavar="DIR", help="where shards are kept")
+    parser.add_argument("--state", type=Path, default=Path("hri-campaign"), metavar="DIR", help="folder of the shards")
     parser.add_argument("--suite", default="rl", metavar="NAME", help="the method (default rl)")
     parser.add_argument(
         "--seed", type=int, default=0, metavar="N", help="abstract tests are generated from (default 0)"
@@ -68,9 +68,9 @@ def arguments() -> argparse.ArgumentParser:
     parser.add_argument("--seeds", type=positive, default=41, metavar="N", help="seeds of each (default 41)")
     parser.add_argument("--workers", type=positive, default=2, metavar="N", help="xdist workers (default 2)")
     parser.add_argument("--root", type=Path, default=session.ROOT, metavar="DIR", help="the project")
-    parser.add_argument("--depends", nargs="+", default=DEPENDS, metavar="PATH", help="what runs of it depend on")
-    parser.add_argument("--again", action="store_true", help="run nothing: take the seeds that are done")
-    parser.add_argument("--write", action="store_true", help="put page and picture into docs/")
+    parser.add_argument("--depends", nargs="+", default=DEPENDS, metavar="PATH", help="files that runs depend on")
+    parser.add_argument("--again", action="store_true", help="run no tests: use the finished seeds")
+    parser.add_argument("--write", action="store_true", help="write page and chart to docs/")
     parser.add_argument("--docs", type=Path, default=session.ROOT / "docs", metavar="DIR", help="the page's folder")
     return parser
 
@@ -83,10 +83,10 @@ def positive(text: str) -> int:
 
 
 def campaign(options: argparse.Namespace) -> tuple[Shard, ...]:
-    """Run the seeds that are not done; the shards of all.
+    """Run the unfinished seeds; returns the shards of all seeds.
 
     Raises:
-        StateError, ShardError: the folder is of another campaign, damaged, or in use.
+        StateError, ShardError: the folder belongs to another campaign, is damaged, or is in use.
         SessionError: pytest did not run the tests.
     """
     root, state = options.root.resolve(), State(options.state.resolve())
@@ -107,7 +107,7 @@ def campaign(options: argparse.Namespace) -> tuple[Shard, ...]:
 
 
 def collected(options: argparse.Namespace) -> tuple[Shard, ...]:
-    """The shards that are done. Raises StateError where there are none; see `campaign`."""
+    """The finished shards. Raises StateError if there are none; see `campaign`."""
     state = State(options.state.resolve())
     done = state.done()
     if not done:
@@ -125,7 +125,7 @@ def generate(suite: str, seed: int, count: int, work: Path, root: Path) -> str:
 
 
 def known_violations(root: Path) -> dict[str, str]:
-    """Requirements that the project says are known to fail, with the reason."""
+    """Known violations of the project: requirement -> reason."""
     path = root / "pyproject.toml"
     if not path.is_file():
         return {}
@@ -135,7 +135,7 @@ def known_violations(root: Path) -> dict[str, str]:
 
 
 def write(plan: Plan, shards: Sequence[Shard], known: Mapping[str, str], docs: Path) -> None:
-    """Write page and picture."""
+    """Write page and chart."""
     requirements = totals.requirements(shards)
     worst = max(requirements, key=lambda each: each.failed)
     plots.save(results.picture(shards, worst.name), docs / "pictures" / "campaign-seeds.svg")

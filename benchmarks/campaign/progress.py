@@ -1,4 +1,4 @@
-"""How far a campaign is, and how long it takes from here."""
+"""Progress of a campaign, and the time left."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from benchmarks.campaign.shard import Shard
 
 
 class Progress:
-    """Says after each seed how far the campaign is.
+    """Prints the progress after each seed.
 
     Args:
         seeds: of the whole campaign.
@@ -19,8 +19,8 @@ class Progress:
     def __init__(self, seeds: int, left: int, tests: int) -> None:
         self._seeds, self._left, self._of_all = seeds, left, left
         self._began_s = time.monotonic()
-        told = f"{seeds} seeds of {tests} tests, {seeds * tests} runs"
-        print(f"campaign: {told}; {seeds - left} seeds are done", flush=True)
+        total = f"{seeds} seeds of {tests} tests, {seeds * tests} runs"
+        print(f"campaign: {total}; {seeds - left} seeds are done", flush=True)
 
     def done(self, shard: Shard) -> None:
         """A seed was run."""

@@ -1,4 +1,4 @@
-"""The results of a campaign as text and picture; the same shards give the same bytes, however they came about."""
+"""The results of a campaign as text and chart; the same shards give the same bytes."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def verdicts(shards: Sequence[Shard]) -> str:
 
 
 def spread(shards: Sequence[Shard]) -> str:
-    """What depends on the seed."""
+    """Spread between seeds."""
     rows = [
         [each.name, f"{each.by_seed[0]} to {each.by_seed[1]}", each.ever, each.always, each.unsettled]
         for each in totals.requirements(shards)
@@ -86,7 +86,7 @@ def turns(shards: Sequence[Shard]) -> str:
 
 
 def listed(shards: Sequence[Shard], known: Sequence[str]) -> str:
-    """Runs that did not end, and runs that failed what is not known to fail."""
+    """Runs that ended with an error, and runs that violated a requirement that is not known to fail."""
     found = [f"- `{run.id}` did not end: {run.error}" for shard in shards for run in shard.runs if run.error]
     for run in totals.ended(shards):
         failed = [name for name, verdict in run.verdicts.items() if verdict == "Failed" and name not in known]
@@ -100,7 +100,7 @@ def listed(shards: Sequence[Shard], known: Sequence[str]) -> str:
 
 
 def picture(shards: Sequence[Shard], requirement: str) -> Figure:
-    """What more seeds bring: coverage, and tests that fail a requirement with one of them."""
+    """Growth with the number of seeds: coverage, and tests that fail a requirement."""
     made, (left, right) = figure(panels=2)
     lines = {"statements": totals.growth(shards, totals.statements, shards[0].statements.reachable)}
     if shards[0].branches is not None:

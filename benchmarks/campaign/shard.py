@@ -1,4 +1,4 @@
-"""One seed of a campaign: every abstract test concretized once more, and run. The unit that is kept or lost."""
+"""A shard, the unit of a campaign: every abstract test concretized with one seed, and run."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ SCHEMA = "hricdv-campaign-shard/1"
 
 
 class ShardError(Exception):
-    """A shard's file is not what it should be; the text says which file, why, and what to do."""
+    """The file of a shard is invalid; the message says which file, why, and what to do."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """What one run gave.
+    """The results of one run.
 
     Args:
         test: id of the abstract test.
@@ -55,7 +55,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Total:
-    """Of the code under test: how many statements or branches there are, and how many of them can be reached."""
+    """Number of statements or branches of the code under test, and how many of them can be reached."""
 
     count: int
     reachable: int
@@ -63,7 +63,7 @@ class Total:
 
 @dataclass(frozen=True)
 class Shard:
-    """The runs of one seed, in the order of their ids, and what they cost (s): the only figures that may differ."""
+    """The runs of one seed, in the order of their ids. Only their times (s) may differ between equal campaigns."""
 
     seed: int
     identity: str
@@ -143,7 +143,7 @@ def _total(figures: Mapping[str, int]) -> Total:
 
 
 def read(path: Path) -> Shard:
-    """The shard in a file. Raises ShardError for one that is cut off or of another version."""
+    """Read a shard. Raises ShardError for a file that is truncated or of another version."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         found = data.pop("schema")

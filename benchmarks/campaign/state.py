@@ -1,8 +1,8 @@
-"""The folder a campaign lives in: what it is of, the shards that are done, and nothing half written.
+"""The folder of a campaign: its plan and the finished shards, all written atomically.
 
 campaign.json   method, seed, number of tests, and what runs depend on, each file with its hash
 tests.txt       the abstract tests, generated once
-shards/         one file for each seed that is done, written aside and renamed
+shards/         one file for each finished seed
 lock            held while a campaign runs here
 """
 
@@ -28,10 +28,10 @@ from pytest_hricdv.generate.text_format import parse_tests
 
 SCHEMA = "hricdv-campaign/1"
 DIGITS = 64
-"""Of a SHA-256, by which files are told from versions."""
+"""Length of a SHA-256 in hexadecimal digits: distinguishes files from versions."""
 
 LIBRARIES = ("pytest-hricdv", "pybullet", "numpy", "coverage")
-"""Whose versions results can depend on."""
+"""Libraries whose versions can change results."""
 
 
 class StateError(Exception):
@@ -40,7 +40,7 @@ class StateError(Exception):
 
 @dataclass(frozen=True)
 class Plan:
-    """What a campaign is of: shards of another plan are never mixed with its own.
+    """What a campaign runs. Shards of different plans are never mixed.
 
     Args:
         method: the suite's name.
@@ -60,7 +60,7 @@ class Plan:
         return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode("utf-8")).hexdigest()
 
     def differences(self, other: Plan) -> list[str]:
-        """What is not as in another plan, as `sim/leg.py changed` or `count was 160, is 80`."""
+        """Differences from another plan, such as `sim/leg.py changed` or `count was 160, is 80`."""
         names = ("method", "master_seed", "count")
         found = [
             f"{name} was {getattr(other, name)}, is {getattr(self, name)}"
@@ -117,7 +117,7 @@ class State:
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """Keep others out, and throw away what a killed campaign left half done.
+        """Lock the folder, and remove the unfinished work of a killed campaign.
 
         Raises:
             StateError: another campaign runs in this folder.
@@ -134,14 +134,14 @@ class State:
 
     @property
     def work(self) -> Path:
-        """A folder for the shard in the making. Its name is this process's: pytest may outlive a killed campaign."""
+        """A folder for the unfinished shard, named after this process: pytest may outlive a killed campaign."""
         return self.folder / f"work-{os.getpid()}"
 
     def agree(self, plan: Plan) -> None:
-        """Begin with this plan, or see that the folder was begun with it.
+        """Store this plan in a new folder, or check that the folder has the same plan.
 
         Raises:
-            StateError: it was begun with another one.
+            StateError: the folder has another plan.
         """
         if not self._plan.exists():
             atomic_file.write_text(
@@ -158,7 +158,7 @@ class State:
         )
 
     def plan(self) -> Plan:
-        """The plan that the folder was begun with. Raises StateError where there is none, or it cannot be read."""
+        """The plan of the folder. Raises StateError if there is none, or it cannot be read."""
         try:
             data = json.loads(self._plan.read_text(encoding="utf-8"))
             if data.pop("schema") != SCHEMA:
@@ -168,21 +168,21 @@ class State:
             raise StateError(f"{self._plan}: no campaign ({error!r}): give another --state folder") from None
 
     def tests(self) -> tuple[AbstractTest, ...] | None:
-        """The abstract tests; None where they were not generated yet."""
+        """The abstract tests; None if they were not generated yet."""
         if not self._tests.exists():
             return None
         return parse_tests(self._tests.read_text(encoding="utf-8"), file=str(self._tests), suite="")
 
     def keep_tests(self, text: str) -> None:
-        """Keep the abstract tests, as `dump_tests` writes them."""
+        """Store the abstract tests, as `dump_tests` writes them."""
         atomic_file.write_text(self._tests, text)
 
     def done(self) -> tuple[int, ...]:
-        """Seeds whose shards are there, in order."""
+        """Finished seeds, in order."""
         return tuple(sorted(int(path.stem.partition("-")[2]) for path in self._shards.glob("seed-*.json")))
 
     def keep(self, each: Shard) -> None:
-        """Keep a shard."""
+        """Store a shard."""
         atomic_file.write_text(self._path(each.seed), each.to_json())
 
     def shard(self, seed: int) -> Shard:

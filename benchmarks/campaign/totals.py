@@ -1,4 +1,4 @@
-"""What many seeds of the same tests say that one does not: totals, spread, and what came late."""
+"""Statistics over all seeds of a campaign: totals, spread, and growth with the number of seeds."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Requirement:
 
 
 def ended(shards: Iterable[Shard]) -> list[Run]:
-    """All runs that came to their end, seed by seed."""
+    """All runs that ended without an error, seed by seed."""
     return [run for shard in shards for run in shard.runs if not run.error]
 
 
@@ -96,7 +96,7 @@ class Coverage:
 
 
 def coverage(shards: Sequence[Shard]) -> Coverage:
-    """What was covered."""
+    """Coverage of all runs."""
     count, reachable = shards[0].statements.count, shards[0].statements.reachable
     percents = [[100.0 * run.statements.bit_count() / count for run in ended([shard])] for shard in shards]
     reached = [100.0 * union(ended([shard]), statements).bit_count() / reachable for shard in shards]

@@ -1,4 +1,4 @@
-"""A campaign on the lamps project: what is killed is resumed, and nothing of other code gets in."""
+"""A campaign on the lamps project: a killed campaign resumes, and results of other code are refused."""
 
 from __future__ import annotations
 
@@ -255,3 +255,7 @@ def test_the_page_says_how_many_runs_there_are_and_of_what_code(tmp_path: Path) 
     assert "python 3.11.1." in text
     pictures = [(tmp_path / folder / "pictures" / "campaign-seeds.svg").read_bytes() for folder in ("first", "second")]
     assert pictures[0] == pictures[1]
+
+
+def test_every_file_that_runs_depend_on_exists() -> None:
+    assert [name for name in campaign.DEPENDS if not (session.ROOT / name).exists()] == []
