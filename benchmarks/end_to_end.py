@@ -1,4 +1,4 @@
-"""Time of learning, collecting and running the learned suite: a table of medians.
+"""Time of learning, collecting, the first test and all tests of the learned suite: a table of medians.
 
     python -m benchmarks.end_to_end [--repeat N]
 
