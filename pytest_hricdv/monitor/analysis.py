@@ -16,6 +16,7 @@ from pytest_hricdv.monitor.formula import (
     Fall,
     FloatName,
     Formula,
+    HoldsUntil,
     Negative,
     Number,
     On,
@@ -65,8 +66,7 @@ def conjuncts(formula: PastFormula) -> Iterator[PastFormula]:
 
 def conditions(response: Response) -> tuple[PastFormula, ...]:
     """The past formulas of a response."""
-    release = getattr(response, "release", None)
-    return (response.condition,) if release is None else (response.condition, release)
+    return (response.condition, response.release) if isinstance(response, HoldsUntil) else (response.condition,)
 
 
 def term_names(term: Term) -> Iterator[FloatName]:

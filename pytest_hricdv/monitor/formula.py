@@ -1,10 +1,8 @@
 """The formula of a requirement as data: `always(antecedent -> response)`.
 
 A formula is about a run in dense time: signals are constant between updates, and a message exists for one instant.
-Every node is a frozen dataclass that compares by value, so equal requirements share one compiled program.
-`str(node)` is its text in the requirement language; the parser reads that text as an equal node. Times are in seconds.
-
-Terms, past formulas and responses are in one module because they may contain each other.
+Nodes are frozen dataclasses that compare by value, so equal requirements share one compiled program. `str(node)` is its
+text in the requirement language, which is parsed to an equal node. Times are in seconds.
 """
 
 from __future__ import annotations
@@ -55,7 +53,7 @@ def _window(start_s: float, end_s: float) -> str:
     return f"[{_number(start_s)}:{_number(end_s)}]"
 
 
-# --- terms: a number at each time -----------------------------------------------------------------------------------
+# --- terms: a number at each time
 
 
 @dataclass(frozen=True)
@@ -104,7 +102,7 @@ class Arithmetic(Node):
 Term = Number | FloatName | Negative | Arithmetic
 
 
-# --- past formulas: true or false at each time, decided by the run up to that time ------------------------------------
+# --- past formulas: true or false at each time, decided by the run up to that time
 
 
 @dataclass(frozen=True)
@@ -238,7 +236,7 @@ class Since(Node):
 PastFormula = BooleanName | On | Comparison | Not | And | Or | Rise | Fall | Once | Historically | Previously | Since
 
 
-# --- responses: what has to hold when the antecedent does -------------------------------------------------------------
+# --- responses: what has to follow when the antecedent is true
 
 
 @dataclass(frozen=True)

@@ -22,10 +22,10 @@ _COMMON_MISTAKES = {
     "|": "a disjunction is written with one `|`",
     "=": "equality is written `==`, an implication `->`",
     "implies": "an implication is written `->`",
-    "always": "`always` may stand only at the start and at the top of the response",
-    "eventually": "`eventually[a:b](...)` may stand only at the top of the response",
-    "until": "`until` may stand only at the top of the response: `always(f) until g`",
-    "->": "one `->` stands between antecedent and response; inside, write `!a | b`",
+    "always": "`always` is allowed only at the start and at the top of the response",
+    "eventually": "`eventually[a:b](...)` is allowed only at the top of the response",
+    "until": "`until` is allowed only at the top of the response: `always(f) until g`",
+    "->": "one `->` is allowed, between antecedent and response; elsewhere write `!a | b`",
     "[": "`[hysteresis h]` and `[for d]` follow a comparison, `[a:b]` follows once, historically, eventually or always",
 }
 _TERMINAL_NAMES = {

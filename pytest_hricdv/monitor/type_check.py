@@ -98,7 +98,7 @@ class _TypeChecker:
                 return Holds(self._past(parts[0]))
             case "holds_until":
                 condition = self._past(parts[0])
-                self._reject_instantaneous(condition, parts[0], "until something else", "")
+                self._reject_instantaneous(condition, parts[0], "until a release", "")
                 return HoldsUntil(condition, self._past(parts[1]))
         start_s, end_s = self._window(cast("Tree[Token]", parts[0]))
         condition = self._past(parts[1])

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+import pytest_hricdv.monitor
 from pytest_hricdv.monitor import RequirementError, load_requirements, parse_formula
+from pytest_hricdv.monitor.requirement import KEYWORDS
 from tests.monitor.vocabulary import R1, R3, R4, REQUIREMENTS_FILE, SMALL, TABLE
 
 
@@ -157,3 +160,10 @@ def test_a_requirement_keeps_its_text_title_and_source() -> None:
 )
 def test_precedence(one: str, other: str) -> None:
     assert parse_formula(f"always({one} -> p)", SMALL) == parse_formula(f"always( {other}\n->p )", SMALL)
+
+
+def test_every_word_of_the_grammar_is_a_keyword() -> None:
+    grammar = Path(pytest_hricdv.monitor.__file__).with_name("requirement.lark").read_text(encoding="utf-8")
+    alternatives = re.findall(r"/\(([a-z|]+)\)\\b/", grammar)
+    words = {*re.findall(r'"([a-z]+)"', grammar), *(word for each in alternatives for word in each.split("|"))}
+    assert words == KEYWORDS

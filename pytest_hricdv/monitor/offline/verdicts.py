@@ -117,11 +117,11 @@ class _Evaluation:
         self._require_known(condition, codes, active)
         margins = self._evaluator.robustness(condition)
         self._add_margins(margins, active)
-        breached = active & (codes == 0)
+        violated = active & (codes == 0)
         episode = np.cumsum(active & ~_before(active))
         starts = np.flatnonzero(active & ~_before(active))
         failed = set()
-        for first, last in _runs(breached):
+        for first, last in _runs(violated):
             failed.add(int(episode[first]))
             margin = np.inf if margins is None else float(margins[first : last + 1].min())
             self._add_violation(self._ns(starts[episode[first] - 1]), self._ns(first), margin, self._end_ns(last))
@@ -150,13 +150,13 @@ class _Evaluation:
         codes = self._evaluator.truth(condition).positions()
         true = np.flatnonzero(codes == 1)
         read = np.zeros(len(codes), bool)
-        decided: list[tuple[float, float]] = []  # when, with which margin (s)
+        decided: list[tuple[float, float]] = []  # time (ns), margin (s)
         for window in windows:
-            found = _next(true, window.first)
-            read[window.first : min(found, window.last) + 1] = True
-            if found <= window.last:
+            first = _next(true, window.first)
+            read[window.first : min(first, window.last) + 1] = True
+            if first <= window.last:
                 self._tally.passes += 1
-                decided.append((self._ns(found), (window.deadline_ns - self._ns(found)) / NS_PER_S))
+                decided.append((self._ns(first), (window.deadline_ns - self._ns(first)) / NS_PER_S))
             elif window.closed:
                 self._tally.failures += 1
                 decided.append((window.deadline_ns, 0.0))
@@ -172,24 +172,24 @@ class _Evaluation:
         codes = self._evaluator.truth(condition, scope).positions()
         released = np.zeros(len(codes), np.int8) if release is None else self._evaluator.truth(release).positions()
         false, true = np.flatnonzero(codes == 0), np.flatnonzero(released == 1)
-        judged, watched = np.zeros(len(codes), bool), np.zeros(len(codes), bool)
+        condition_read, release_read = np.zeros(len(codes), bool), np.zeros(len(codes), bool)
         violated = []
         for window in windows:
-            breach, free = _next(false, window.first), _next(true, window.first)
-            judged[window.first : min(breach, free - 1, window.last) + 1] = True
-            watched[window.first : min(breach, free, window.last) + 1] = True
-            if breach < free and breach <= window.last:
-                violated.append((breach, window.trigger_ns))
+            violation, end = _next(false, window.first), _next(true, window.first)
+            condition_read[window.first : min(violation, end - 1, window.last) + 1] = True
+            release_read[window.first : min(violation, end, window.last) + 1] = True
+            if violation < end and violation <= window.last:
+                violated.append((violation, window.trigger_ns))
             elif window.started:
                 self._tally.passes += 1
-        self._require_known(condition, codes, judged)
+        self._require_known(condition, codes, condition_read)
         if release is not None:
-            self._require_known(release, released, watched)
+            self._require_known(release, released, release_read)
         margins = self._evaluator.robustness(condition)
-        self._add_margins(margins, judged)
+        self._add_margins(margins, condition_read)
         self._tally.failures = len(violated)
-        for breach, trigger_ns in sorted(violated):
-            self._add_violation(trigger_ns, self._ns(breach), np.inf if margins is None else float(margins[breach]))
+        for position, trigger_ns in sorted(violated):
+            self._add_violation(trigger_ns, self._ns(position), np.inf if margins is None else float(margins[position]))
         return self._tally.attempts - self._tally.passes - self._tally.failures
 
     # --- margins and violations
