@@ -65,6 +65,11 @@ class BeliefSpace:
         return tuple(belief for group in self.groups.values() for belief in group)
 
     @cached_property
+    def bits(self) -> dict[str, int]:
+        """Belief -> its bit in a set of beliefs that is kept as a number."""
+        return {belief: 1 << place for place, belief in enumerate(self.beliefs)}
+
+    @cached_property
     def _rank(self) -> dict[str, int]:
         return {belief: rank for rank, belief in enumerate(self.beliefs)}
 

@@ -6,15 +6,16 @@ model, not all sets have to be run; otherwise a small space is explored set by s
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.model import ExploredRun
 
 if TYPE_CHECKING:
-    from pytest_hricdv.generate.model_runner import Content, ModelRunner
+    from pytest_hricdv.generate.model_runner import ModelRunner
 
 SCHEMA = "hricdv-survey/1"
 MAX_OTHERS = 9
@@ -25,20 +26,6 @@ NOT_ENUMERABLE = (
 )
 _FIRST_CODE = ord("0")
 """In the cache, commands are single characters from this one on: none of these is a comma or ends a line."""
-
-
-class ExploredRun(NamedTuple):
-    """A run of the model; a named tuple because there are thousands.
-
-    Args:
-        lines: its abstract test.
-        plans: the coverage plans executed, as bits.
-        beliefs: the smallest belief set found for it, as bits.
-    """
-
-    lines: tuple[str, ...]
-    plans: int
-    beliefs: int
 
 
 @dataclass(frozen=True)
@@ -105,32 +92,27 @@ def explore_exhaustively(runner: ModelRunner) -> Exploration:
 
     plans = tuple((agent, label) for agent, labels in runner.plan_labels.items() for label in labels)
     beliefs = runner.space.beliefs
-    bits = {belief: 1 << place for place, belief in enumerate(beliefs)}
     try:
-        found: Iterable[tuple[Content, Iterable[str]]] | None = runner.all_runs(plans)
+        runs = runner.all_runs(plans)
     except TooLargeError:
         return Exploration(plans, beliefs, reason=TOO_LARGE)
-    if found is None:
+    if runs is None:
         if len(runner.space.others) > MAX_OTHERS:
             return Exploration(plans, beliefs, reason=NOT_ENUMERABLE)
-        found = _set_by_set(runner, plans)
-    runs = [ExploredRun(lines, mask, sum([bits[belief] for belief in chosen])) for (lines, mask), chosen in found]
+        runs = list(_set_by_set(runner, plans))
     runs.sort(key=lambda run: (run.beliefs.bit_count(), run.beliefs, run))
     return Exploration(plans, beliefs, tuple(runs))
 
 
-def _set_by_set(runner: ModelRunner, plans: tuple[tuple[str, str], ...]) -> Iterator[tuple[Content, Iterable[str]]]:
+def _set_by_set(runner: ModelRunner, plans: tuple[tuple[str, str], ...]) -> Iterator[ExploredRun]:
     """Each distinct run once, by running all belief sets, the smallest first."""
-    seen: set[Content] = set()
-    others = runner.space.others
+    seen: set[tuple[tuple[str, ...], int]] = set()
+    others, bits = runner.space.others, runner.space.bits
     for size in range(len(others) + 1):
         for start in runner.space.start:
             for chosen in combinations(others, size):
                 run = runner.run((start, *chosen))
-                content = (
-                    run.lines,
-                    sum(1 << place for place, (agent, label) in enumerate(plans) if label in run.plans[agent]),
-                )
-                if content not in seen:
-                    seen.add(content)
-                    yield content, run.beliefs
+                mask = sum(1 << place for place, (agent, label) in enumerate(plans) if label in run.plans[agent])
+                if (run.lines, mask) not in seen:
+                    seen.add((run.lines, mask))
+                    yield ExploredRun(run.lines, mask, sum(bits[belief] for belief in run.beliefs))

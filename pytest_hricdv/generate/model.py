@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from pytest_hricdv.generate.abstract import Plans
 from pytest_hricdv.generate.error import GenerateError
@@ -99,6 +99,20 @@ class ModelRun:
     sequence: Plans = field(default_factory=dict, hash=False)
     rounds: int = 0
     ended: str = ""
+
+
+class ExploredRun(NamedTuple):
+    """A run of the model among all its runs; a named tuple because there are thousands.
+
+    Args:
+        lines: its abstract test.
+        plans: the coverage plans executed, as bits.
+        beliefs: the smallest belief set found for it, as bits.
+    """
+
+    lines: tuple[str, ...]
+    plans: int
+    beliefs: int
 
 
 def file_digests(files: Iterable[Path]) -> list[list[str]]:

@@ -10,7 +10,7 @@ from pytest_hricdv.bdi.language.syntax_tree import children
 from pytest_hricdv.generate.abstract import Plans, command_from_action
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.model import Model, ModelRun
+from pytest_hricdv.generate.model import ExploredRun, Model, ModelRun
 from pytest_hricdv.suggestion import nearest
 
 Content = tuple[tuple[str, ...], int]
@@ -94,28 +94,27 @@ class ModelRunner:
             ended=result.ended,
         )
 
-    def all_runs(self, plans: Sequence[tuple[str, str]]) -> list[tuple[Content, set[str]]] | None:
+    def all_runs(self, plans: Sequence[tuple[str, str]]) -> list[ExploredRun] | None:
         """Every distinct run with one start belief and any other beliefs.
 
         Args:
             plans: agents and labels of the plans of interest, by the number of their bit.
 
         Returns:
-            For each run its content, and beliefs that lead to it; None if the engine cannot enumerate the runs of
-            this model.
+            The runs; None if the engine cannot enumerate the runs of this model.
 
         Raises:
             TooLargeError: there are too many runs.
             GenerateError: the model fails, or an action has no text form.
         """
-        bits = {plan: 1 << place for place, plan in enumerate(plans)}
+        plan_bits = {plan: 1 << place for place, plan in enumerate(plans)}
 
         def content(actions: Sequence[tuple[str, str]], executed: Sequence[tuple[str, list[str]]]) -> Content:
             labels = {(agent, label) for agent, done in executed for label in done}
-            return self._lines(actions), sum(bits.get(plan, 0) for plan in labels)
+            return self._lines(actions), sum(plan_bits.get(plan, 0) for plan in labels)
 
-        model = self.model
-        found: list[tuple[Content, set[str]]] = []
+        model, bits = self.model, self.space.bits
+        found: list[ExploredRun] = []
         for start in self.space.start:
             given = {belief: belief == start for belief in self.space.start}
             try:
@@ -126,7 +125,10 @@ class ModelRunner:
                 raise GenerateError(f"BDI model {model.path}: {error}") from error
             if runs is None:
                 return None
-            found += [(run, {start, *beliefs}) for run, beliefs in runs.items()]
+            found += [
+                ExploredRun(lines, mask, bits[start] | sum([bits[belief] for belief in beliefs]))
+                for (lines, mask), beliefs in runs.items()
+            ]
         return found
 
     def notes(self) -> tuple[str, ...]:
