@@ -22,8 +22,12 @@ import time
 from pathlib import Path
 from typing import Any
 
+from msgspec import convert
+
 from pytest_hricdv.closure.closing import close
-from pytest_hricdv.report import load, write
+from pytest_hricdv.report.files import write
+from pytest_hricdv.results.codec import canonical, load
+from pytest_hricdv.results.model import Report
 from studies.session import machine
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -43,11 +47,11 @@ def main() -> None:
     parser.add_argument("--tests", type=int, default=7000)
     parser.add_argument("--repeat", type=int, default=5)
     options = parser.parse_args()
-    report = grown(load(options.report), options.tests)
+    report = grown(json.loads(canonical(load(options.report))), options.tests)
     print(f"{machine()}; {len(report['tests'])} tests grown from {options.report}")
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
-        paths = write(report, Path(folder))
+        paths = write(convert(report, Report), Path(folder))
         print(f"written in            {time.perf_counter() - began:6.2f} s")
         for name, of in (("report.json", paths[:1]), ("index.html", paths[-1:]), ("details beside it", paths[1:-1])):
             print(f"{name:18} {sum(path.stat().st_size for path in of) / 1e6:9.2f} MB in {len(of)} files")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import datetime
+import json
 import os
 import sys
 from collections.abc import Sequence
@@ -21,10 +22,11 @@ from pytest_hricdv.gates.bound import KINDS, Bound, BoundError, bound
 from pytest_hricdv.gates.gates import Gates
 from pytest_hricdv.gates.gating import Judgement, judge
 from pytest_hricdv.generate.text_format import dump_tests
-from pytest_hricdv.report import ReportError, load, write
-from pytest_hricdv.report.files import write_text
+from pytest_hricdv.report.files import write, write_text
+from pytest_hricdv.results.codec import ReportError, canonical, load
 from pytest_hricdv.session.exporting import write as export
 from pytest_hricdv.session.exports import FILES, Exports
+from pytest_hricdv.session.typed_results import typed_report
 
 OK, FAILED, USAGE = 0, 1, 2
 
@@ -92,17 +94,17 @@ def _bound(text: str) -> Bound:
 
 
 def _merge(options: argparse.Namespace) -> int:
-    reports = [(str(path), _relocated(load(path), path, options.output)) for path in options.reports]
+    reports = [(str(path), _relocated(_loaded(path), path, options.output)) for path in options.reports]
     merged = merge(reports)
     held = _held(merged, options)
     merged["gates"] = {"failed": list(held.failed), "improved": list(held.improved)}
-    write(merged, options.output)
+    write(typed_report(merged), options.output)
     print(f"{options.output}: merged from {len(reports)} reports of {len(merged['sessions'])} runs")
     return _told(merged, held)
 
 
 def _gate(options: argparse.Namespace) -> int:
-    report = load(options.report)
+    report = _loaded(options.report)
     return _told(report, _held(report, options))
 
 
@@ -119,7 +121,7 @@ def _export(options: argparse.Namespace) -> int:
 
 
 def _minimal(options: argparse.Namespace) -> int:
-    report = load(options.report)
+    report = _loaded(options.report)
     closure = report.get("closure")
     if closure is None:
         raise ReportError(f"{options.report}: it does not say what its tests cover; run the suite anew")
@@ -134,6 +136,11 @@ def _minimal(options: argparse.Namespace) -> int:
         f"{steps[-1]['sim_s'] if steps else 0:.0f} of {closure['sim_s']:.0f} simulated s"
     )
     return OK
+
+
+def _loaded(path: Path) -> Entry:
+    data: Entry = json.loads(canonical(load(path)))
+    return data
 
 
 def _told(report: Entry, held: Judgement) -> int:

@@ -17,10 +17,11 @@ from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, concretize
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.text_format import parse_tests
-from pytest_hricdv.report import explanation, terminal
+from pytest_hricdv.report import explanation
 from pytest_hricdv.session.collecting import Collecting
 from pytest_hricdv.session.options import read_options
 from pytest_hricdv.session.running import Running
+from pytest_hricdv.session.typed_results import typed_result, typed_texts
 from pytest_hricdv.suggestion import nearest
 from pytest_hricdv.testbench import TestbenchError
 
@@ -81,7 +82,7 @@ class HriRun:
         entry |= measured(result, None, self._running.requirements)
         self._entries.append((result, entry))
         # pytest shows sections of tests that fail, for whatever reason.
-        self._item.add_report_section("call", "hri_run", explanation.course(entry))
+        self._item.add_report_section("call", "hri_run", explanation.course(typed_result(entry)))
         return result
 
     def check(self, result: CaseResult) -> None:
@@ -94,7 +95,8 @@ class HriRun:
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in result.failed))
         if result.failed:
             units = self._running.collecting.testbench.units
-            text = terminal.failure(entry, self._running.texts, seed=None, known=known, units=units)
+            texts = typed_texts(self._running.texts)
+            text = explanation.failure(typed_result(entry), texts, seed=None, known=known, units=units)
             pytest.fail(text, pytrace=False)
 
     def __repr__(self) -> str:

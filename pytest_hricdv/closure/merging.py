@@ -16,8 +16,8 @@ from typing import Any
 
 from pytest_hricdv.closure.closing import Entry, close
 from pytest_hricdv.cover.source import CoverError
-from pytest_hricdv.report import faults
-from pytest_hricdv.report.files import canonical
+from pytest_hricdv.report.contract import faults
+from pytest_hricdv.results.codec import canonical
 
 _OF_SUITE = ("name", "seed", "size", "generation", "plans")
 _NEEDED: dict[str, Any] = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pytest_hricdv.closure.closing import Entry
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.report import ReportError
+from pytest_hricdv.results.codec import ReportError
 
 
 def enough(report: Entry) -> list[AbstractTest]:

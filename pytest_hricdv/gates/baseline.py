@@ -10,8 +10,9 @@ from typing import Any
 
 from pytest_hricdv.closure.closing import reached
 from pytest_hricdv.gates.bound import KINDS
-from pytest_hricdv.report import ReportError, faults
+from pytest_hricdv.report.contract import faults
 from pytest_hricdv.report.files import write_text
+from pytest_hricdv.results.codec import ReportError
 
 SCHEMA = "hricdv-baseline/1"
 _NAMES: dict[str, Any] = {"type": "array", "items": {"type": "string"}}

@@ -1,117 +1,105 @@
-"""What the page shows of a single test, packed: fetched only when its page is opened."""
+"""What the page shows of each single test, packed: the browser unpacks it when the test's page is opened."""
 
 import base64
 import json
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from pytest_hricdv.report import explanation, rerun
-from pytest_hricdv.report.figure import natural, quantity, seconds
+from msgspec import to_builtins
 
-TESTS_A_PACK = 50
+from pytest_hricdv.report import explanation
+from pytest_hricdv.report.formatting import natural, quantity, seconds
+from pytest_hricdv.report.rerun import instructions_of, replay_command
+from pytest_hricdv.results.model import (
+    ReplayComparison,
+    Report,
+    RequirementResult,
+    ShrunkTest,
+    TestResult,
+)
+
+TESTS_PER_PACK = 50
 
 
-def packs(report: Mapping[str, Any]) -> Iterator[str]:
-    """Every so many tests' details as base64 of deflated JSON: a list of objects, in the order of the tests."""
-    tests = report["tests"]
-    for start in range(0, len(tests), TESTS_A_PACK):
-        text = json.dumps(
-            [detail(report, test) for test in tests[start : start + TESTS_A_PACK]],
-            separators=(",", ":"),
-            sort_keys=True,
-        )
+def packs(report: Report) -> Iterator[str]:
+    """The details of every so many tests as base64 of deflated JSON: a list of objects, in the order of the tests."""
+    for start in range(0, len(report.tests), TESTS_PER_PACK):
+        part = [details(report, test) for test in report.tests[start : start + TESTS_PER_PACK]]
+        text = json.dumps(part, separators=(",", ":"), sort_keys=True)
         yield base64.b64encode(zlib.compress(text.encode("ascii"))).decode("ascii")
 
 
-def detail(report: Mapping[str, Any], test: Mapping[str, Any]) -> dict[str, Any]:
-    """One test, every figure of it as text."""
-    concrete = test["concrete"] or {}
-    facts = {
-        "Ended": test.get("ended") or "",
-        "Simulated": seconds(test["sim_s"]),
-        "of it frozen": seconds(test["frozen_s"]),
-        "Simulation": test.get("fidelity") or "",
-        "Wall clock": seconds(test["wall_s"]),
-        "Own seed": "" if test["seed"] is None else str(test["seed"]),
-        "Record SHA-256": test.get("record_sha256") or "",
-        "Code": test.get("unmeasured") and f"unmeasured: {test['unmeasured']}",
-    }
+def details(report: Report, test: TestResult) -> dict[str, Any]:
+    """One test as plain data for the page's scripts, every figure as text."""
     return {
-        "nodeid": test["nodeid"],
-        "beliefs": test["beliefs"],
-        "plans": {agent: sorted(labels, key=natural) for agent, labels in test.get("plans", {}).items()},
-        "aim": test.get("name") or test.get("aim") or "",
-        "abstract": test["abstract"],
-        "acted": [round(time_s, 3) for time_s in test.get("acted_s", ())],
-        "actions": [_action(each) for each in concrete.get("actions", ())],
-        "run": {key: _values(value) for key, value in concrete.items() if key != "actions"},
+        "nodeid": test.nodeid,
+        "beliefs": test.beliefs,
+        "plans": {agent: sorted(labels, key=natural) for agent, labels in test.plans.items()},
+        "aim": test.name or test.aim,
+        "abstract": test.abstract,
+        "acted": [round(time_s, 3) for time_s in test.acted_s or ()],
+        "actions": [(action.command, _values(action.parameters)) for action in test.concrete.actions],
+        "run": _values(test.concrete.run),
         "verdicts": [
-            _verdict(name, test["requirements"][name], report.get("units", {}))
-            for name in sorted(test["requirements"], key=natural)
+            _verdict(name, test.requirements[name], report.units or {})
+            for name in sorted(test.requirements, key=natural)
         ],
-        "failure": test.get("failure") or "",
-        "again": "\n".join(_again(report, test)),
-        "facts": {name: value for name, value in facts.items() if value},
-        "film": test.get("film"),
-        "shrunk": [_shrunk(name, each, report) for name, each in sorted(test.get("shrunk", {}).items())],
-        "repeats": len(test.get("repeats", ())),
-        "replayed": _replayed(test.get("replayed")),
-        "timeline": test.get("timeline"),
+        "failure": test.failure,
+        "rerun": [line.strip() for line in instructions_of(report, test)[1:]],
+        "facts": {name: value for name, value in _facts(test).items() if value},
+        "film": to_builtins(test.film),
+        "shrunk": [_shrunk(name, each, report) for name, each in sorted(test.shrunk.items())],
+        "repeats": len(test.repeats),
+        "replayed": _replayed(test.replayed) if test.replayed else "",
+        "timeline": to_builtins(test.timeline),
     }
 
 
-def _action(action: Any) -> list[str]:
-    """The command, and its parameters in a line."""
-    if not isinstance(action, Mapping):
-        return [str(action), ""]
-    return [str(action.get("command", "")), _values(action.get("parameters", {}))]
+def _facts(test: TestResult) -> dict[str, str]:
+    return {
+        "Ended": test.ended,
+        "Simulated": seconds(test.sim_s),
+        "Without physics": seconds(test.skipped_s),
+        "Simulation": test.fidelity,
+        "Wall clock": seconds(test.wall_s),
+        "Own seed": str(test.seed),
+        "Record SHA-256": test.record_sha256 or "",
+        "Code": test.unmeasured and f"unmeasured: {test.unmeasured}",
+    }
 
 
-def _values(values: Any) -> str:
-    if not isinstance(values, Mapping):
-        return quantity(values)
+def _values(values: Mapping[str, object]) -> str:
     return ", ".join(f"{name} {quantity(values[name])}" for name in sorted(values))
 
 
-def _verdict(name: str, verdict: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, Any]:
-    margin = verdict["margin"]
-    at_s = verdict.get("margin_time_s")
-    miss = verdict.get("nearest_miss")
+def _verdict(name: str, result: RequirementResult, units: Mapping[str, str]) -> dict[str, Any]:
+    at_s = result.margin_time_s
+    at = f" at {seconds(at_s)}" if isinstance(at_s, int | float) else ""
     return {
         "name": name,
-        "verdict": verdict["verdict"],
-        "counts": explanation.counts(verdict),
-        "margin": "" if margin is None else quantity(margin) + ("" if at_s is None else f" at {seconds(at_s)}"),
-        "miss": explanation.nearest_miss(miss) if miss else "",
-        "violations": [explanation.violation(each, units) for each in verdict["violations"]],
-        "times": [each["time_s"] for each in verdict["violations"] if each.get("time_s") is not None],
+        "verdict": result.verdict,
+        "counts": explanation.counts(result),
+        "margin": "" if result.margin is None else quantity(result.margin) + at,
+        "miss": explanation.nearest_miss(result.nearest_miss) if result.nearest_miss else "",
+        "violations": [explanation.violation(each, units) for each in result.violations],
+        "times": [each.time_s for each in result.violations if each.time_s is not None],
     }
 
 
-def _again(report: Mapping[str, Any], test: Mapping[str, Any]) -> list[str]:
-    """The commands that run a test again, with the options of the run as far as the report has them."""
-    seeds = {suite["name"]: suite["seed"] for suite in report["suites"]}
-    again = report.get("rerun", {})
-    seed, options, file = seeds.get(test["suite"], 0), again.get("options", ()), test.get("replay")
-    return [line.strip() for line in rerun.told(test, again.get("suite"), seed, options, file)[1:]]
-
-
-def _shrunk(requirement: str, shrunk: Mapping[str, Any], report: Mapping[str, Any]) -> dict[str, Any]:
-    options: Sequence[str] = report.get("rerun", {}).get("options", ())
+def _shrunk(requirement: str, shrunk: ShrunkTest, report: Report) -> dict[str, Any]:
     return {
         "requirement": requirement,
-        "from": shrunk["actions_before"],
-        "abstract": shrunk["abstract"],
-        "note": shrunk["note"],
-        "again": rerun.replay(shrunk["replay"], options) if shrunk["replay"] else "",
+        "from": shrunk.actions_before,
+        "abstract": shrunk.abstract,
+        "note": shrunk.note,
+        "rerun": replay_command(shrunk.replay, report.rerun.options) if shrunk.replay else "",
     }
 
 
-def _replayed(replayed: Mapping[str, Any] | None) -> str:
-    if not replayed:
-        return ""
-    if replayed["same"]:
-        return f"Replay of {replayed['file']}: the same run, to the bit."
-    why = ", ".join(replayed["changed"]) or "nobody knows what"
-    return f"Replay of {replayed['file']}: another run than the file is of; changed: {why}."
+def _replayed(replayed: ReplayComparison) -> str:
+    if replayed.same:
+        return f"Replay of {replayed.file}: the same run, to the bit."
+    if replayed.changed:
+        return f"Replay of {replayed.file}: the run differs from the recording; changed: {', '.join(replayed.changed)}."
+    return f"Replay of {replayed.file}: the run differs from the recording; cause unknown."

@@ -1,11 +1,16 @@
-"""The text of a failing test, for somebody who has never seen this tool."""
+"""The text of a failing test, for readers who do not know this tool."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
-from pytest_hricdv.report.figure import natural, plural, quantity, seconds
-from pytest_hricdv.report.line import visible
-from pytest_hricdv.report.rerun import told
+from pytest_hricdv.report.formatting import natural, plural, quantity, seconds, visible
+from pytest_hricdv.report.rerun import instructions
+from pytest_hricdv.results.model import (
+    ReportedNearMiss,
+    ReportedViolation,
+    RequirementResult,
+    RequirementText,
+    TestResult,
+)
 
 _MAX_VIOLATIONS = 3
 _MAX_ACTIONS = 14
@@ -13,8 +18,8 @@ _MAX_MISSING = 6
 
 
 def failure(
-    test: Mapping[str, Any],
-    requirements: Mapping[str, Any],
+    test: TestResult,
+    requirements: Mapping[str, RequirementText],
     *,
     seed: int | None,
     suite: str | None = None,
@@ -26,33 +31,35 @@ def failure(
     """Why a test failed: requirement, times, values, margin; what happened; what the human did; how to run it again.
 
     Args:
-        test: a test of the report; `outcome` and `wall_s` are not read, as they are not known yet when a test fails.
-        requirements: the report's `requirements`: name to `title`, `source`, `text`.
-        seed: the suite's seed, for the line that runs the test again; None for a test that no suite has.
-        suite: what `--hri-suite` was given, for the same; the suite's name where not said, empty in a replay.
-        known: violations that are known, name to reason; they are told last and do not count as the cause.
-        units: of signals, name to unit.
-        more: further options for the line that runs the test again.
-        file: the test's replay file, where there is one.
+        test: its result; `outcome` and `wall_s` are not read, as they are not known yet when a test fails.
+        requirements: name -> texts.
+        seed: the suite's seed, for the command that runs the test again; None for a custom test function.
+        suite: what `--hri-suite` was given, for the same; None for the suite's name, empty in a replay.
+        known: known violations, name -> reason; they are listed last and do not count as the cause.
+        units: signal -> unit.
+        more: further options for the command that runs the test again.
+        file: the test's replay file, if it has one.
 
     Returns:
-        Several lines without a last end of line; control characters of names appear as escapes.
+        Several lines without a last end of line; control characters of names are shown as escapes.
     """
     reasons = known or {}
-    failed = [name for name in _named(test) if _verdict(test, name)["verdict"] == "Failed"]
+    failed = [name for name in _names(test) if test.requirements[name].verdict == "Failed"]
     failed.sort(key=lambda name: name in reasons)
     lines: list[str] = []
     for name in failed:
-        lines += [*_requirement(name, test, requirements.get(name, {}), reasons.get(name), units or {}), ""]
-    if test.get("failure"):
-        lines += [*str(test["failure"]).strip("\n").splitlines(), ""]
-    lines += [*_rest(test, failed), *_course(test), "", *_actions(test, _first_violation_s(test, failed[:1])), ""]
-    lines += told(test, suite, seed, more, file)
+        texts = requirements.get(name)
+        lines += [*_requirement(name, test.requirements[name], texts, reasons.get(name), units or {}), ""]
+    if test.failure:
+        lines += [*test.failure.strip("\n").splitlines(), ""]
+    lines += [*_other_requirements(test, failed), *_course(test), ""]
+    lines += [*_actions(test, _first_violation_s(test, failed[:1])), ""]
+    lines += instructions(test, suite, seed, more, file)
     return "\n".join(visible(line) for line in lines)
 
 
 def aborted(
-    test: Mapping[str, Any],
+    test: TestResult,
     what: str,
     *,
     seed: int,
@@ -60,127 +67,129 @@ def aborted(
     more: Sequence[str] = (),
     file: str | None = None,
 ) -> str:
-    """What to say of a test that an exception ended: where it was, what the human did, how to run it again.
+    """The text of a test that an exception ended: where it was, what the human did, how to run it again.
 
     Args:
         test: as for `failure`.
         what: where it was when it ended, in a line.
-        seed: the suite's seed, for the line that runs the test again; `suite`, `more` and `file` as for `failure`.
+        seed: the suite's seed, for the command that runs the test again; `suite`, `more` and `file` as for `failure`.
     """
-    lines = [f"{what}; nothing was checked", "", *_actions(test), "", *told(test, suite, seed, more, file)]
+    lines = [f"{what}; nothing was checked", "", *_actions(test), "", *instructions(test, suite, seed, more, file)]
     return "\n".join(visible(line) for line in lines)
 
 
-def course(test: Mapping[str, Any]) -> str:
-    """What happened in a run, whatever is wrong with it: verdicts, turns, and what the human did."""
-    lines = [f"{name} {_verdict(test, name)['verdict']} ({counts(_verdict(test, name))})" for name in _named(test)]
+def course(test: TestResult) -> str:
+    """What happened in a run, whether it failed or not: verdicts, turns, and what the human did."""
+    lines = [f"{name} {test.requirements[name].verdict} ({counts(test.requirements[name])})" for name in _names(test)]
     return "\n".join(visible(line) for line in [*lines, *_course(test), "", *_actions(test)])
 
 
-def violation(found: Mapping[str, Any], units: Mapping[str, str]) -> str:
+def violation(found: ReportedViolation, units: Mapping[str, str]) -> str:
     """One violation in a line: `triggered at 41.2 s, violated at 51.2 s: hand_distance = 0.03 m (margin -0.02)`.
 
     Args:
         found: a violation of the report.
-        units: of signals, name to unit, so far as they are known.
+        units: signal -> unit, as far as known.
     """
     parts = []
-    if found.get("trigger_s") is not None:
-        parts.append(f"triggered at {seconds(found['trigger_s'])}")
-    if found.get("time_s") is not None:
-        parts.append(f"violated at {seconds(found['time_s'])}")
+    if found.trigger_s is not None:
+        parts.append(f"triggered at {seconds(found.trigger_s)}")
+    if found.time_s is not None:
+        parts.append(f"violated at {seconds(found.time_s)}")
     text = ", ".join(parts) or "violated"
-    values = found.get("values") or {}
-    if values:
-        told = (f"{name} = {quantity(values[name])} {units.get(name, '')}" for name in sorted(values, key=natural))
-        text += ": " + ", ".join(map(str.rstrip, told))
-    if found.get("margin") is not None:
-        text += f" (margin {quantity(found['margin'])})"
+    if found.values:
+        names = sorted(found.values, key=natural)
+        text += ": " + ", ".join(
+            f"{name} = {quantity(found.values[name])} {units.get(name, '')}".rstrip() for name in names
+        )
+    if found.margin is not None:
+        text += f" (margin {quantity(found.margin)})"
     return text
 
 
-def counts(verdict: Mapping[str, Any]) -> str:
-    """How often a requirement was put to the test: `2 triggers: 1 passed, 1 failed`."""
-    kinds = (("passes", "passed"), ("failures", "failed"), ("vacuous", "vacuous"), ("pending", "still open at the end"))
-    told = ", ".join(f"{verdict[key]} {word}" for key, word in kinds if verdict.get(key))
-    triggers = plural(verdict["triggers"], "trigger")
-    return f"{triggers}: {told}" if told else triggers
+def counts(result: RequirementResult) -> str:
+    """How often a requirement was checked: `2 triggers: 1 passed, 1 failed`."""
+    kinds = (
+        (result.passes, "passed"),
+        (result.failures, "failed"),
+        (result.vacuous, "vacuous"),
+        (result.pending, "pending at the end"),
+    )
+    text = ", ".join(f"{count} {word}" for count, word in kinds if count)
+    triggers = plural(result.triggers, "trigger")
+    return f"{triggers}: {text}" if text else triggers
 
 
-def nearest_miss(found: Mapping[str, Any]) -> str:
+def nearest_miss(found: ReportedNearMiss) -> str:
     """Why nothing was checked, in a line: `nearest at 41.2 s: only reading.pressure was missing`."""
-    missing: Sequence[str] = found["missing"]
-    shown = ", ".join(missing[:_MAX_MISSING])
-    if len(missing) > _MAX_MISSING:
-        shown += f" and {len(missing) - _MAX_MISSING} more"
-    only = "only " if len(missing) == 1 else ""
-    verb = "was" if len(missing) == 1 else "were"
-    distance = f", by {quantity(found['distance'])}" if found["distance"] is not None else ""
-    return f"nearest at {seconds(found['time_s'])}: {only}{shown} {verb} missing{distance}"
+    shown = ", ".join(found.missing[:_MAX_MISSING])
+    if len(found.missing) > _MAX_MISSING:
+        shown += f" and {len(found.missing) - _MAX_MISSING} more"
+    text = f"only {shown} was missing" if len(found.missing) == 1 else f"{shown} were missing"
+    distance = f", by {quantity(found.distance)}" if found.distance is not None else ""
+    return f"nearest at {seconds(found.time_s)}: {text}{distance}"
 
 
 def _requirement(
-    name: str, test: Mapping[str, Any], described: Mapping[str, Any], known: str | None, units: Mapping[str, str]
+    name: str,
+    result: RequirementResult,
+    texts: RequirementText | None,
+    known: str | None,
+    units: Mapping[str, str],
 ) -> Iterator[str]:
-    verdict = _verdict(test, name)
-    title = f": {described['title']}" if described.get("title") else ""
-    yield f"{name} Failed{title}"
+    yield f"{name} Failed: {texts.title}" if texts and texts.title else f"{name} Failed"
     if known is not None:
         yield f"  a known violation{f' ({known})' if known else ''}: it does not fail the run"
-    if described.get("text"):
-        yield f"  checked as  {described['text']}"
-    if described.get("source"):
-        yield f"  source      {described['source']}"
-    shown: Sequence[Mapping[str, Any]] = verdict["violations"][:_MAX_VIOLATIONS]
-    for found in shown:
+    if texts and texts.text:
+        yield f"  checked as  {texts.text}"
+    if texts and texts.source:
+        yield f"  source      {texts.source}"
+    for found in result.violations[:_MAX_VIOLATIONS]:
         yield f"  {violation(found, units)}"
-    if len(verdict["violations"]) > len(shown):
-        yield f"  and {plural(len(verdict['violations']) - len(shown), 'more violation')}"
-    yield f"  {counts(verdict)}{_worst(verdict)}"
+    if len(result.violations) > _MAX_VIOLATIONS:
+        yield f"  and {plural(len(result.violations) - _MAX_VIOLATIONS, 'more violation')}"
+    yield f"  {counts(result)}{_worst_margin(result)}"
 
 
-def _worst(verdict: Mapping[str, Any]) -> str:
-    if verdict["margin"] is None:
+def _worst_margin(result: RequirementResult) -> str:
+    if result.margin is None:
         return ""
-    when = f" at {seconds(verdict['margin_time_s'])}" if verdict.get("margin_time_s") is not None else ""
-    return f"; worst margin {quantity(verdict['margin'])}{when}"
+    when = f" at {seconds(result.margin_time_s)}" if isinstance(result.margin_time_s, int | float) else ""
+    return f"; worst margin {quantity(result.margin)}{when}"
 
 
-def _rest(test: Mapping[str, Any], failed: Sequence[str]) -> Iterator[str]:
-    others = [name for name in _named(test) if name not in failed]
+def _other_requirements(test: TestResult, failed: Sequence[str]) -> Iterator[str]:
+    others = {name: test.requirements[name] for name in _names(test) if name not in failed}
     if others:
-        told = (f"{name} {_verdict(test, name)['verdict']}" for name in others)
-        note = " (NC: not checked, nothing triggered it)" if _any_unchecked(test) else ""
-        yield f"others:  {', '.join(told)}{note}"
-    for name in others:
-        if _verdict(test, name).get("nearest_miss"):
-            yield f"         {name} {nearest_miss(_verdict(test, name)['nearest_miss'])}"
+        text = ", ".join(f"{name} {result.verdict}" for name, result in others.items())
+        unchecked = any(result.verdict == "NC" for result in others.values())
+        yield f"others:  {text}{' (NC: not checked, nothing triggered it)' if unchecked else ''}"
+    for name, result in others.items():
+        if result.nearest_miss:
+            yield f"         {name} {nearest_miss(result.nearest_miss)}"
 
 
-def _course(test: Mapping[str, Any]) -> Iterator[str]:
-    if test["legs"]:
-        yield f"turns:   {', '.join(test['legs'])}"
-    if test["sim_s"] is not None:
-        ended = f": {test['ended']}" if test.get("ended") else ""
-        yield f"ended:   after {seconds(test['sim_s'])} simulated{ended}"
+def _course(test: TestResult) -> Iterator[str]:
+    if test.outcomes:
+        yield f"turns:   {', '.join(test.outcomes)}"
+    ended = f": {test.ended}" if test.ended else ""
+    yield f"ended:   after {seconds(test.sim_s)} simulated{ended}"
 
 
-def _first_violation_s(test: Mapping[str, Any], requirements: Sequence[str]) -> float | None:
-    """When the first violation was, of these requirements."""
-    violations = [each for name in requirements for each in _verdict(test, name)["violations"]]
-    times = [each["time_s"] for each in violations if each.get("time_s") is not None]
-    return min(times, default=None)
+def _first_violation_s(test: TestResult, requirements: Sequence[str]) -> float | None:
+    """When the first violation of these requirements was."""
+    violations = [each for name in requirements for each in test.requirements[name].violations]
+    return min((each.time_s for each in violations if each.time_s is not None), default=None)
 
 
-def _actions(test: Mapping[str, Any], until_s: float | None = None) -> Iterator[str]:
+def _actions(test: TestResult, until_s: float | None = None) -> Iterator[str]:
     """What the human did, to the end or up to a time (s), with the times where they are known."""
-    own = f", own seed {test['seed']}" if test["seed"] is not None else ""
-    times: Sequence[float] = test.get("acted_s") or ()
-    if times and until_s is not None:
-        yield from _actions_before(test["abstract"], times, until_s, f"abstract test {test['id']}{own}")
+    name = f"abstract test {test.id}, own seed {test.seed}"
+    if test.acted_s and until_s is not None:
+        yield from _actions_before(test.abstract, test.acted_s, until_s, name)
         return
-    yield f"what the human did (abstract test {test['id']}{own}):"
-    actions: Sequence[str] = test["abstract"]
+    yield f"what the human did ({name}):"
+    actions = test.abstract
     shown = actions if len(actions) <= _MAX_ACTIONS else actions[: _MAX_ACTIONS - 1]
     for action in shown:
         yield f"  {action}"
@@ -190,10 +199,10 @@ def _actions(test: Mapping[str, Any], until_s: float | None = None) -> Iterator[
         yield "  nothing"
 
 
-def _actions_before(actions: Sequence[str], times: Sequence[float], until_s: float, of: str) -> Iterator[str]:
-    """The last actions that began before a time: those are the ones that led to what happened then."""
+def _actions_before(actions: Sequence[str], times: Sequence[float], until_s: float, name: str) -> Iterator[str]:
+    """The last actions that began before a time: the ones that led to what happened then."""
     begun = [(at, action) for at, action in zip(times, actions, strict=False) if at <= until_s]
-    yield f"what the human did until then ({of}):"
+    yield f"what the human did until then ({name}):"
     shown = begun if len(begun) <= _MAX_ACTIONS else begun[1 - _MAX_ACTIONS :]
     if len(shown) < len(begun):
         yield f"  {plural(len(begun) - len(shown), 'action')} before, and"
@@ -205,14 +214,5 @@ def _actions_before(actions: Sequence[str], times: Sequence[float], until_s: flo
         yield f"  and {plural(len(actions) - len(begun), 'more action')} later"
 
 
-def _named(test: Mapping[str, Any]) -> list[str]:
-    return sorted(test["requirements"], key=natural)
-
-
-def _verdict(test: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    found: Mapping[str, Any] = test["requirements"][name]
-    return found
-
-
-def _any_unchecked(test: Mapping[str, Any]) -> bool:
-    return any(verdict["verdict"] == "NC" for verdict in test["requirements"].values())
+def _names(test: TestResult) -> list[str]:
+    return sorted(test.requirements, key=natural)

@@ -1,7 +1,7 @@
-"""The HTML report: a page that needs no network, made from the report alone; of a large campaign, files beside it."""
+"""The HTML report: a page that needs no network, made from the report alone; of a large report, files beside it."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -10,13 +10,18 @@ from urllib.parse import quote
 import jinja2
 from markupsafe import Markup
 
-from pytest_hricdv.report import closure, curves, details, explanation, figure, judged, rerun, rows, texts, totals
+from pytest_hricdv.report import details, explanation, formatting, gaps, plot_data, totals
 from pytest_hricdv.report.files import DETAILS, PAGE_NAME
-from pytest_hricdv.report.line import visible
+from pytest_hricdv.report.requirement_view import margin_unit, requirement_view, triggers_over_time
+from pytest_hricdv.report.rerun import replay_command
+from pytest_hricdv.report.source_view import code_sources, model_sources
+from pytest_hricdv.report.tests_index import anchor, index, requirement_names
+from pytest_hricdv.results.model import Report
 
 EMBEDDED_BYTES = 1_200_000
-"""Tests' details of more than this lie in files beside the page: it is to be opened in no time."""
+"""If the tests' details are larger, they are written to files beside the page, so that it opens fast."""
 
+_SHOWN_ITEMS = 40
 _SCRIPTS = (
     "element",
     "data",
@@ -41,22 +46,13 @@ _OUTCOME_WORDS = {
 }
 
 
-def pages(report: Mapping[str, Any]) -> dict[str, str]:
-    """The files of the report for people, by name, the page itself last; the same report gives the same text.
-
-    Args:
-        report: a report that keeps the contract (`contract.faults` finds nothing).
-    """
+def pages(report: Report) -> dict[str, str]:
+    """The page's files by name, the page itself last; equal reports give equal text."""
     packs = list(details.packs(report))
     embedded = sum(map(len, packs)) <= EMBEDDED_BYTES
     beside = {} if embedded else {pack_name(n): f'hricdvPack({n},"{pack}")\n' for n, pack in enumerate(packs)}
-    context = _context(report) | {"packs": packs if embedded else []}
-    return {
-        **beside,
-        PAGE_NAME: _environment(report.get("rerun", {}).get("options", ()))
-        .get_template("index.html.jinja")
-        .render(context),
-    }
+    template = _environment(report.rerun.options).get_template("index.html.jinja")
+    return {**beside, PAGE_NAME: template.render(_context(report), packs=packs if embedded else [])}
 
 
 def pack_name(number: int) -> str:
@@ -75,21 +71,21 @@ def _environment(options: Sequence[str]) -> jinja2.Environment:
         keep_trailing_newline=True,
     )
     environment.filters.update(
-        percent=figure.percent,
-        seconds=figure.seconds,
-        quantity=figure.quantity,
-        anchor=rows.anchor,
+        percent=formatting.percent,
+        seconds=formatting.seconds,
+        quantity=formatting.quantity,
+        anchor=anchor,
         address=_address,
-        times=totals.times,
-        replayed=lambda file: rerun.replay(file, options),
+        speedup=formatting.speedup,
+        replay_command=lambda file: replay_command(file, options),
         outcome=_OUTCOME_WORDS.__getitem__,
     )
     return environment
 
 
 def _finalize(value: object) -> object:
-    """What jinja2 does to every value before it escapes it: nothing invisible gets onto the page."""
-    return visible(value, keep="\n\t") if isinstance(value, str) and not isinstance(value, Markup) else value
+    """Applied by jinja2 to every value before it escapes it: no invisible character gets onto the page."""
+    return formatting.visible(value, keep="\n\t") if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
 def _address(name: str) -> str:
@@ -97,31 +93,28 @@ def _address(name: str) -> str:
     return quote(name.encode("utf-8", "backslashreplace"), safe="")
 
 
-def _context(report: Mapping[str, Any]) -> dict[str, Any]:
-    names = rows.requirement_names(report)
+def _context(report: Report) -> dict[str, Any]:
+    names = requirement_names(report)
     return {
         "report": report,
-        "testbench": report.get("testbench") or "testbench",
-        "code": report.get("code_under_test", {}),
-        "merged": _merged(report),
+        "code": report.code_under_test,
+        "merged": totals.statements_covered(report),
         "outcomes": totals.outcomes(report),
-        "gates": report.get("gates", {}),
         "loss": totals.loss(report),
-        "time": totals.time(report),
-        "suites": [(suite, totals.tallies(report, suite)) for suite in report["suites"]],
-        "holes": closure.holes(report),
-        "shown_items": closure.SHOWN_ITEMS,
+        "duration": totals.duration(report),
+        "suites": [(suite, totals.requirement_rows(report, suite)) for suite in report.suites],
+        "gaps": gaps.explained_gaps(report),
+        "shown_items": _SHOWN_ITEMS,
         "waivers": totals.waivers(report),
         "unmeasured": totals.unmeasured(report),
-        "reachable": totals.percent_reachable,
         "plans_covered": totals.plans_covered,
         "bins_covered": totals.bins_covered,
-        "share": figure.share,
-        "plural": figure.plural,
-        "requirements": [judged.requirement(report, name) for name in names],
-        "texts": {"code": texts.code(report), "plans": texts.models(report)},
-        "troubled": [test for test in report["tests"] if test["outcome"] in ("failed", "error", "not-run")],
-        "violation": lambda found: explanation.violation(found, report.get("units", {})),
+        "share": formatting.share,
+        "plural": formatting.plural,
+        "requirements": [requirement_view(report, name) for name in names],
+        "sources": {"code": code_sources(report), "plans": model_sources(report)},
+        "failing": [test for test in report.tests if test.outcome in ("failed", "error", "not-run")],
+        "violation": lambda found: explanation.violation(found, report.units or {}),
         "nearest_miss": explanation.nearest_miss,
         "styles": Markup("\n".join(_asset(f"{name}.css") for name in _STYLES)),
         "libraries": [Markup(_asset(f"vendor/{name}.js")) for name in ("d3.min", "plot.umd.min")],
@@ -130,24 +123,25 @@ def _context(report: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _data(report: Mapping[str, Any], names: list[str]) -> dict[str, Any]:
-    """What the page's scripts work with."""
-    return rows.index(report) | {
+def _data(report: Report, names: list[str]) -> dict[str, Any]:
+    """Plain data for the page's scripts."""
+    curves = [
+        {"closure": plot_data.closure_curves(suite), "learning": plot_data.learning_curve(suite)}
+        for suite in report.suites
+    ]
+    return index(report) | {
         "outcomeWords": _OUTCOME_WORDS,
-        "packSize": details.TESTS_A_PACK,
-        "curves": [{"closure": curves.closure(each), "learning": curves.learning(each)} for each in report["suites"]],
-        "triggers": [curves.triggers(report, name) for name in names],
-        "marginUnits": [judged.margin_unit(report, name) for name in names],
-        "units": report.get("units", {}),
-        "state": report.get("state", ""),
-        "statements": [[file["file"], line] for file in _map(report) for line in file["statements"]],
-        "cross": judged.cross(report),
-        "smallest": closure.smallest(report),
+        "outcomeLabel": report.outcome_label,
+        "packSize": details.TESTS_PER_PACK,
+        "curves": curves,
+        "triggers": [triggers_over_time(report, name) for name in names],
+        "marginUnits": [margin_unit(report, name) for name in names],
+        "units": report.units or {},
+        "state": report.state,
+        "statements": [(file.file, line) for file in report.code_under_test.map for line in file.statements],
+        "cross": plot_data.heat_maps(report),
+        "minimal": plot_data.minimal_suite(report),
     }
-
-
-def _map(report: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    return list(report.get("code_under_test", {}).get("map", ()))
 
 
 def _json(value: object) -> str:
@@ -159,9 +153,3 @@ def _json(value: object) -> str:
 @cache
 def _asset(name: str) -> str:
     return files(__package__).joinpath("page", name).read_text(encoding="utf-8")
-
-
-def _merged(report: Mapping[str, Any]) -> tuple[int, int]:
-    """Statements covered by all suites together, and all statements."""
-    listed = report.get("code_under_test", {}).get("files", ())
-    return sum(file["covered"] for file in listed), sum(file["statements"] for file in listed)

@@ -1,68 +1,67 @@
-"""The command that runs one test again."""
+"""Shell commands that run a test again."""
 
 import shlex
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+
+from pytest_hricdv.results.model import Report, TestResult
 
 _JUDGING = ("--hri-replay-anyway", "--hri-known", "--hri-strict")
 _PLAIN_IN_DOUBLE_QUOTES = set("[]/.:-_ ()=,+@%#~{}&;<>|*?'")
 
 
-def command(test: Mapping[str, Any], suite: str, seed: int, more: Sequence[str] = ()) -> str:
-    """A line for the shell: `pytest "tests/..[rl-leg1-3fa2b1c0]" --hri-suite=rl --hri-seed=0`.
+def generate_command(nodeid: str, suite: str, seed: int, options: Sequence[str] = ()) -> str:
+    """The command that generates a test anew: `pytest "tests/..[rl-leg1-3fa2b1c0]" --hri-suite=rl --hri-seed=0`.
 
     Args:
-        test: a test of the report.
+        nodeid: of the test.
         suite: what `--hri-suite` is given to have the test generated.
         seed: the suite's seed, not the test's own.
-        more: further options that the run was given and that decide which tests there are, or what fails.
+        options: further options that the run was given and that decide which tests exist or what fails.
     """
-    options = [f"--hri-suite={suite}", f"--hri-seed={seed}", *more]
-    return " ".join(["pytest", _quoted(test["nodeid"]), *map(_option, options)])
+    words = [f"--hri-suite={suite}", f"--hri-seed={seed}", *options]
+    return " ".join(["pytest", _quoted(nodeid), *map(_option, words)])
 
 
-def replay(file: str, more: Sequence[str] = ()) -> str:
-    """A line for the shell: `pytest --hri-replay=hri-report/failures/rl-leg1-3fa2b1c0.json`.
+def replay_command(file: str, options: Sequence[str] = ()) -> str:
+    """The command that replays a file: `pytest --hri-replay=hri-report/failures/rl-leg1-3fa2b1c0.json`.
 
     Args:
         file: the replay file.
-        more: as for `command`; only what decides on what fails matters to a test that is in a file.
+        options: as for `generate_command`; only those that decide what fails are used.
     """
-    options = [f"--hri-replay={file}", *(each for each in more if each.startswith(_JUDGING))]
-    return " ".join(["pytest", *map(_option, options)])
+    words = [f"--hri-replay={file}", *(each for each in options if each.startswith(_JUDGING))]
+    return " ".join(["pytest", *map(_option, words)])
 
 
-def told(
-    test: Mapping[str, Any], suite: str | None, seed: int | None, more: Sequence[str] = (), file: str | None = None
+def instructions(
+    test: TestResult, suite: str | None, seed: int | None, options: Sequence[str] = (), file: str | None = None
 ) -> list[str]:
-    """How to run a test again, in a few lines for people.
+    """How to run a test again: commands, each below a line that says what it does.
 
     Args:
         test: a test of the report.
-        suite: as for `command`; empty for a test that came out of a replay file, None for the suite of the test.
-        seed: as for `command`; None for a test function that somebody wrote, which no suite has.
-        more: as for `command`.
-        file: the test's replay file, where there is one.
+        suite: as for `generate_command`; empty for a test from a replay file, None for the test's own suite.
+        seed: as for `generate_command`; None for a custom test function, which belongs to no suite.
+        options: as for `generate_command`.
+        file: the test's replay file, if it has one.
     """
     if seed is None:
-        return ["run it again:", f"  pytest {_quoted(test['nodeid'])}"]
-    again = file if suite == "" else None
-    if again:
-        return ["run it again:", f"  {replay(again, more)}"]
-    lines = ["run it again:", f"  {command(test, suite or test['suite'], seed, more)}"]
-    return [*lines, "or the very same run, from its file:", f"  {replay(file, more)}"] if file else lines
+        return ["run it again:", f"  pytest {_quoted(test.nodeid)}"]
+    if file and suite == "":
+        return ["run it again:", f"  {replay_command(file, options)}"]
+    lines = ["run it again:", f"  {generate_command(test.nodeid, suite or test.suite, seed, options)}"]
+    return [*lines, "or the very same run, from its file:", f"  {replay_command(file, options)}"] if file else lines
 
 
-def again(report: Mapping[str, Any], test: Mapping[str, Any]) -> list[str]:
-    """How to run a test of a report again, in a few lines for people."""
-    rerun = report.get("rerun", {})
-    seeds = {suite["name"]: suite["seed"] for suite in report["suites"]}
-    return told(test, rerun.get("suite"), seeds.get(test["suite"], 0), rerun.get("options", ()), test.get("replay"))
+def instructions_of(report: Report, test: TestResult) -> list[str]:
+    """How to run a test of a report again, with the options of the report's run."""
+    seeds = {suite.name: suite.seed for suite in report.suites}
+    return instructions(test, report.rerun.suite, seeds.get(test.suite, 0), report.rerun.options, test.replay)
 
 
 def _quoted(nodeid: str) -> str:
-    # Brackets need quotes in some shells. Double ones are understood by every shell, so they are used as long as
-    # nothing in the name has a meaning inside of them.
+    # Some shells require quotes around brackets. Every shell understands double quotes, so these are used unless a
+    # character of the name has a meaning inside of them.
     if all(char.isalnum() or char in _PLAIN_IN_DOUBLE_QUOTES for char in nodeid):
         return f'"{nodeid}"'
     return shlex.quote(nodeid)

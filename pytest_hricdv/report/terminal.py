@@ -1,22 +1,35 @@
-"""What a run prints: the line in pytest's header, a failing test's text, the section at the end."""
+"""What a run prints: the line in pytest's header, and the section at the end."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
+from pytest_hricdv.coverage.records import CodeCoverage, CrossCoverage
 from pytest_hricdv.report import totals
-from pytest_hricdv.report.explanation import aborted, failure
-from pytest_hricdv.report.figure import percent, plural, seconds, share
 from pytest_hricdv.report.files import PAGE_NAME
-from pytest_hricdv.report.line import Line, Style, fit, listing, more, pad, visible, width, wrap
-
-__all__ = ["aborted", "failure", "header", "summary"]
+from pytest_hricdv.report.formatting import (
+    Line,
+    Style,
+    and_more,
+    fit,
+    listing,
+    pad,
+    percent,
+    plural,
+    seconds,
+    share,
+    speedup,
+    visible,
+    width,
+    wrap,
+)
+from pytest_hricdv.report.gaps import gaps
+from pytest_hricdv.results.model import Diagnosis, GenerationResult, Report, SuiteResult
 
 _MAX_GAPS = 8
 _MAX_NOT_RUN = 3
 _LABEL_COLUMNS = 20
-_SLOW_FACTOR, _SLOW_S = 5.0, 1.0  # a test is worth a line when it takes this many times the mean, and not a blink
+_SLOW_FACTOR, _SLOW_S = 5.0, 1.0  # a test is named as slow when it takes this many times the mean, and this long
 
 
 def header(suites: Sequence[str], seed: int, tests: int | None, testbench: str) -> str:
@@ -35,13 +48,13 @@ def header(suites: Sequence[str], seed: int, tests: int | None, testbench: str) 
     return visible(f"hri: {', '.join(parts)}")
 
 
-def summary(report: Mapping[str, Any], directory: Path, width: int = 80) -> tuple[Line, ...]:
+def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...]:
     """The report in lines of at most `width` columns.
 
-    One line may be longer: where the report is. A path that is cut cannot be opened.
+    The line with the report's path may be longer: a path that is cut cannot be opened.
     """
     lines: list[Line] = []
-    for suite in report["suites"]:
+    for suite in report.suites:
         lines += [*_suite(report, suite, width), Line("")]
     uncovered = list(_gaps(report, width))
     lines += [*uncovered, Line("")] if uncovered else []
@@ -50,23 +63,21 @@ def summary(report: Mapping[str, Any], directory: Path, width: int = 80) -> tupl
     return (*fitted, Line(visible(f"report: {directory / PAGE_NAME}"), "dim"))
 
 
-def _suite(report: Mapping[str, Any], suite: Mapping[str, Any], columns: int) -> Iterator[Line]:
-    tests = f": {plural(suite['tests'], 'test')}" if "tests" in suite else ""
-    fidelity = f", {suite['fidelity']} simulation" if suite.get("fidelity") else ""
-    yield Line(f"suite {suite['name']}, seed {suite['seed']}{tests}{fidelity}", "title")
-    yield from _requirements(totals.tallies(report, suite), columns)
-    for kind in ("statements", "branches"):
-        yield from _code(kind, suite["code"][kind], report, columns)
-    for agent in sorted(suite["plans"]):
-        figures = suite["plans"][agent]
-        covered, total = len(figures["covered"]), figures["total"]
+def _suite(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:
+    fidelity = f", {suite.fidelity} simulation" if suite.fidelity else ""
+    yield Line(f"suite {suite.name}, seed {suite.seed}: {plural(suite.tests, 'test')}{fidelity}", "title")
+    yield from _requirements(totals.requirement_rows(report, suite), columns)
+    yield from _code("statements", suite.code.statements, report, columns)
+    yield from _code("branches", suite.code.branches, report, columns)
+    for agent in sorted(suite.plans):
+        covered, total = len(suite.plans[agent].covered), suite.plans[agent].total
         yield from _row(f"plans of {agent}", f"{percent(share(covered, total))} ({covered} of {total})", columns)
-    if suite["cross"]["bins"]:
-        yield from _row("cross product", _cross(suite["cross"]), columns)
-    yield from _generation(suite["generation"], columns)
+    if suite.cross.bins:
+        yield from _row("cross product", _cross(suite.cross), columns)
+    yield from _generation(suite.generation, columns)
 
 
-def _requirements(rows: Sequence[totals.Tally], columns: int) -> Iterator[Line]:
+def _requirements(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     if not rows:
         yield Line("  no requirements", "dim")
         return
@@ -90,106 +101,97 @@ def _requirements(rows: Sequence[totals.Tally], columns: int) -> Iterator[Line]:
             yield Line(f"  {row.name} is known to fail: {row.known}", "warn")
 
 
-def _verdict_style(row: totals.Tally) -> Style:
+def _verdict_style(row: totals.RequirementRow) -> Style:
     if row.failed:
         return "warn" if row.known else "bad"
     return "ok" if row.passed else "dim"
 
 
-def _code(kind: str, figures: Mapping[str, Any] | None, report: Mapping[str, Any], columns: int) -> Iterator[Line]:
-    if figures is None:
+def _code(kind: str, coverage: CodeCoverage | None, report: Report, columns: int) -> Iterator[Line]:
+    if coverage is None:
         return _row(kind, f"unmeasured: {totals.unmeasured(report)}", columns, "warn")
-    covered, total, reachable = figures["covered"], figures["total"], figures["reachable"]
-    raw = f"{percent(figures['percent'])} ({covered} of {total})"
-    waived = len(totals.waivers(report))
-    of = f"{reachable} reachable" + (f", {waived} waived" if waived and kind == "statements" else "")
-    text = f"{raw}, {percent(totals.percent_reachable(figures))} of {of}"
-    return _row(kind, text, columns)
+    of_total = f"{percent(coverage.percent)} ({coverage.covered} of {coverage.total})"
+    waived = len(totals.waivers(report)) if kind == "statements" else 0
+    reachable = f"{coverage.reachable} reachable" + (f", {waived} waived" if waived else "")
+    return _row(kind, f"{of_total}, {percent(coverage.percent_reachable)} of {reachable}", columns)
 
 
-def _cross(cross: Mapping[str, Any]) -> str:
-    possible = cross["bins"] - cross["impossible"] - cross.get("illegal", 0)
-    text = f"{percent(share(cross['hit'], possible))} ({cross['hit']} of {plural(possible, 'bin')})"
-    return f"{text}, {cross['impossible']} impossible" if cross["impossible"] else text
+def _cross(cross: CrossCoverage) -> str:
+    text = f"{percent(totals.bins_covered(cross))} ({cross.hit} of {plural(cross.possible, 'bin')})"
+    return f"{text}, {cross.impossible} impossible" if cross.impossible else text
 
 
-def _generation(generation: Mapping[str, Any], columns: int) -> Iterator[Line]:
+def _generation(generation: GenerationResult, columns: int) -> Iterator[Line]:
     parts = []
-    if generation["iterations"]:
-        at = generation["converged_at"]
-        parts.append(plural(generation["iterations"], "iteration"))
+    if generation.iterations:
+        at = generation.converged_at
+        parts.append(plural(generation.iterations, "iteration"))
         parts.append("not converged" if at is None else f"converged at {at}")
-    if generation["bdi_runs"]:
-        parts.append(plural(generation["bdi_runs"], "model run"))
-    if generation.get("distinct_texts") is not None:
-        parts.append(plural(generation["distinct_texts"], "distinct text"))
-    parts.append("cached" if generation.get("cached") else seconds(generation["wall_s"]))
-    yield from _row("learned in" if generation["iterations"] else "generated in", ", ".join(parts), columns, "dim")
-    if found := generation.get("diagnosis"):
-        yield from _row("variety", _variety(found), columns, "dim")
-    for note in generation.get("notes", ()):
+    if generation.bdi_runs:
+        parts.append(plural(generation.bdi_runs, "model run"))
+    parts.append(plural(generation.distinct_texts, "distinct text"))
+    parts.append("cached" if generation.cached else seconds(generation.wall_s))
+    yield from _row("learned in" if generation.iterations else "generated in", ", ".join(parts), columns, "dim")
+    yield from _row("variety", _variety(generation.diagnosis), columns, "dim")
+    for note in generation.notes:
         yield from _row("note", note, columns, "warn")
 
 
-def _variety(found: Mapping[str, Any]) -> str:
+def _variety(diagnosis: Diagnosis) -> str:
     parts = []
-    if found["distinct_subsets"]:
-        parts.append(plural(found["distinct_subsets"], "belief set"))
-        bits, most = found["belief_entropy_bits"], found["belief_entropy_most_bits"]
+    if diagnosis.distinct_subsets:
+        parts.append(plural(diagnosis.distinct_subsets, "belief set"))
+        bits, most = diagnosis.belief_entropy_bits, diagnosis.belief_entropy_most_bits
         parts.append(f"{bits:.2f} of {most:.2f} bits of beliefs")
-    news = found.get("last_new_plan", {})
-    ends = [f"{name} {news[name]}" for name in ("iteration", "test") if news.get(name)]
+    last = diagnosis.last_new_plan
+    ends = [f"{name} {number}" for name, number in (("iteration", last.iteration), ("test", last.test)) if number]
     parts.append("no new plan after " + " and ".join(ends) if ends else "no plans of a model")
     return ", ".join(parts)
 
 
-def _gaps(report: Mapping[str, Any], columns: int) -> Iterator[Line]:
-    gaps = totals.gaps(report)
-    if not gaps:
+def _gaps(report: Report, columns: int) -> Iterator[Line]:
+    found = gaps(report)
+    if not found:
         return
     yield Line("not covered", "title")
-    labels = [
-        visible(f"{gap.place} {gap.kind}" if gap.kind not in ("lines", "branches") else gap.place) for gap in gaps
-    ]
+    labels = [visible(gap.place if gap.kind in ("lines", "branches") else f"{gap.place} {gap.kind}") for gap in found]
     room = max(min(max(map(width, labels[:_MAX_GAPS])), columns // 2 - 4), _LABEL_COLUMNS)
     above = ""
-    for gap, label in zip(gaps[:_MAX_GAPS], labels, strict=False):
+    for gap, label in zip(found[:_MAX_GAPS], labels, strict=False):
         start = f"  {pad('' if label == above else label, room)}  "
         start += "branches " if gap.kind == "branches" else ""
         above = label
         yield Line(start + listing([visible(item) for item in gap.items], max(columns - width(start), 12)))
-    if len(gaps) > _MAX_GAPS:
-        yield Line(f"  ... and {plural(len(gaps) - _MAX_GAPS, 'more place')}: see the report", "dim")
+    if len(found) > _MAX_GAPS:
+        yield Line(f"  ... and {plural(len(found) - _MAX_GAPS, 'more place')}: see the report", "dim")
 
 
-def _totals(report: Mapping[str, Any], columns: int) -> Iterator[Line]:
+def _totals(report: Report, columns: int) -> Iterator[Line]:
     counts = totals.outcomes(report)
-    words = {"passed": "passed", "failed": "failed", "known-violation": "known to fail", "error": "in error"}
-    told = ", ".join(f"{counts[name]} {word}" for name, word in words.items() if counts[name]) or "nothing run"
     bad = counts["failed"] or counts["error"]
-    yield Line(f"tests: {told}", "bad" if bad else "ok" if counts["passed"] else "warn")
+    yield Line(f"tests: {totals.outcomes_text(report)}", "bad" if bad else "ok" if counts["passed"] else "warn")
     lost = totals.loss(report)
-    expected = f"expected {report['selected']}, reported {report['reported']}"
+    expected = f"expected {report.selected}, reported {report.reported}"
     yield Line(f"{expected}: {lost}" if lost else expected, "bad" if lost else "ok")
-    names = report.get("not_run_tests", ())
+    names = report.not_run_tests
     for name in names[:_MAX_NOT_RUN]:
         yield Line(f"  not run: {name}", "bad")
     if len(names) > _MAX_NOT_RUN:
-        yield Line(f"  not run: {more(len(names) - _MAX_NOT_RUN).removeprefix(', ')}", "bad")
-    yield _time(report)
+        yield Line(f"  not run: {and_more(len(names) - _MAX_NOT_RUN).removeprefix(', ')}", "bad")
+    yield _duration(report)
     yield from _slowest(report)
     yield from _films(report, columns)
 
 
-def _time(report: Mapping[str, Any]) -> Line:
-    time = totals.time(report)
-    speed = f": {totals.times(time.speed)} real time" if time.speed else ""
+def _duration(report: Report) -> Line:
+    time = totals.duration(report)
+    speed = f": {speedup(time.speed)} real time" if time.speed else ""
     workers = f" with {plural(time.workers, 'worker')}" if time.workers > 1 else ""
     return Line(f"simulated {seconds(time.simulated_s)} in {seconds(time.wall_s)}{workers}{speed}", "dim")
 
 
-def _slowest(report: Mapping[str, Any]) -> Iterator[Line]:
-    timed = [(test["wall_s"], test["id"]) for test in report["tests"] if test["wall_s"] is not None]
+def _slowest(report: Report) -> Iterator[Line]:
+    timed = [(test.wall_s, test.id) for test in report.tests if test.wall_s is not None]
     if not timed:
         return
     wall_s, slow = max(timed)
@@ -197,19 +199,19 @@ def _slowest(report: Mapping[str, Any]) -> Iterator[Line]:
         yield Line(f"slowest: {seconds(wall_s)} {slow}", "dim")
 
 
-def _films(report: Mapping[str, Any], columns: int) -> Iterator[Line]:
-    films = [test["film"] for test in report["tests"] if test.get("film")]
+def _films(report: Report, columns: int) -> Iterator[Line]:
+    films = [test.film for test in report.tests if test.film]
     if not films:
         return
-    made = sum(film["video"] is not None for film in films)
+    made = sum(film.video is not None for film in films)
     yield Line(f"films: {made} of {plural(len(films), 'failing test')}, beside the report", "ok" if made else "warn")
-    for note, count in Counter(film["note"] for film in films if film["note"]).items():
+    for note, count in Counter(film.note for film in films if film.note).items():
         for line in wrap(visible(f"{count} {note}").split(" "), columns - 2):
             yield Line(f"  {line}", "warn")
 
 
 def _row(label: str, text: str, columns: int, style: Style = "plain") -> Iterator[Line]:
-    """A label and a text beside it, which goes on below itself where it is too long."""
+    """A label with a text beside it, which continues below itself if it is too long."""
     start = f"  {pad(visible(label), _LABEL_COLUMNS)}  "
     for line in wrap(visible(text).split(" "), columns - width(start)):
         yield Line(start + line, style)

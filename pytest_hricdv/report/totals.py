@@ -1,21 +1,22 @@
-"""What the views add up from a report, in one place so that terminal and page cannot disagree."""
+"""Sums over a report, computed in one place so that the terminal and the page cannot disagree."""
 
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from pytest_hricdv.report.figure import branches, natural, plural, ranges, share
+from pytest_hricdv.coverage.records import CrossCoverage, WaiverRecord
+from pytest_hricdv.report.formatting import natural, plural, share
+from pytest_hricdv.results.model import Report, SuiteResult
 
 OUTCOMES = ("passed", "failed", "known-violation", "error", "not-run")
+_OUTCOME_WORDS = {"passed": "passed", "failed": "failed", "known-violation": "known to fail", "error": "in error"}
 
 
 @dataclass(frozen=True)
-class Tally:
+class RequirementRow:
     """One requirement over one suite: tests by verdict, triggers over all tests, and the least margin.
 
-    `known` is the reason why its violation is known, empty where it is not or where the run is strict.
-    `margin` is the least over the suite's tests, in the requirement's own unit; `margin_test` had it.
+    `known` is the reason why its violation is known; empty if it is not, or if the run is strict.
+    `margin` is the least over the suite's tests, in the requirement's own unit; `margin_test` is the test that had it.
     """
 
     name: str
@@ -30,17 +31,8 @@ class Tally:
 
 
 @dataclass(frozen=True)
-class Gap:
-    """What no test covered of one thing (a source file, an agent's plans, a cross product)."""
-
-    place: str
-    kind: str
-    items: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Time:
-    """Seconds of wall clock of the session, and simulated seconds over all its tests."""
+class Duration:
+    """Wall-clock seconds of the session, and simulated seconds over all its tests."""
 
     wall_s: float
     simulated_s: float
@@ -48,117 +40,100 @@ class Time:
 
     @property
     def speed(self) -> float | None:
-        """How many times real time; None where no time was taken."""
+        """How many times real time; None if the wall clock shows no time."""
         return self.simulated_s / self.wall_s if self.wall_s > 0 else None
 
 
-def outcomes(report: Mapping[str, Any]) -> dict[str, int]:
-    """Tests by outcome, every outcome named.
+def outcomes(report: Report) -> dict[str, int]:
+    """Number of tests by outcome, with every outcome.
 
-    A test without a result is a `not-run` one whether or not the report lists it as a test.
+    A test without a result counts as `not-run` whether or not the report lists it as a test.
     """
-    counts = Counter(test["outcome"] for test in report["tests"])
-    counts["not-run"] = max(counts["not-run"], report["not_run"])
+    counts: Counter[str] = Counter(test.outcome for test in report.tests)
+    counts["not-run"] = max(counts["not-run"], report.not_run)
     return {name: counts[name] for name in OUTCOMES}
 
 
-def loss(report: Mapping[str, Any]) -> str:
-    """What became of the tests that have no result; empty when every selected test reported."""
-    missing = report["selected"] - report["reported"]
+def outcomes_text(report: Report) -> str:
+    """`120 passed, 14 known to fail`: the outcomes of all tests that ran."""
+    counts = outcomes(report)
+    return ", ".join(f"{counts[name]} {word}" for name, word in _OUTCOME_WORDS.items() if counts[name]) or "nothing run"
+
+
+def loss(report: Report) -> str:
+    """How many tests have no result; empty when every selected test was reported."""
+    missing = report.selected - report.reported
     if missing < 0:
         return f"{plural(-missing, 'result')} more than tests: counted twice?"
-    missing = max(missing, report["not_run"])
+    missing = max(missing, report.not_run)
     return f"{plural(missing, 'test')} not run or lost, totals are lower bounds" if missing else ""
 
 
-def tallies(report: Mapping[str, Any], suite: Mapping[str, Any]) -> tuple[Tally, ...]:
+def failed_gates(report: Report) -> tuple[str, ...]:
+    """What failed the run beside its tests, a sentence each."""
+    return report.gates.failed if report.gates else ()
+
+
+def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow, ...]:
     """A suite's requirements, R2 before R10."""
-    titles = report.get("requirements", {})
-    reasons = {} if report.get("strict") else report.get("known_violations", {})
+    reasons = {} if report.strict else report.known_violations
     rows = []
-    for name in sorted(suite["requirements"], key=natural):
-        counts = suite["requirements"][name]
-        margin, test = _least_margin(report, suite["name"], name)
+    for name in sorted(suite.requirements, key=natural):
+        tally = suite.requirements[name]
+        margin, test = _least_margin(report, suite.name, name)
         rows.append(
-            Tally(
+            RequirementRow(
                 name=name,
-                title=titles.get(name, {}).get("title", ""),
+                title=report.requirements[name].title if name in report.requirements else "",
+                passed=tally.passed,
+                failed=tally.failed,
+                nc=tally.nc,
+                triggers=tally.triggers,
                 known=(reasons[name] or "known") if name in reasons else "",
                 margin=margin,
                 margin_test=test,
-                **{key: counts[key] for key in ("passed", "failed", "nc", "triggers")},
             )
         )
     return tuple(rows)
 
 
-def gaps(report: Mapping[str, Any]) -> tuple[Gap, ...]:
-    """Everything not covered: lines and branches of each file, then each suite's plans and cross bins.
-
-    Waived lines, and branches from or to them, are left out: they are no gap to close, and are listed as waivers.
-    """
-    waived = {(waiver["file"], waiver["line"]) for waiver in waivers(report)}
-    found = []
-    for file in sorted(report.get("code_under_test", {}).get("files", ()), key=lambda file: str(file["file"])):
-        name = file["file"]
-        lines = [line for line in file.get("missing_lines", ()) if (name, line) not in waived]
-        arcs = [arc for arc in file.get("missing_branches", ()) if not any((name, line) in waived for line in arc)]
-        found.append(Gap(name, "lines", ranges(lines)))
-        found.append(Gap(name, "branches", branches(arcs)))
-    several = len(report["suites"]) > 1
-    for suite in report["suites"]:
-        where = f" ({suite['name']})" if several else ""
-        for agent in sorted(suite["plans"]):
-            missing = suite["plans"][agent].get("missing", ())
-            found.append(Gap(f"{agent}{where}", "plans", tuple(sorted(missing, key=natural))))
-        found.append(Gap(f"cross product{where}", "bins", tuple(suite["cross"].get("missing", ()))))
-    return tuple(gap for gap in found if gap.items)
+def duration(report: Report) -> Duration:
+    """The session's wall clock, and the simulated time of its tests."""
+    return Duration(report.wall_s, sum(test.sim_s for test in report.tests), report.workers or 1)
 
 
-def time(report: Mapping[str, Any]) -> Time:
-    """The session's wall clock, and the simulated seconds it was worth."""
-    simulated_s = sum(test["sim_s"] or 0.0 for test in report["tests"])
-    return Time(report.get("wall_s") or 0.0, simulated_s, report.get("workers") or 1)
+def statements_covered(report: Report) -> tuple[int, int]:
+    """Statements covered by all suites together, and all statements."""
+    files = report.code_under_test.files
+    return sum(file.covered for file in files), sum(file.statements for file in files)
 
 
-def times(speed: float) -> str:
-    """`331 times`, `0.52 times`: how many times real time."""
-    return f"{speed:.0f} times" if speed >= 10 else f"{speed:.2g} times"
+def unmeasured(report: Report) -> str:
+    """Why the code was not measured, for a suite without figures of it."""
+    return report.code_under_test.reason or "no reason given"
 
 
-def unmeasured(report: Mapping[str, Any]) -> str:
-    """Why the code was not measured, for where a suite has no figures of it."""
-    return report.get("code_under_test", {}).get("reason") or "no reason given"
-
-
-def waivers(report: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
+def waivers(report: Report) -> tuple[WaiverRecord, ...]:
     """Lines of the code under test declared unreachable, by file and line."""
-    listed = report.get("code_under_test", {}).get("waivers", ())
-    return tuple(sorted(listed, key=lambda waiver: (waiver["file"], waiver["line"])))
+    return tuple(sorted(report.code_under_test.waivers, key=lambda waiver: (waiver.file, waiver.line)))
 
 
-def percent_reachable(figures: Mapping[str, Any]) -> float | None:
-    """Covered of reachable, per cent: as reported, or worked out."""
-    given: float | None = figures.get("percent_reachable")
-    return share(figures["covered"], figures["reachable"]) if given is None else given
+def plans_covered(suite: SuiteResult) -> float | None:
+    """Of all agents' plans, per cent; None if the suite was generated without a model."""
+    plans = suite.plans.values()
+    return share(sum(len(each.covered) for each in plans), sum(each.total for each in plans))
 
 
-def plans_covered(suite: Mapping[str, Any]) -> float | None:
-    """Of all agents' plans, per cent; None where no model made the suite."""
-    plans = suite["plans"].values()
-    return share(sum(len(each["covered"]) for each in plans), sum(each["total"] for each in plans))
+def bins_covered(cross: CrossCoverage) -> float | None:
+    """Of the bins that are neither impossible nor illegal, per cent; None if there is none."""
+    return share(cross.hit, cross.possible)
 
 
-def bins_covered(cross: Mapping[str, Any]) -> float | None:
-    """Of the bins that are neither impossible nor illegal, per cent; None where there is none."""
-    return share(cross["hit"], cross["bins"] - cross["impossible"] - cross.get("illegal", 0))
-
-
-def _least_margin(report: Mapping[str, Any], suite: str, requirement: str) -> tuple[float | None, str]:
+def _least_margin(report: Report, suite: str, requirement: str) -> tuple[float | None, str]:
     margins = [
-        (verdict["margin"], test["id"])
-        for test in report["tests"]
-        if test["suite"] == suite and (verdict := test["requirements"].get(requirement)) is not None
-        if verdict["margin"] is not None
+        (result.margin, test.id)
+        for test in report.tests
+        if test.suite == suite and (result := test.requirements.get(requirement)) is not None
+        if result.margin is not None
     ]
     return min(margins) if margins else (None, "")

@@ -13,7 +13,7 @@ from pytest_hricdv import atomic_file
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.report import faults
+from pytest_hricdv.report.contract import faults
 
 SCHEMA = "hricdv-replay/1"
 

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from pytest_hricdv.report import cobertura, files, junit, lcov, markdown, totals
+from pytest_hricdv.report import coverage_files, files, junit, markdown, totals
 from pytest_hricdv.report.annotations import Place, commands
-from pytest_hricdv.report.files import ReportError
+from pytest_hricdv.results.codec import ReportError
+from pytest_hricdv.results.model import Report
 
 if TYPE_CHECKING:
-    from pytest_hricdv.closure.closing import Entry
     from pytest_hricdv.session.exports import Exports
     from pytest_hricdv.session.reporting import Reporting
 
@@ -28,7 +28,7 @@ class Written:
     problems: tuple[str, ...]
 
 
-def write(report: Entry, exports: Exports, root: str) -> Written:
+def write(report: Report, exports: Exports, root: str) -> Written:
     """Write the files that were asked for.
 
     Args:
@@ -39,14 +39,14 @@ def write(report: Entry, exports: Exports, root: str) -> Written:
     notes: list[str] = []
     problems: list[str] = []
     texts: dict[str, tuple[Path | None, Callable[[], str]]] = {
-        "cobertura": (exports.cobertura, lambda: cobertura.cobertura(report, root)),
-        "lcov": (exports.lcov, lambda: lcov.lcov(report)),
+        "cobertura": (exports.cobertura, lambda: coverage_files.cobertura(report, root)),
+        "lcov": (exports.lcov, lambda: coverage_files.lcov(report)),
         "summary": (exports.summary, lambda: markdown.markdown(report)),
     }
     for name, (path, text) in texts.items():
         if path is None:
             continue
-        if name != "summary" and not report["code_under_test"]["measured"]:  # a file would say 0 %
+        if name != "summary" and not report.code_under_test.measured:  # a file would say 0 %
             notes.append(f"{name}: not written, the code was not measured: {totals.unmeasured(report)}")
             continue
         try:
@@ -118,13 +118,13 @@ class Exporting:
             for command in commands(self._reporting.report, self._places):
                 terminalreporter.write_line(command)
 
-    def _export(self, report: Entry) -> None:
+    def _export(self, report: Report) -> None:
         self._tell_junit(report)
         written = write(report, self._exports, str(self._config.rootpath))
         self._notes += written.notes
         self._problems += written.problems
 
-    def _tell_junit(self, report: Entry) -> None:
+    def _tell_junit(self, report: Report) -> None:
         # pytest's documented way, `record_testsuite_property`, is a fixture: with xdist, fixtures run in workers, where
         # no XML is written.
         for plugin in self._config.pluginmanager.get_plugins():

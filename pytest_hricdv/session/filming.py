@@ -21,7 +21,8 @@ from pytest_hricdv.film.shooting import Shooting, key_moments, shooting
 from pytest_hricdv.film.video import FRAMES_PER_S, Video, aside, video
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.report.explanation import violation
-from pytest_hricdv.report.figure import plural
+from pytest_hricdv.report.formatting import plural
+from pytest_hricdv.results.model import ReportedViolation
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
 from pytest_hricdv.testbench import Testbench, TestbenchError
@@ -174,7 +175,11 @@ def _events(record: Record) -> list[tuple[float, str]]:
 
 def _alarms(verdicts: Sequence[Verdict]) -> list[Alarm]:
     found = [
-        Alarm(each.time_s, verdict.requirement, f"{verdict.requirement} {violation(asdict(each), {})}")
+        Alarm(
+            each.time_s,
+            verdict.requirement,
+            f"{verdict.requirement} {violation(ReportedViolation(**asdict(each)), {})}",
+        )
         for verdict in verdicts
         for each in verdict.violations
     ]

@@ -23,8 +23,9 @@ from pytest_hricdv.cover.crossed import list_product
 from pytest_hricdv.cover.source import CoverError
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.model import list_model
-from pytest_hricdv.report import files, found, terminal
-from pytest_hricdv.report.files import ReportError
+from pytest_hricdv.report import files, findings, terminal
+from pytest_hricdv.results.codec import ReportError
+from pytest_hricdv.results.model import Report
 from pytest_hricdv.session import filming
 from pytest_hricdv.session.absent import hint
 from pytest_hricdv.session.afterwards import Afterwards
@@ -35,6 +36,7 @@ from pytest_hricdv.session.replaying import LEAVE_A_FILE
 from pytest_hricdv.session.rerunning import Rerunning
 from pytest_hricdv.session.running import ATTRIBUTE, Running
 from pytest_hricdv.session.suites import export
+from pytest_hricdv.session.typed_results import typed_report
 from pytest_hricdv.testbench import TestbenchError
 
 MARKUP: dict[str, dict[str, bool]] = {
@@ -59,7 +61,7 @@ class Reporting:
         self.reasons: dict[str, str] = {}
         self.chosen: dict[str, HriCase] = {}
         self.workers = 1
-        self.report: Entry | None = None
+        self.report: Report | None = None
         self.problems: list[str] = []
         self.interrupted = False
         self.absent = ""
@@ -78,7 +80,7 @@ class Reporting:
     def _replay_header(self) -> list[str]:
         given = self.collecting.replays.values()
         notes = [self.running.surroundings.note(each) for each in given]
-        return [found.replay_header(self.collecting.testbench.name, len(given)), *(note for note in notes if note)]
+        return [findings.replay_header(self.collecting.testbench.name, len(given)), *(note for note in notes if note)]
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionstart(self) -> None:
@@ -203,9 +205,10 @@ class Reporting:
         searched = self._afterwards(entries, stopped=stopped)
         if self.running.failures.problem:
             self.problems.append(self.running.failures.problem)
-        self.report = self._build(entries) | searched
+        built = self._build(entries) | searched
         if not stopped:
-            self._judge(self.report)
+            self._judge(built)
+        self.report = typed_report(built)
         try:
             files.write(self.report, self.options.report)
         except ReportError as error:
@@ -257,9 +260,9 @@ class Reporting:
         if self.report is not None:
             for line in terminal.summary(self.report, self.options.report, shutil.get_terminal_size().columns):
                 terminalreporter.write_line(line.text, **MARKUP[line.style])
-            for line in found.lines(self.report):
+            for line in findings.findings(self.report):
                 terminalreporter.write_line(line.text, **MARKUP[line.style])
-        for text in (self.report or {}).get("gates", {}).get("improved", ()):
+        for text in self.report.gates.improved if self.report and self.report.gates else ():
             terminalreporter.write_line(text, green=True)
         for problem in self.problems:
             terminalreporter.write_line(f"FAILED {problem}", red=True, bold=True)

@@ -18,11 +18,12 @@ from pytest_hricdv.cover.debugger import debugger
 from pytest_hricdv.cover.measure import Measurement, NoMeasurement, choose
 from pytest_hricdv.cover.source import CodeMap, CoverError, map_code
 from pytest_hricdv.monitor import Requirement, RequirementError, load_requirements
-from pytest_hricdv.report import junit, terminal
+from pytest_hricdv.report import explanation, junit
 from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.session.collecting import Collecting, case_of
 from pytest_hricdv.session.filming import Filming, told
 from pytest_hricdv.session.replaying import Failures, Surroundings, strayed
+from pytest_hricdv.session.typed_results import typed_result, typed_texts
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -133,7 +134,7 @@ class Running:
         finally:
             case.runner = case.judge = None
             entry, label = self._entry(case, item.nodeid), self.collecting.testbench.outcome_label
-            item.user_properties.extend(junit.properties(entry, label))
+            item.user_properties.extend(junit.properties(typed_result(entry), label))
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self, item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
@@ -164,7 +165,8 @@ class Running:
             # The author's own exception, from his own line, says more than that a node failed.
             failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error
             what = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
-        failure.add_note("\n" + terminal.aborted(describe(case, self.shown(nodeid)), what, **self._again(case)))
+        started = typed_result(describe(case, self.shown(nodeid)) | measured(None, None, ()))
+        failure.add_note("\n" + explanation.aborted(started, what, **self._again(case)))
         raise failure
 
     def _see_that_it_was_checked(self, case: HriCase) -> None:
@@ -183,7 +185,9 @@ class Running:
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed))
         entry = self._entry(case, nodeid) | {"nodeid": self.shown(nodeid), "failure": amiss}
         units = self.collecting.testbench.units
-        pytest.fail(terminal.failure(entry, self.texts, known=known, units=units, **self._again(case)), pytrace=False)
+        texts = typed_texts(self.texts)
+        text = explanation.failure(typed_result(entry), texts, known=known, units=units, **self._again(case))
+        pytest.fail(text, pytrace=False)
 
     def shown(self, nodeid: str) -> str:
         """The node id as it can be given to pytest in the folder where the run was started."""

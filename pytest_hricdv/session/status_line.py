@@ -6,7 +6,7 @@ import os
 import sys
 from dataclasses import dataclass
 
-from pytest_hricdv.report.line import fit, visible, width
+from pytest_hricdv.report.formatting import fit, visible, width
 
 _MINUTE_S, _HOUR_S = 60, 3600
 

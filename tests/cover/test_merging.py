@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.closure.closing import close
 from pytest_hricdv.closure.merging import MergeError, expected, merge, missing_shards
-from pytest_hricdv.report import faults
-from pytest_hricdv.report.files import canonical
+from pytest_hricdv.report.contract import faults
+from pytest_hricdv.results.codec import canonical
 from tests.cover import reports as made
 from tests.cover.reports import Report
 

@@ -9,7 +9,8 @@ from pytest_hricdv.case import CaseResult
 from pytest_hricdv.closure.results import measured
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import junit
-from pytest_hricdv.report.html import PAGE_NAME, pages
+from pytest_hricdv.report.files import PAGE_NAME
+from pytest_hricdv.report.html import pages
 from sim.engine import SimulationError
 from tests.hri import bench
 from tests.report import sample
@@ -55,9 +56,10 @@ def test_the_fidelity_is_in_every_report(monkeypatch: pytest.MonkeyPatch) -> Non
     entry = measured(kinematic(BORED, monkeypatch), None, bench.requirements())
     assert entry["fidelity"] == "kinematic"
     assert measured(bench.run(BORED), None, bench.requirements())["fidelity"] == "dynamic"
-    report = sample.report(tests=1)
-    report["suites"][0]["fidelity"] = report["tests"][0]["fidelity"] = "kinematic"
-    assert ("hri.fidelity", "kinematic") in junit.properties(report["tests"][0])
+    data = sample.data(tests=1)
+    data["suites"][0]["fidelity"] = data["tests"][0]["fidelity"] = "kinematic"
+    report = sample.typed(data)
+    assert ("hri.fidelity", "kinematic") in junit.properties(report.tests[0])
     page = pages(report)[PAGE_NAME]
     assert "kinematic simulation" in page
     assert [each["facts"]["Simulation"] for each in details(Page(page))] == ["kinematic"]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.report import faults
+from pytest_hricdv.report.contract import faults
 from tests.plugin.project import change, nodeids, report
 from tests.plugin.test_bad_input import refused, short
 

@@ -7,7 +7,7 @@ from collections import Counter
 import jsonschema
 import pytest
 
-from pytest_hricdv.report import schema
+from pytest_hricdv.report.contract import schema
 from tests.plugin.project import MODES, change, outcomes, report
 
 SUITE = "--hri-suite=by-hand"  # four tests, of which one wishes for level 10

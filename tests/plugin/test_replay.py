@@ -10,7 +10,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from pytest_hricdv.report import faults
+from pytest_hricdv.report.contract import faults
 from pytest_hricdv.search.replay import schema
 from tests.plugin.project import MODES, change, outcomes, report
 
@@ -109,7 +109,7 @@ def test_code_that_has_changed_is_told_and_run_when_asked_to(failed: pytest.Pyte
     again.stdout.fnmatch_lines(
         [
             f"{FILE}: lamps/guide.py changed: its run need not be the same again",
-            f"replay of {BRIGHT}: another run than before, for lamps/guide.py changed",
+            f"replay of {BRIGHT}: differs from the recording: lamps/guide.py changed",
         ]
     )
     assert report(failed.path)["tests"][0]["replayed"]["changed"] == ["lamps/guide.py changed"]
@@ -139,7 +139,7 @@ def test_another_run_without_a_reason_fails(failed: pytest.Pytester) -> None:
     again.stdout.fnmatch_lines(
         [
             f"this run is not the one that {FILE} is of: *",
-            f"replay of {BRIGHT}: another run than before, and nobody knows why",
+            f"replay of {BRIGHT}: differs from the recording; cause unknown",
         ]
     )
 

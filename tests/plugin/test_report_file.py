@@ -7,7 +7,7 @@ import json
 import jsonschema
 import pytest
 
-from pytest_hricdv.report import schema
+from pytest_hricdv.report.contract import schema
 from pytest_hricdv.results.codec import canonical, load
 from pytest_hricdv.results.model import Report
 from tests.plugin.project import change

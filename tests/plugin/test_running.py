@@ -7,7 +7,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from pytest_hricdv.report import schema
+from pytest_hricdv.report.contract import schema
 from tests.plugin.project import MODES, change, nodeids, report
 
 

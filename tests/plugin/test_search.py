@@ -6,7 +6,7 @@ import shlex
 
 import pytest
 
-from pytest_hricdv.report import faults
+from pytest_hricdv.report.contract import faults
 from tests.plugin.project import MODES, change, report
 from tests.plugin.test_replay import refused
 

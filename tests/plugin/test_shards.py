@@ -173,7 +173,7 @@ def test_a_crashed_run_and_its_repetition_make_a_whole(lamps: pytest.Pytester) -
     [
         (lambda text: text[:5000], "not JSON, perhaps cut off"),
         (lambda text: text.replace("hricdv-report/1", "hricdv-report/9"), "expected schema 'hricdv-report/1', found"),
-        (lambda text: text.replace('"outcome"', '"result"'), "'outcome' is missing"),
+        (lambda text: text.replace('"outcome"', '"result"'), "missing required field `outcome`"),
         (lambda text: text.replace('"map"', '"plan"'), "'map' is missing: another version of the plugin wrote it"),
         (lambda text: "", "not JSON"),
     ],

@@ -6,7 +6,7 @@ import shlex
 
 import pytest
 
-from pytest_hricdv.report import faults
+from pytest_hricdv.report.contract import faults
 from tests.plugin.project import MODES, change, report
 from tests.plugin.test_replay import refused
 
@@ -78,7 +78,7 @@ def test_runs_are_bounded_and_the_summary_says_so(long: pytest.Pytester) -> None
     result = long.runpytest_inprocess(SUITE, "--hri-shrink", "--hri-shrink-runs=3")
     (test,) = [test for test in report(long.path)["tests"] if test.get("shrunk")]
     assert (test["shrunk"]["R2"]["runs"], test["shrunk"]["R2"]["ended"]) == (3, "runs")
-    result.stdout.fnmatch_lines(["*(3 runs, * s; no runs left, so perhaps it can be shorter):"])
+    result.stdout.fnmatch_lines(["*(3 runs, * s; the budget of runs is used up, a shorter test may exist):"])
 
 
 COUNTED = """def run(run):
@@ -98,7 +98,7 @@ def test_ctrl_c_keeps_the_best_so_far_and_the_report(long: pytest.Pytester, limi
     (test,) = [test for test in report(long.path)["tests"] if test.get("shrunk")]
     shrunk = test["shrunk"]["R2"]
     assert (shrunk["ended"], len(shrunk["abstract"])) == ("interrupted", actions)
-    result.stdout.fnmatch_lines(["*; interrupted, so perhaps it can be shorter):"])
+    result.stdout.fnmatch_lines(["*; interrupted, a shorter test may exist):"])
     if shrunk["replay"]:
         assert (long.path / shrunk["replay"]).is_file()
 

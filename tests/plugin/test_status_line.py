@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.report.line import width
+from pytest_hricdv.report.formatting import width
 from pytest_hricdv.session.status_line import Status, StatusLine, time_left
 from tests.report.screen import Screen
 

@@ -1,9 +1,14 @@
-"""A made-up report of any size, with the figures of a plausible run."""
+"""A made-up report of any size, with the figures of a plausible run: as JSON data to change, and typed."""
 
 import random
 from typing import Any
 
+import msgspec
+
+from pytest_hricdv.results.model import Report, TestResult
+
 PLANS = {"human": 48, "robot_code": 12}
+PLANS_MISSED = ("plan47", "plan48")
 TITLES = {
     "R1": "If gaze, pressure and location sense the human ready, then a leg shall be released",
     "R2": "If gaze, pressure or location sense the human not ready, then a leg shall not be released",
@@ -33,8 +38,23 @@ MAP = {
 }
 
 
-def report(suites: tuple[str, ...] = ("rl",), tests: int = 3, seed: int = 0) -> dict[str, Any]:
-    """A report that keeps the contract, with `tests` tests in each suite."""
+def report(suites: tuple[str, ...] = ("rl",), tests: int = 3, seed: int = 0) -> Report:
+    """A report with `tests` tests in each suite."""
+    return typed(data(suites, tests, seed))
+
+
+def typed(data: dict[str, Any]) -> Report:
+    """A report of JSON data; raises msgspec.ValidationError where the data breaks the contract."""
+    return msgspec.convert(data, Report)
+
+
+def result(rng: random.Random, suite: str = "rl") -> TestResult:
+    """A single test."""
+    return msgspec.convert(test(rng, suite), TestResult)
+
+
+def data(suites: tuple[str, ...] = ("rl",), tests: int = 3, seed: int = 0) -> dict[str, Any]:
+    """The JSON data of a report with `tests` tests in each suite."""
     rng = random.Random(seed)
     made = [test(rng, name) for name in suites for _ in range(tests)]
     return {
@@ -48,7 +68,12 @@ def report(suites: tuple[str, ...] = ("rl",), tests: int = 3, seed: int = 0) -> 
         "wall_s": 0.53 * len(made),
         "workers": 2,
         "known_violations": {"R3": "no crush prevention"},
+        "known_until": {},
         "strict": False,
+        "rerun": {"suite": "", "options": []},
+        "outcome_label": "legs",
+        "exploration": {},
+        "closure": closure(made) | {"gaps": gaps(made)},
         "requirements": {
             name: {"title": title, "source": "ISO 13482:2014", "text": TEXTS[name]} for name, title in TITLES.items()
         },
@@ -79,7 +104,13 @@ def code_under_test() -> dict[str, Any]:
                 "missing_lines": [60, 61, 70],
                 "missing_branches": [[58, 60], [69, -12]],
             },
-            {"file": "controller/states.py", "statements": 278, "covered": 278},
+            {
+                "file": "controller/states.py",
+                "statements": 278,
+                "covered": 278,
+                "missing_lines": [],
+                "missing_branches": [],
+            },
         ],
     }
 
@@ -111,11 +142,11 @@ def crossed() -> dict[str, Any]:
     bins = [(gpl, leg) for gpl in GPL for leg in LEGS]
     hits, missing = bins[4:-8], bins[-8:]
     figures = {"bins": 32, "hit": 20, "impossible": 4, "illegal": 0}
-    told = {
+    bins_hit = {
         "hits": [{"bin": list(each), "tests": 1 + n % 5, "hits": 1 + n % 7} for n, each in enumerate(hits)],
         "missing": [list(each) for each in missing],
     }
-    return {**figures, "missing": [" x ".join(each) for each in missing], "products": {"handover": figures | told}}
+    return {**figures, "missing": [" x ".join(each) for each in missing], "products": {"handover": figures | bins_hit}}
 
 
 def suite(rng: random.Random, name: str, tests: list[dict[str, Any]]) -> dict[str, Any]:
@@ -132,8 +163,19 @@ def suite(rng: random.Random, name: str, tests: list[dict[str, Any]]) -> dict[st
             "q_delta": [10.0 * 0.93**n * rng.uniform(0.5, 1) for n in range(130)] if learned else [],
             "distinct_texts": min(len(tests), 97),
             "cached": False,
+            "reward": "plans" if learned else "",
+            "notes": [],
+            "diagnosis": {
+                "distinct_subsets": min(len(tests), 60),
+                "belief_entropy_bits": 2.5,
+                "belief_entropy_most_bits": 3.0,
+                "plans_executed": {"human": 46, "robot_code": 12},
+                "last_new_plan": {"iteration": 94 if learned else None, "test": min(len(tests), 23)},
+            },
         },
+        "size": len(tests),
         "tests": len(tests),
+        "fidelity": "",
         "requirements": {requirement: _counted(tests, requirement) for requirement in TITLES},
         "code": {
             "statements": _covered(260 + rng.randrange(40), 323, 320),
@@ -156,7 +198,35 @@ def suite(rng: random.Random, name: str, tests: list[dict[str, Any]]) -> dict[st
         },
         "cross": crossed(),
         "curve": _curve(rng, len(tests)),
+        "closure": closure(tests),
     }
+
+
+def closure(tests: list[dict[str, Any]]) -> dict[str, Any]:
+    """The first half of the tests are enough, and the others add nothing."""
+    half = tests[: len(tests) // 2]
+    return {
+        "points": 10 * len(half),
+        "sim_s": 9000.0,
+        "growth": [[100.0 * n, 10 * n] for n in range(1, len(half))],
+        "minimal": [
+            {"nodeid": test["nodeid"], "id": test["id"], "gain": 9 - n % 9, "points": 10 * n, "sim_s": 100.0 * n}
+            for n, test in enumerate(half, start=1)
+        ],
+        "adds_nothing": [test["nodeid"] for test in tests[len(half) :]],
+        "unique": {half[0]["nodeid"]: 3} if half else {},
+    }
+
+
+def gaps(tests: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Two plans of the same reason, and a waived line."""
+    reason = {"kind": "plans", "place": "human", "reason": "no test has beliefs that trigger it"}
+    nearest = {"suggestion": "the beliefs leg1 m000l1 reach it", "beliefs": ["leg1", "m000l1"]}
+    waived = {"kind": "statements", "place": "controller/journal.py", "reason": "waived as unreachable: so"}
+    return [
+        *({**reason, **nearest, "items": [plan], "test": tests[0]["id"] if tests else ""} for plan in PLANS_MISSED),
+        {**waived, "items": ["60"], "suggestion": "", "test": "", "beliefs": []},
+    ]
 
 
 def test(rng: random.Random, suite: str) -> dict[str, Any]:
@@ -178,6 +248,8 @@ def test(rng: random.Random, suite: str) -> dict[str, Any]:
         "nodeid": f"tests/hri/test_table_assembly.py::test_table_assembly[{action_id}]",
         "suite": suite,
         "id": action_id,
+        "aim": "plans",
+        "name": "",
         "beliefs": [f"leg{5 - len(legs)}", *(f"m{rng.randrange(8):03b}l{n}" for n in range(1, len(legs) + 1))],
         "abstract": abstract,
         "concrete": {
@@ -189,12 +261,14 @@ def test(rng: random.Random, suite: str) -> dict[str, Any]:
         "wall_s": rng.uniform(0.3, 0.9),
         "sim_s": rng.uniform(40, 300),
         "frozen_s": rng.uniform(10, 40),
+        "fidelity": "",
         "ended": "table done",
+        "unmeasured": "",
         "legs": legs,
         "record_sha256": f"{rng.getrandbits(256):064x}",
         "requirements": verdicts,
         "plans": {agent: [f"plan{n}" for n in range(1, total, 2)] for agent, total in PLANS.items()},
-        "code": {"statements": 250, "percent": rng.gauss(78, 6), "bits": _bits(rng)},
+        "code": {"statements": 250, "percent": min(rng.gauss(78, 6), 100.0), "bits": _bits(rng)},
         "cross": {"handover": [[rng.choice(GPL[1:]), rng.choice(LEGS)] for _ in legs]},
         "failure": "",
         "timeline": timeline(rng, verdicts),
@@ -218,10 +292,10 @@ def timeline(rng: random.Random, verdicts: dict[str, Any]) -> dict[str, Any]:
 def verdict(rng: random.Random, name: str) -> dict[str, Any]:
     """A verdict: R1 mostly not checked, R3 failing now and then, R4 always passed."""
     chances = {"R1": (20, 1, 79), "R2": (70, 0, 30), "R3": (88, 10, 2), "R4": (1, 0, 0)}[name]
-    return judged(rng.choices(["Passed", "Failed", "NC"], chances)[0], rng.uniform(0.01, 9.0))
+    return requirement_result(rng.choices(["Passed", "Failed", "NC"], chances)[0], rng.uniform(0.01, 9.0))
 
 
-def judged(outcome: str, margin: float) -> dict[str, Any]:
+def requirement_result(outcome: str, margin: float) -> dict[str, Any]:
     """A verdict with its counts, and one violation where it failed."""
     violation = {"trigger_s": 41.25, "time_s": 51.5, "values": {"hand_distance": 0.03}, "margin": -0.02}
     failed = outcome == "Failed"

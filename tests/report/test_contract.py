@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pytest_hricdv.report import faults, schema
+from pytest_hricdv.report.contract import faults, schema
 from tests.report import sample
 
 VALIDATOR = jsonschema.Draft202012Validator(schema())
-GOOD = sample.report(tests=2)
+GOOD = sample.data(tests=2)
 
 Report = dict[str, Any]
 
@@ -24,7 +24,7 @@ def test_schema_is_one() -> None:
     jsonschema.Draft202012Validator.check_schema(schema())
 
 
-@pytest.mark.parametrize("report", [GOOD, sample.report(("by-hand", "rl"), 20), sample.report(tests=0)])
+@pytest.mark.parametrize("report", [GOOD, sample.data(("by-hand", "rl"), 20), sample.data(tests=0)])
 def test_good_report_keeps_the_contract(report: Report) -> None:
     VALIDATOR.validate(report)
     assert faults(report) == []
@@ -102,7 +102,7 @@ def _places(value: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str 
         yield from _places(inner, (*path, step))
 
 
-SMALL = sample.report(tests=1)
+SMALL = sample.data(tests=1)
 SMALL["suites"][0]["generation"]["q_delta"] = [1.0]
 PLACES = sorted(_places(SMALL), key=str)
 VALUES = st.one_of(

@@ -1,36 +1,37 @@
-"""Cobertura XML and LCOV: valid, and telling what the report tells."""
+"""Cobertura XML and LCOV: valid, and with the numbers of the report."""
 
 from __future__ import annotations
 
 import random
 import xml.etree.ElementTree as ET
-from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import to_builtins
 
-from pytest_hricdv.report.cobertura import cobertura
-from pytest_hricdv.report.hits import hits
-from pytest_hricdv.report.lcov import lcov
+from pytest_hricdv.report.coverage_files import cobertura, hits, lcov
+from pytest_hricdv.results.model import Report
 from tests.report import sample
 from tests.report.dtd import faults
 
 
-def _report(tests: list[tuple[int, int]], waived: tuple[int, ...] = ()) -> dict[str, Any]:
+def _report(
+    tests: list[tuple[int, int]], waived: tuple[int, ...] = (), *, branches: bool = True, measured: bool = True
+) -> Report:
     """Two files: lines 1 to 4 and 10 to 12; branches 2->3, 2->4 and 11->-10, 11->12. `tests` have bits of both."""
-    report = sample.report(tests=len(tests))
-    report["code_under_test"] |= {
-        "measured": True,
+    data = sample.data(tests=len(tests))
+    data["code_under_test"] |= {
+        "measured": measured,
         "waivers": [{"file": "b/c/two.py", "line": line, "reason": "why"} for line in waived],
         "map": [
             {"file": "a/one.py", "statements": [1, 2, 3, 4], "branches": [[2, 3], [2, 4]], "source": ""},
             {"file": "b/c/two.py", "statements": [10, 11, 12], "branches": [[11, -10], [11, 12]], "source": ""},
         ],
     }
-    for test, (statements, branches) in zip(report["tests"], tests, strict=True):
-        test["code"] = {"statements": 0, "percent": 0.0, "bits": [hex(statements), hex(branches)]}
-    return report
+    for test, (statements, arcs) in zip(data["tests"], tests, strict=True):
+        test["code"] = {"statements": 0, "percent": 0.0, "bits": [hex(statements), hex(arcs) if branches else None]}
+    return sample.typed(data)
 
 
 BITS = st.lists(st.tuples(st.integers(0, 127), st.integers(0, 15)), max_size=8)
@@ -92,33 +93,30 @@ def test_lcov_has_its_records() -> None:
     assert "BRDA:11,0,0,1\nBRDA:11,0,1,0\n" in second
 
 
-def test_a_line_that_nobody_reached_has_no_counts_for_its_branches() -> None:
+def test_a_line_that_no_test_reached_has_no_counts_for_its_branches() -> None:
     assert "BRDA:11,0,0,-\nBRDA:11,0,1,-\n" in lcov(_report([(0b1, 0)]))
 
 
-def test_without_branches_only_lines_are_told() -> None:
-    report = _report([(0b0100011, 0)])
-    report["tests"][0]["code"]["bits"][1] = None
+def test_without_branches_only_lines_are_counted() -> None:
+    report = _report([(0b0100011, 0)], branches=False)
     root = ET.fromstring(cobertura(report, "."))
     assert faults(root) == []
     assert root.attrib["branches-valid"] == "0"
     assert "BR" not in lcov(report)
 
 
-def test_odd_file_names_survive() -> None:
-    report = _report([(1, 0)])
-    report["code_under_test"]["map"][0]["file"] = 'a/"<&>é.py'
-    assert ET.fromstring(cobertura(report, "<&>")).find(".//class").attrib["filename"] == 'a/"<&>é.py'  # type: ignore[union-attr]
+def test_odd_file_names_are_kept() -> None:
+    data = to_builtins(_report([(1, 0)]))
+    data["code_under_test"]["map"][0]["file"] = 'a/"<&>é.py'
+    (first, _) = ET.fromstring(cobertura(sample.typed(data), ".")).iter("class")
+    assert first.attrib["filename"] == 'a/"<&>é.py'
 
 
 def test_unmeasured_code_has_no_hits_and_not_zero() -> None:
-    report = _report([(1, 0)])
-    report["code_under_test"]["measured"] = False
-    assert hits(report) == ()
+    assert hits(_report([(1, 0)], measured=False)) == ()
 
 
 def test_order_of_tests_does_not_matter() -> None:
-    report = _report([(random.Random(n).randrange(128), n) for n in range(9)])
-    before = cobertura(report, "."), lcov(report)
-    report["tests"].reverse()
-    assert (cobertura(report, "."), lcov(report)) == before
+    tests = [(random.Random(n).randrange(128), n) for n in range(9)]
+    one, other = _report(tests), _report(tests[::-1])
+    assert (cobertura(one, "."), lcov(one)) == (cobertura(other, "."), lcov(other))

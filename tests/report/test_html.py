@@ -6,19 +6,21 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
-from pytest_hricdv.report import write
-from pytest_hricdv.report.html import PAGE_NAME, pages
-from pytest_hricdv.report.texts import totals
+from pytest_hricdv.report.files import PAGE_NAME, write
+from pytest_hricdv.report.html import pages
+from pytest_hricdv.report.source_view import count_bits
+from pytest_hricdv.results.model import Report
 from tests.report import sample
 from tests.report.parsed import Page, details
 
-EVIL = "<script>alert(1)</script>\"'&\x1b[31m\u202e{{ 7 * 7 }}\ud800é漢"
+EVIL = "<script>alert(1)</script>\"'&\x1b[31m\u202e{{ 7 * 7 }}é漢"
 
 
-def render(report: dict[str, Any]) -> str:
+def render(report: dict[str, Any] | Report) -> str:
     """The page; its tests' details are in it."""
-    (page,) = pages(report).values()
+    (page,) = pages(report if isinstance(report, Report) else sample.typed(report)).values()
     return page
 
 
@@ -28,12 +30,8 @@ def _page(report: dict[str, Any]) -> Page:
     return page
 
 
-def _bare(report: dict[str, Any]) -> dict[str, Any]:
-    return {key: report[key] for key in ("schema", "selected", "reported", "not_run", "suites", "tests")}
-
-
 def test_page_shows_verdicts_closure_sources_and_every_test() -> None:
-    report = sample.report(("by-hand", "rl"), 20)
+    report = sample.data(("by-hand", "rl"), 20)
     page = _page(report)
     data = json.loads(page.scripts["data"])
     assert [row[1] for row in data["rows"]] == [test["id"] for test in report["tests"]]
@@ -48,41 +46,8 @@ def test_page_shows_verdicts_closure_sources_and_every_test() -> None:
     assert data["triggers"][3]["suites"].keys() == {"by-hand", "rl"}
 
 
-def with_closure(report: dict[str, Any]) -> dict[str, Any]:
-    """The report with the first half of its tests enough, and one gap of a kind that can be closed."""
-    half = report["tests"][: len(report["tests"]) // 2]
-    steps = [
-        {"nodeid": test["nodeid"], "id": test["id"], "gain": 9 - n % 9, "points": 10 * n, "sim_s": 100.0 * n}
-        for n, test in enumerate(half, start=1)
-    ]
-    gap = {"kind": "plans", "place": "human", "items": ["plan47"], "reason": "no test has beliefs that trigger it"}
-    other = {**gap, "items": ["plan48"], "suggestion": "the beliefs leg1 m000l1 reach it", "test": half[0]["id"]}
-    waived = {
-        "kind": "statements",
-        "place": "controller/journal.py",
-        "items": ["60"],
-        "reason": "waived as unreachable: so",
-    }
-    none = {"suggestion": "", "test": "", "beliefs": []}
-    gaps = [
-        {**gap, "suggestion": "the beliefs leg1 m000l1 reach it", "test": half[0]["id"], "beliefs": ["leg1", "m000l1"]},
-        {**other, "beliefs": ["leg1", "m000l1"]},
-        waived | none,
-    ]
-    needless = [test["nodeid"] for test in report["tests"][len(half) :]]
-    report["closure"] = {
-        "points": 10 * len(half),
-        "sim_s": 9000.0,
-        "minimal": steps,
-        "adds_nothing": needless,
-        "unique": {half[0]["nodeid"]: 3},
-        "gaps": gaps,
-    }
-    return report
-
-
 def test_gaps_come_with_what_may_close_them_and_the_smallest_suite_is_named() -> None:
-    report = with_closure(sample.report(tests=10))
+    report = sample.data(tests=10)
     page = _page(report)
     data = json.loads(page.scripts["data"])
     assert (
@@ -91,15 +56,16 @@ def test_gaps_come_with_what_may_close_them_and_the_smallest_suite_is_named() ->
     )
     assert "waived as unreachable: so" not in page.words
     assert "5 tests of 10 cover all that the tests cover together" in page.words
-    assert data["smallest"]["gains"] == {str(n): 8 - n for n in range(5)}
-    assert data["smallest"]["curve"] == [[0, 0], *([100 * n, 10 * n] for n in range(1, 6))]
-    assert "by leg4" in page.words  # the smallest belief set of each plan
+    assert data["minimal"]["gains"] == {str(n): 8 - n for n in range(5)}
+    assert data["minimal"]["curve"] == [[0, 0], *([100 * n, 10 * n] for n in range(1, 6))]
+    assert "triggered by leg4" in page.words  # the smallest belief set of each plan
 
 
 def test_what_failed_the_run_beside_its_tests_is_at_the_top() -> None:
-    report = sample.report(tests=2)
+    report = sample.data(tests=2)
     report["gates"] = {"failed": ["suite rl: plans 80.00 %, at least 90 % asked for"], "improved": ["R1 is triggered"]}
-    report |= {"shard": "2/3", "sessions": [{}, {}], "known_until": {"R3": "2099-12-31"}}
+    session = {"sha256": "", "wall_s": 1.0, "workers": 2, "selected": 1, "reported": 1, "shard": "1/3"}
+    report |= {"shard": "2/3", "sessions": [session, session], "known_until": {"R3": "2099-12-31"}}
     words = _page(report).words
     assert "Failed: suite rl: plans 80.00 %, at least 90 % asked for" in words
     assert "Better than the baseline: R1 is triggered" in words
@@ -108,37 +74,37 @@ def test_what_failed_the_run_beside_its_tests_is_at_the_top() -> None:
 
 
 def test_a_test_has_its_details_in_full() -> None:
-    report = sample.report(("by-hand", "rl"), 40)
+    report = sample.data(("by-hand", "rl"), 40)
     page = _page(report)
-    told = [*details(page, 0), *details(page, 1)]
-    assert [each["nodeid"] for each in told] == [test["nodeid"] for test in report["tests"]]
-    first, found = report["tests"][0], told[0]
-    assert f'pytest "{first["nodeid"]}" --hri-suite=by-hand --hri-seed=0' in found["again"]
-    assert found["run"]["run"].startswith("sensing_timeout_s ")
+    found_details = [*details(page, 0), *details(page, 1)]
+    assert [each["nodeid"] for each in found_details] == [test["nodeid"] for test in report["tests"]]
+    first, found = report["tests"][0], found_details[0]
+    assert f'pytest "{first["nodeid"]}" --hri-suite=by-hand --hri-seed=0' in found["rerun"]
+    assert found["run"].startswith("sensing_timeout_s ")
     assert found["timeline"] == first["timeline"]
     assert [each["name"] for each in found["verdicts"]] == ["R1", "R2", "R3", "R4"]
 
 
 def test_sources_say_how_many_tests_reach_each_line() -> None:
-    report = sample.report(tests=7)
+    report = sample.data(tests=7)
     line = sample.MAP["controller/journal.py"]["statements"].index(58)
     for test in report["tests"]:
         test["code"]["bits"] = ["0x0", "0x0"]
     report["tests"][2]["code"]["bits"] = report["tests"][5]["code"]["bits"] = [hex(1 << line), "0x1"]
     page = _page(report)
     assert f'<a href="#tests/statement/{line}">2</a>' in render(report)
-    assert "58 2 line(58) never went to line 69" in page.words
+    assert "58 2 line(58) branch never taken: to line 69" in page.words
 
 
 @pytest.mark.parametrize("size", [1, 7, 64])
 def test_bits_are_counted_one_by_one(size: int) -> None:
     sets = [(n * 2654435761) % (1 << size) for n in range(40)]
-    assert totals(sets, size) == [sum(each >> bit & 1 for each in sets) for bit in range(size)]
-    assert totals([], size) == [0] * size
+    assert count_bits(sets, size) == [sum(each >> bit & 1 for each in sets) for bit in range(size)]
+    assert count_bits([], size) == [0] * size
 
 
 def test_nothing_is_fetched_from_anywhere() -> None:
-    text = render(sample.report(tests=2))
+    text = render(sample.data(tests=2))
     for _, attributes in Page(text).tags:
         for name in ("src", "href", "action", "data", "srcset"):
             assert (attributes.get(name) or "#").startswith(("#", "data:"))
@@ -148,7 +114,7 @@ def test_nothing_is_fetched_from_anywhere() -> None:
 
 
 def test_links_lead_somewhere() -> None:
-    report = sample.report(("by-hand", "rl"), 60)
+    report = sample.data(("by-hand", "rl"), 60)
     page = Page(render(report))
     data = json.loads(page.scripts["data"])
     ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
@@ -157,19 +123,19 @@ def test_links_lead_somewhere() -> None:
     links = [(attributes["href"] or "")[1:] for tag, attributes in page.tags if tag == "a"]
     assert len(links) > 100
     for link in links:
-        kind, _, rest = link.partition("/")
-        if kind == "tests" and rest:
-            what, *numbers = rest.split("/")
+        kind, _, chosen = link.partition("/")
+        if kind == "tests" and "/" in chosen:
+            what, *numbers = chosen.split("/")
             lists = {"statement": data["statements"], "plan": data["plans"], "verdict": data["requirements"]}
             assert int(numbers[-1]) < len(lists[what])
         else:
-            assert link in known
+            assert link in {*known, "tests/needed", "tests/needless"}
 
 
 def _poisoned(value: Any, key: str = "") -> Any:
     """Every text of the report made evil, but those of which the contract lists the values."""
-    fixed = key in ("schema", "outcome", "verdict", "bits", "by", "timeline", "cross_products", "cross", "status")
-    if fixed:
+    fixed = ("schema", "outcome", "verdict", "bits", "by", "timeline", "cross_products", "cross", "status", "kind")
+    if key in fixed:
         return value
     if isinstance(value, dict):
         return {name: _poisoned(inner, name) for name, inner in value.items()}
@@ -178,22 +144,25 @@ def _poisoned(value: Any, key: str = "") -> Any:
     return EVIL + value if isinstance(value, str) else value
 
 
-def poisoned() -> dict[str, Any]:
-    """A report in which every name is evil."""
-    report = _poisoned(sample.report(tests=3))
-    report["suites"][0]["plans"] = {EVIL: {"covered": [EVIL], "missing": [EVIL], "total": 2}}
+def poisoned() -> Report:
+    """A report in which every name is evil; two have a lone surrogate besides, which has no UTF-8."""
+    report = _poisoned(sample.data(tests=3))
+    plans = {"covered": [EVIL], "missing": [EVIL], "total": 2, "declared": [EVIL], "reached": {}}
+    report["suites"][0]["plans"] = {EVIL: plans}
     report["models"] = {EVIL: {"file": EVIL, "source": f"@a +!b. // {EVIL}", "plans": {EVIL: 1}}}
     report["tests"][0]["plans"] = {EVIL: [EVIL]}
-    report["tests"][0]["concrete"] = {"actions": [{"command": EVIL, "parameters": {EVIL: EVIL}}, EVIL], EVIL: EVIL}
+    report["tests"][0]["concrete"] = {"actions": [{"command": EVIL, "parameters": {EVIL: 1}}], "run": {EVIL: 2}}
     report["requirements"] |= {EVIL: {"title": EVIL, "source": EVIL, "text": EVIL}}
-    report["tests"][0]["requirements"][EVIL] = sample.judged("Failed", 0.1)
+    report["tests"][0]["requirements"][EVIL] = sample.requirement_result("Failed", 0.1)
     report["tests"][1]["timeline"] = {
         "end_s": 3.0,
         "messages": [f"1\t{EVIL}\t{EVIL}\tno JSON {EVIL}"],
         "signals": {EVIL: "0 1 2 0.5"},
         "attempts": {EVIL: "1-2!"},
     }
-    return report
+    typed = sample.typed(report)
+    first = replace(typed.tests[0], id=f"{EVIL}\ud800", failure="\udfff")
+    return replace(typed, testbench=f"{EVIL}\ud800", tests=(first, *typed.tests[1:]))
 
 
 def test_every_text_is_escaped() -> None:
@@ -207,7 +176,7 @@ def test_every_text_is_escaped() -> None:
 
 
 def test_150_tests_stay_under_two_megabytes() -> None:
-    assert len(render(sample.report(tests=150)).encode()) < 2_000_000
+    assert len(render(sample.data(tests=150)).encode()) < 2_000_000
 
 
 def test_a_large_campaign_keeps_details_beside_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -223,32 +192,25 @@ def test_a_large_campaign_keeps_details_beside_the_page(tmp_path: Path, monkeypa
 
 
 def test_long_learning_does_not_bloat_the_page() -> None:
-    report = sample.report(tests=1)
+    report = sample.data(tests=1)
     before = len(render(report))
     report["suites"][0]["generation"]["q_delta"] = [1.0 / n for n in range(1, 50_001)]
     assert len(render(report)) < before + 20_000
 
 
 def test_page_depends_on_the_content_only() -> None:
-    report = sample.report(tests=3)
+    report = sample.data(tests=3)
     assert render(report) == render(json.loads(json.dumps(report, sort_keys=True)))
 
 
-@pytest.mark.parametrize("tests", [0, 1, 3])
-def test_bare_report_has_a_page(tests: int) -> None:
-    page = _page(_bare(sample.report(tests=tests)))
-    assert len(json.loads(page.scripts["data"])["rows"]) == tests
-    assert "The report holds no source text." in page.words
-
-
 def test_report_without_suites_has_a_page() -> None:
-    page = _page({**_bare(sample.report(tests=0)), "suites": []})
+    page = _page(sample.data((), 0))
     assert "No suite was run." in page.words
 
 
 def test_unmeasured_code_is_called_so() -> None:
-    report = sample.report(tests=2)
-    report["code_under_test"] = {"measured": False, "reason": "a debugger owns sys.settrace"}
+    report = sample.data(tests=2)
+    report["code_under_test"] |= {"measured": False, "reason": "a debugger owns sys.settrace"}
     report["suites"][0]["code"] = {"statements": None, "branches": None}
     for test in report["tests"]:
         test["code"] = None
@@ -261,11 +223,10 @@ def test_unmeasured_code_is_called_so() -> None:
 
 
 def test_all_unchecked_and_nothing_learned() -> None:
-    report = sample.report(("pseudorandom",), 2)
+    report = sample.data(("pseudorandom",), 2)
     for test in report["tests"]:
-        test["requirements"] = {name: sample.judged("NC", 0) for name in test["requirements"]}
+        test["requirements"] = {name: sample.requirement_result("NC", 0) for name in test["requirements"]}
         test["timeline"] = None
-    report["suites"][0]["requirements"] = {"R1": {"passed": 0, "failed": 0, "nc": 2, "triggers": 0}}
     page = _page(report)
     data = json.loads(page.scripts["data"])
     assert data["curves"][0]["learning"] == []
@@ -275,18 +236,18 @@ def test_all_unchecked_and_nothing_learned() -> None:
 
 
 def test_tests_that_never_ran_are_pointed_out() -> None:
-    report = sample.report(tests=2)
-    lost = {"outcome": "not-run", "wall_s": None, "sim_s": None, "frozen_s": None, "seed": None, "concrete": None}
+    report = sample.data(tests=2)
+    lost = {"outcome": "not-run", "wall_s": None, "sim_s": 0.0, "frozen_s": 0.0}
     report["tests"][0].update(lost, requirements={}, code=None, legs=[], failure="worker gw1 crashed", timeline=None)
     report.update(reported=1, not_run=1)
     page = _page(report)
     assert "Expected 2 tests, reported 1: 1 test not run or lost" in page.words
-    assert "Needs a look" in page.words
+    assert "Failed or not run" in page.words
     assert details(page)[0]["failure"] == "worker gw1 crashed"
 
 
 def test_q_that_stops_changing_has_a_place_on_a_logarithmic_axis() -> None:
-    report = sample.report(tests=1)
+    report = sample.data(tests=1)
     for changes in ([1.0, 0.1, 0.0, 0.0], [0.0, 0.0], [0.5], [1.0, 5e-324], [1e308, 1e-12]):
         report["suites"][0]["generation"]["q_delta"] = changes
         learned = json.loads(_page(report).scripts["data"])["curves"][0]["learning"]

@@ -8,21 +8,30 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.report.annotations import MOST, commands
-from pytest_hricdv.report.markdown import markdown
+from pytest_hricdv.report import annotations
+from pytest_hricdv.report import markdown as view
+from pytest_hricdv.report.annotations import MOST, Place
 from tests.report import sample
 
 
 def _failing(*names: str) -> dict[str, Any]:
     """A report whose first test failed these requirements, and no other failed any."""
-    report = sample.report(tests=3)
+    report = sample.data(tests=3)
     for number, test in enumerate(report["tests"]):
         failed = names if number == 0 else ()
         test["requirements"] = {
-            name: sample.judged("Failed" if name in failed else "Passed", 1.0) for name in sample.TITLES
+            name: sample.requirement_result("Failed" if name in failed else "Passed", 1.0) for name in sample.TITLES
         }
         test["outcome"] = "failed" if failed else "passed"
     return report
+
+
+def markdown(data: dict[str, Any]) -> str:
+    return view.markdown(sample.typed(data))
+
+
+def commands(data: dict[str, Any], places: dict[str, Place]) -> tuple[str, ...]:
+    return annotations.commands(sample.typed(data), places)
 
 
 def test_it_has_verdicts_coverage_and_what_failed() -> None:
@@ -46,7 +55,7 @@ def test_a_green_run_says_so_and_a_failed_gate_fails_it() -> None:
     assert "Better: R1 is better" in text
 
 
-def test_lost_tests_are_told() -> None:
+def test_lost_tests_are_counted() -> None:
     report = _failing()
     report.update(selected=5, not_run=2)
     assert "**2 tests not run or lost, totals are lower bounds.**" in markdown(report)
@@ -81,7 +90,7 @@ def test_odd_names_break_no_table_and_no_fence(name: str, title: str) -> None:
 
 
 def test_a_campaign_of_failures_stays_small() -> None:
-    report = sample.report(tests=3000)
+    report = sample.data(tests=3000)
     for test in report["tests"]:
         test["outcome"] = "failed"
     text = markdown(report)
@@ -91,7 +100,7 @@ def test_a_campaign_of_failures_stays_small() -> None:
 
 def test_an_annotation_for_each_requirement_with_the_worst_test() -> None:
     report = _failing("R1", "R2")
-    report["tests"][1]["requirements"]["R1"] = sample.judged("Failed", 0.0) | {"margin": -5.0}
+    report["tests"][1]["requirements"]["R1"] = sample.requirement_result("Failed", 0.0) | {"margin": -5.0}
     report["tests"][1]["outcome"] = "failed"
     places = {test["nodeid"]: ("tests/hri/test_table_assembly.py", 8) for test in report["tests"]}
     first, second = commands(report, places)

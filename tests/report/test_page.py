@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.report import write
+from pytest_hricdv.report.files import write
 from tests.report import sample
-from tests.report.test_html import poisoned, with_closure
+from tests.report.test_html import poisoned
 from tests.report.watched import Watched
 
 CUT_OFF = """() => [...document.querySelectorAll("main .scroll:not(.plot)")]
@@ -44,7 +44,7 @@ CONTRAST = """() => {
 @pytest.mark.parametrize("width", [1280, 390])
 def test_every_view_is_legible_on_screens_of_any_kind(browser: Any, tmp_path: Path, scheme: Any, width: int) -> None:
     watched = Watched(browser, viewport={"width": width, "height": 800}, color_scheme=scheme)
-    report = with_closure(sample.report(("by-hand", "rl"), 12))
+    report = sample.data(("by-hand", "rl"), 12)
     page = watched.open(report, tmp_path)
     test = page.evaluate("() => JSON.parse(document.getElementById('data').textContent).rows[0][0]")
     for view in [*VIEWS, f"test/{test}"]:
@@ -60,7 +60,7 @@ def test_every_view_is_legible_on_screens_of_any_kind(browser: Any, tmp_path: Pa
 
 
 def test_plots_have_axes_with_units_and_legends(watched: Watched, tmp_path: Path) -> None:
-    page = watched.open(sample.report(("by-hand", "rl"), 12), tmp_path, "suites")
+    page = watched.open(sample.data(("by-hand", "rl"), 12), tmp_path, "suites")
     assert page.locator("#suites figure svg[aria-label]").count() == 5
     words = page.locator("#suites").text_content()
     for text in ("tests run →", "statements covered (%)", "iteration →", "largest change of Q"):
@@ -86,7 +86,7 @@ def test_without_scripts_everything_but_plots_and_tests_can_be_read(browser: Any
 
 @pytest.mark.parametrize("view", ["summary", "tests"])
 def test_the_header_hides_nothing_of_the_view_that_a_link_leads_to(watched: Watched, tmp_path: Path, view: str) -> None:
-    page = watched.open(sample.report(("by-hand", "rl"), 40), tmp_path, view)
+    page = watched.open(sample.data(("by-hand", "rl"), 40), tmp_path, view)
     page.mouse.wheel(0, 700)
     page.wait_for_function("() => scrollY > 300")
     page.locator(f"nav a[href='#{view}']").click()
@@ -97,7 +97,7 @@ def test_the_header_hides_nothing_of_the_view_that_a_link_leads_to(watched: Watc
 
 
 def test_the_theme_is_chosen_and_kept(watched: Watched, tmp_path: Path) -> None:
-    page = watched.open(sample.report(tests=2), tmp_path)
+    page = watched.open(sample.data(tests=2), tmp_path)
     shade = "() => getComputedStyle(document.body).backgroundColor"
     light = page.evaluate(shade)
     page.get_by_label("Theme").select_option("dark")
@@ -110,8 +110,7 @@ def test_the_theme_is_chosen_and_kept(watched: Watched, tmp_path: Path) -> None:
 
 
 def test_no_name_becomes_a_script(watched: Watched, tmp_path: Path) -> None:
-    report = poisoned()
-    page = watched.open(report, tmp_path)
+    page = watched.open(poisoned(), tmp_path)
     data = page.evaluate("() => JSON.parse(document.getElementById('data').textContent)")
     links = page.evaluate("() => [...document.querySelectorAll('nav a')].map((link) => link.hash.slice(1))")
     for view in [*links, *(f"test/{row[0]}" for row in data["rows"])]:
@@ -127,8 +126,8 @@ def test_no_name_becomes_a_script(watched: Watched, tmp_path: Path) -> None:
 
 
 def _unmeasured() -> dict[str, Any]:
-    report = sample.report(tests=2)
-    report["code_under_test"] = {"measured": False, "reason": "switched off"}
+    report = sample.data(tests=2)
+    report["code_under_test"] |= {"measured": False, "reason": "switched off"}
     report["suites"][0]["code"] = {"statements": None, "branches": None}
     for test in report["tests"]:
         test["code"] = None
@@ -136,24 +135,25 @@ def _unmeasured() -> dict[str, Any]:
 
 
 def _unchecked() -> dict[str, Any]:
-    report = sample.report(tests=2)
+    report = sample.data(tests=2)
     for test in report["tests"]:
-        test["requirements"] = {name: sample.judged("NC", 0) for name in test["requirements"]}
+        test["requirements"] = {name: sample.requirement_result("NC", 0) for name in test["requirements"]}
         test["timeline"] = None
     return report
 
 
-def _bare() -> dict[str, Any]:
-    report = sample.report(tests=2)
+def _without_runs() -> dict[str, Any]:
+    report = sample.data(tests=2)
     for test in report["tests"]:
-        del test["timeline"], test["plans"]
-    return {key: report[key] for key in ("schema", "selected", "reported", "not_run", "suites", "tests")}
+        del test["cross"], test["record_sha256"]
+        test |= {"timeline": None, "plans": {}, "legs": [], "code": None, "outcome": "error", "failure": "no world"}
+    return report
 
 
 @pytest.mark.parametrize(
     "report",
-    [sample.report(tests=0), sample.report((), 0), _unmeasured(), _unchecked(), _bare()],
-    ids=["no tests", "no suites", "unmeasured", "all NC", "bare"],
+    [sample.data(tests=0), sample.data((), 0), _unmeasured(), _unchecked(), _without_runs()],
+    ids=["no tests", "no suites", "unmeasured", "all NC", "no run ended"],
 )
 def test_reports_with_little_in_them_have_quiet_pages(watched: Watched, tmp_path: Path, report: dict[str, Any]) -> None:
     page = watched.open(report, tmp_path)

@@ -10,12 +10,11 @@ from typing import Any
 import pytest
 
 from tests.report import sample
-from tests.report.test_html import with_closure
 from tests.report.watched import Watched, listed
 
 
 def test_the_table_of_tests_is_sorted_and_searched(watched: Watched, tmp_path: Path) -> None:
-    report = sample.report(("by-hand", "rl"), 80)
+    report = sample.data(("by-hand", "rl"), 80)
     page = watched.open(report, tmp_path, "tests")
     listed(page).to_have_count(100)
     page.get_by_role("button", name="More").click()
@@ -41,7 +40,7 @@ def test_the_table_of_tests_is_sorted_and_searched(watched: Watched, tmp_path: P
 
 
 def test_tables_that_come_with_the_page_can_be_sorted(watched: Watched, tmp_path: Path) -> None:
-    page = watched.open(sample.report(tests=60), tmp_path)
+    page = watched.open(sample.data(tests=60), tmp_path)
     table = page.locator("#summary table").first
     column = [int(text) for text in table.locator("tbody td:nth-child(2)").all_inner_texts()]
     table.get_by_role("button", name="Passed").click()
@@ -51,7 +50,7 @@ def test_tables_that_come_with_the_page_can_be_sorted(watched: Watched, tmp_path
 
 
 def test_figures_at_lines_plans_and_verdicts_lead_to_their_tests(watched: Watched, tmp_path: Path) -> None:
-    report = sample.report(tests=30)
+    report = sample.data(tests=30)
     page = watched.open(report, tmp_path, "code")
     page.locator("#code summary").nth(1).click()
     link = page.locator("#code details[open] .source a").nth(40)
@@ -81,7 +80,7 @@ def test_a_test_has_a_page_of_its_own(
 ) -> None:
     if beside:
         monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 1000)
-    report = sample.report(tests=60)
+    report = sample.data(tests=60)
     page = watched.open(report, tmp_path, "tests")
     last = report["tests"][-1]
     page.get_by_role("link", name=last["id"]).click()
@@ -99,12 +98,12 @@ def test_a_test_has_a_page_of_its_own(
     )
     page.go_back()
     page.wait_for_function("id => document.querySelector('#test h2').textContent.includes(id)", arg=last["id"])
-    assert any("details/0001.js" in url for url in watched.asked) == beside
+    assert any("details/0001.js" in url for url in watched.requests) == beside
     assert watched.quiet()
 
 
 def test_a_cell_of_a_heat_map_leads_to_its_tests(watched: Watched, tmp_path: Path) -> None:
-    report = sample.report(tests=30)
+    report = sample.data(tests=30)
     page = watched.open(report, tmp_path, "cross")
     page.wait_for_selector("#cross svg [aria-label=cell] a")
     address = page.locator("#cross svg [aria-label=cell] a").first.get_attribute("href")
@@ -120,7 +119,7 @@ def test_a_cell_of_a_heat_map_leads_to_its_tests(watched: Watched, tmp_path: Pat
 
 def _of_three_coordinates() -> dict[str, Any]:
     """A cross product of 2 x 3 x 2: the model makes "away" impossible but for one test, and "c" illegal with "far"."""
-    report = sample.report(("by-hand", "rl"), 2)
+    report = sample.data(("by-hand", "rl"), 2)
     coordinates = {"mood": ("calm", "away"), "leg": ("a", "b", "c"), "place": ("near", "far")}
     away = [["away", leg, place] for leg in "abc" for place in ("near", "far")]
     report["cross_products"] = {
@@ -170,7 +169,7 @@ def test_a_cell_that_counts_others_through_leads_to_the_tests_of_all_of_them(wat
 
 
 def test_actions_have_their_times(watched: Watched, tmp_path: Path) -> None:
-    report = sample.report(tests=1)
+    report = sample.data(tests=1)
     report["tests"][0]["acted_s"] = [0.0, 6.25]
     page = watched.open(report, tmp_path, "tests")
     page.locator("#tests td a").first.click()
@@ -181,7 +180,7 @@ def test_actions_have_their_times(watched: Watched, tmp_path: Path) -> None:
 
 
 def test_the_smallest_suite_and_what_adds_nothing_are_listed(watched: Watched, tmp_path: Path) -> None:
-    report = with_closure(sample.report(tests=10))
+    report = sample.data(tests=10)
     page = watched.open(report, tmp_path, "closure")
     page.wait_for_selector("#closure figure svg")
     page.get_by_role("link", name="These tests").click()
@@ -198,7 +197,7 @@ def test_details_that_are_not_beside_the_page_are_missed_by_name(
     watched: Watched, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 1000)
-    report = sample.report(tests=3)
+    report = sample.data(tests=3)
     page = watched.open(report, tmp_path, "tests")
     shutil.rmtree(tmp_path / "details")
     page.locator("#tests td a").first.click()
@@ -209,7 +208,7 @@ def test_details_that_are_not_beside_the_page_are_missed_by_name(
 
 
 def test_a_violation_is_marked_where_it_happened(watched: Watched, tmp_path: Path) -> None:
-    report = sample.report(tests=60)
+    report = sample.data(tests=60)
     failed = next(test for test in report["tests"] if test["requirements"]["R3"]["verdict"] == "Failed")
     page = watched.open(report, tmp_path, "requirement/R3")
     page.locator("[id='requirement/R3'] table a", has_text=failed["id"]).first.click()
@@ -221,7 +220,7 @@ def test_a_violation_is_marked_where_it_happened(watched: Watched, tmp_path: Pat
 
 @pytest.mark.parametrize("number", [0, 3])
 def test_a_mark_of_the_margins_leads_to_its_test(watched: Watched, tmp_path: Path, number: int) -> None:
-    page = watched.open(sample.report(tests=4), tmp_path, "requirement/R3")
+    page = watched.open(sample.data(tests=4), tmp_path, "requirement/R3")
     mark = page.locator("[id='requirement/R3'] [data-plot=margins] svg [aria-label=dot] a").nth(number)
     address = mark.get_attribute("href") or mark.get_attribute("xlink:href")
     mark.click()
@@ -232,13 +231,13 @@ def test_a_mark_of_the_margins_leads_to_its_test(watched: Watched, tmp_path: Pat
 
 @pytest.mark.parametrize(("video", "tag"), [("a.mp4", "video"), ("a.gif", "img")])
 def test_a_film_is_shown_with_its_strip(watched: Watched, tmp_path: Path, video: str, tag: str) -> None:
-    report = sample.report(tests=2)
+    report = sample.data(tests=2)
     report["tests"][0]["film"] = {
         "video": f"films/{video}",
         "strip": "films/a.png",
         "seconds": 2.0,
         "frames": 24,
-        "note": "the replay went another way",
+        "note": "the run differs from the recording",
     }
     (tmp_path / "films").mkdir()
     picture = base64.b64decode("R0lGODlhAQABAIAAAAAAAP///yH5BAEAAAAALAAAAAABAAEAAAIBRAA7")
@@ -248,5 +247,5 @@ def test_a_film_is_shown_with_its_strip(watched: Watched, tmp_path: Path, video:
     page.locator("#tests td a").first.click()
     assert page.locator("#test a img").get_attribute("src") == "films/a.png"
     assert page.locator(f"#test {tag}.film").last.get_attribute("src") == f"films/{video}"
-    assert "the replay went another way" in page.locator("#test").inner_text()
+    assert "the run differs from the recording" in page.locator("#test").inner_text()
     assert watched.quiet()

@@ -7,24 +7,28 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pytest_hricdv.report import header, summary
-from pytest_hricdv.report.line import Line, fit, listing, pad, visible, width
+from pytest_hricdv.report.formatting import Line, fit, listing, pad, visible, width
+from pytest_hricdv.report.terminal import header, summary
 from tests.report import sample
 
 WHERE = Path("hri-report")
 
 
-def _text(report: dict[str, Any], columns: int = 80) -> str:
-    return "\n".join(line.text for line in summary(report, WHERE, columns))
+def _lines(data: dict[str, Any], columns: int = 80) -> tuple[Line, ...]:
+    return summary(sample.typed(data), WHERE, columns)
 
 
-def _line(report: dict[str, Any], start: str) -> Line:
-    return next(line for line in summary(report, WHERE, 100) if line.text.strip().startswith(start))
+def _text(data: dict[str, Any], columns: int = 80) -> str:
+    return "\n".join(line.text for line in _lines(data, columns))
+
+
+def _line(data: dict[str, Any], start: str) -> Line:
+    return next(line for line in _lines(data, 100) if line.text.strip().startswith(start))
 
 
 def _unmeasured() -> dict[str, Any]:
-    report = sample.report(tests=0)
-    report["code_under_test"] = {"measured": False, "reason": "a debugger owns sys.settrace"}
+    report = sample.data(tests=0)
+    report["code_under_test"] |= {"measured": False, "reason": "a debugger owns sys.settrace", "files": []}
     report["suites"][0]["code"] = {"statements": None, "branches": None}
     return report
 
@@ -35,8 +39,8 @@ def test_header_says_what_will_run() -> None:
     assert header([], 0, 1, "table") == "hri: table, suites none, seed 0, 1 test"
 
 
-def test_summary_tells_verdicts_coverage_learning_and_time() -> None:
-    report = sample.report(tests=134)
+def test_summary_shows_verdicts_coverage_learning_and_time() -> None:
+    report = sample.data(tests=134)
     counts = report["suites"][0]["requirements"]["R2"]
     row = _line(report, "R2")
     assert row.text.split()[-5:-1] == [str(counts[key]) for key in ("passed", "failed", "nc", "triggers")]
@@ -50,11 +54,11 @@ def test_summary_tells_verdicts_coverage_learning_and_time() -> None:
     assert "expected 134, reported 134" in _text(report)
     assert "with 2 workers" in _line(report, "simulated").text
     assert "times real time" in _line(report, "simulated").text
-    assert summary(report, WHERE)[-1].text == f"report: {WHERE / 'index.html'}"
+    assert _lines(report)[-1].text == f"report: {WHERE / 'index.html'}"
 
 
 def test_known_violations_are_marked_with_their_reason_and_others_are_bad() -> None:
-    report = sample.report(tests=134)
+    report = sample.data(tests=134)
     assert " known" in _line(report, "R3").text
     assert _line(report, "R3").style == "warn"
     assert _line(report, "R3 is known to fail").text.endswith("no crush prevention")
@@ -64,16 +68,17 @@ def test_known_violations_are_marked_with_their_reason_and_others_are_bad() -> N
 
 
 def test_unchecked_requirement_is_neither_good_nor_bad() -> None:
-    report = sample.report(tests=1)
-    report["suites"][0]["requirements"]["R1"] = {"passed": 0, "failed": 0, "nc": 1, "triggers": 0}
+    report = sample.data(tests=1)
+    report["suites"][0]["requirements"]["R1"] |= {"passed": 0, "failed": 0, "nc": 1, "triggers": 0}
     assert _line(report, "R1").style == "dim"
     assert _line(report, "NC: not checked").text.endswith("  R1: no test triggered it")
 
 
 def test_requirements_are_counted_as_people_count() -> None:
-    report = sample.report(tests=1)
-    report["suites"][0]["requirements"]["R10"] = {"passed": 1, "failed": 0, "nc": 0, "triggers": 1}
-    names = [line.text.split()[0] for line in summary(report, WHERE) if line.text.strip().startswith("R")]
+    report = sample.data(tests=1)
+    counts = report["suites"][0]["requirements"]
+    counts["R10"] = counts["R1"]
+    names = [line.text.split()[0] for line in _lines(report) if line.text.strip().startswith("R")]
     assert names == ["R1", "R2", "R3", "R4", "R10"]
 
 
@@ -85,14 +90,14 @@ def test_unmeasured_code_is_called_so_with_the_reason() -> None:
 
 
 def test_what_is_not_covered_is_listed_without_the_waived() -> None:
-    assert _line(sample.report(), "controller/journal.py").text.split(maxsplit=1)[1] == "61, 70"
-    lines = summary(sample.report(), WHERE, 100)
+    assert _line(sample.data(), "controller/journal.py").text.split(maxsplit=1)[1] == "61, 70"
+    lines = _lines(sample.data(), 100)
     (above,) = [number for number, line in enumerate(lines) if line.text.strip().startswith("controller/journal.py")]
     assert lines[above + 1].text.strip() == "branches 69->exit"
 
 
 def test_lost_tests_are_counted_and_named() -> None:
-    report = sample.report(tests=5)
+    report = sample.data(tests=5)
     report.update(selected=9, reported=5, not_run=4, not_run_tests=[f"tests/t.py::t[{n}]" for n in range(4)])
     assert _line(report, "expected").text == "expected 9, reported 5: 4 tests not run or lost, totals are lower bounds"
     assert _line(report, "expected").style == "bad"
@@ -101,20 +106,20 @@ def test_lost_tests_are_counted_and_named() -> None:
 
 
 def test_more_results_than_tests_is_bad_too() -> None:
-    report = sample.report(tests=2)
+    report = sample.data(tests=2)
     report["selected"] = 1
     assert _line(report, "expected").style == "bad"
 
 
 def test_a_test_far_slower_than_the_rest_is_named() -> None:
-    report = sample.report(tests=20)
+    report = sample.data(tests=20)
     assert "slowest" not in _text(report)
     report["tests"][3]["wall_s"] = 60.0
     assert _line(report, "slowest").text == f"slowest: 60.0 s {report['tests'][3]['id']}"
 
 
 def test_nothing_of_a_name_can_colour_the_terminal() -> None:
-    report = sample.report(("\x1b[31mred\u202e",), 1)
+    report = sample.data(("\x1b[31mred\u202e",), 1)
     assert "suite \\x1b[31mred\\u202e" in _text(report)
 
 
@@ -134,12 +139,13 @@ NAMES = st.text(st.characters(exclude_categories=[]), max_size=60)
 def test_every_line_fits(
     name: str, file: str, reason: str, number: int, wall_s: float, lines: list[int], columns: int
 ) -> None:
-    report = sample.report((name,), 2)
+    report = sample.data((name,), 2)
     report.update(wall_s=wall_s, selected=number, known_violations={"R3": reason}, not_run_tests=[name, file])
-    report["suites"][0]["requirements"]["R3"] = {"passed": number, "failed": 1, "nc": number, "triggers": number}
-    report["suites"][0]["plans"] = {name: {"covered": [], "missing": [file] * 20, "total": number}}
+    report["suites"][0]["requirements"]["R3"] |= {"passed": number, "failed": 1, "nc": number, "triggers": number}
+    plans = {"covered": [], "missing": [file] * 20, "total": number, "declared": [], "reached": {}}
+    report["suites"][0]["plans"] = {name: plans}
     report["code_under_test"]["files"][0].update(file=file, missing_lines=lines)
-    for line in summary(report, WHERE, columns)[:-1]:
+    for line in _lines(report, columns)[:-1]:
         assert width(line.text) <= columns
         assert "\n" not in line.text
 
@@ -152,7 +158,7 @@ def test_padded_text_has_exactly_its_columns(text: str, columns: int) -> None:
     assert width(pad(shown, columns)) == columns
 
 
-def test_a_listing_tells_how_many_it_leaves_out() -> None:
+def test_a_listing_says_how_many_it_leaves_out() -> None:
     items = [f"plan{n}" for n in range(1, 13)]
     assert listing(items, 90) == ", ".join(items)
     assert listing(items, 34) == "plan1, plan2, plan3, and 9 more"
@@ -161,7 +167,7 @@ def test_a_listing_tells_how_many_it_leaves_out() -> None:
 
 
 def test_no_requirements_and_a_single_worker() -> None:
-    report = sample.report(tests=1)
+    report = sample.data(tests=1)
     report["suites"][0]["requirements"] = {}
     report["workers"] = 1
     report["suites"][0]["generation"].update(converged_at=None, cached=True)
@@ -172,21 +178,22 @@ def test_no_requirements_and_a_single_worker() -> None:
 
 
 def test_many_places_are_cut_with_their_number() -> None:
-    report = sample.report(tests=1)
+    report = sample.data(tests=1)
     report["code_under_test"]["files"] = [
-        {"file": f"controller/m{n}.py", "statements": 2, "covered": 1, "missing_lines": [1]} for n in range(20)
+        {"file": f"controller/m{n}.py", "statements": 2, "covered": 1, "missing_lines": [1], "missing_branches": []}
+        for n in range(20)
     ]
     assert "... and 15 more places: see the report" in _text(report)
 
 
 @pytest.mark.parametrize("tests", [0, 1])
 def test_small_sessions_read_sensibly(tests: int) -> None:
-    report = sample.report(tests=tests)
+    report = sample.data(tests=tests)
     assert f"expected {tests}, reported {tests}" in _text(report)
     assert ("tests: nothing run" in _text(report)) == (tests == 0)
 
 
 def test_how_the_world_was_simulated_is_said_with_the_suite() -> None:
-    report = sample.report(tests=134)
+    report = sample.data(tests=134)
     report["suites"][0]["fidelity"] = "kinematic"
     assert "suite rl, seed 0: 134 tests, kinematic simulation" in _text(report)

@@ -5,26 +5,28 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv.report import write
+from pytest_hricdv.report.files import write
+from pytest_hricdv.results.model import Report
+from tests.report import sample
 
 
 class Watched:
-    """A page, and everything that it complained of or asked for."""
+    """A page, and every error, message and request of it."""
 
     def __init__(self, browser: Any, **options: Any) -> None:
         context = browser.new_context(offline=True, reduced_motion="reduce", **options)
         context.set_default_timeout(20_000)
         self.page = context.new_page()
-        self.complaints: list[str] = []
-        self.asked: list[str] = []
-        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on("console", lambda message: self.complaints.append(message.text))
-        self.page.on("dialog", lambda dialog: self.complaints.append(f"dialog: {dialog.message}"))
-        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.errors: list[str] = []
+        self.requests: list[str] = []
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.on("console", lambda message: self.errors.append(message.text))
+        self.page.on("dialog", lambda dialog: self.errors.append(f"dialog: {dialog.message}"))
+        self.page.on("request", lambda request: self.requests.append(request.url))
 
-    def open(self, report: dict[str, Any], folder: Path, view: str = "summary") -> Any:
+    def open(self, report: dict[str, Any] | Report, folder: Path, view: str = "summary") -> Any:
         """Write the report, open its page at a view, and wait until it is ready."""
-        write(report, folder)
+        write(report if isinstance(report, Report) else sample.typed(report), folder)
         self.page.goto(f"file://{folder}/index.html#{view}")
         self.page.wait_for_selector("html[data-ready]", state="attached")
         return self.page
@@ -40,9 +42,9 @@ class Watched:
         self.page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
     def quiet(self) -> bool:
-        """Whether nothing was complained of, and nothing asked for but files beside the page."""
-        assert self.complaints == []
-        assert all(url.startswith(("file:", "data:", "blob:")) for url in self.asked), self.asked
+        """Whether there was no error or message, and no request but for files beside the page."""
+        assert self.errors == []
+        assert all(url.startswith(("file:", "data:", "blob:")) for url in self.requests), self.requests
         return True
 
 

@@ -1,12 +1,12 @@
-// Cross products as heat maps; of one with more than two coordinates, two are chosen and the others are counted through.
+// Cross products as heat maps; with more than two coordinates, two are chosen and the others are summed over.
 
-/** The bin of coordinate `n` in a combination: combinations are numbered through, the last coordinate's bins fastest. */
+/** The bin of coordinate `n` in a combination: combinations are numbered, the last coordinate's bins fastest. */
 function binAlong(product, combination, n) {
   const step = product.coordinates.slice(n + 1).reduce((all, [, bins]) => all * bins.length, 1);
   return Math.floor(combination / step) % product.coordinates[n][1].length;
 }
 
-/** Cells of a heat map: a product looked at along coordinates `x` and `y` (y is null where there is only one). */
+/** Cells of a heat map: a product along coordinates `x` and `y` (y is null where there is only one). */
 function heatCells(product, suite, x, y) {
   const kinds = product.coordinates, cells = new Map();
   const along = (bin, n) => (n === null ? 0 : binAlong(product, bin, n));
@@ -19,14 +19,14 @@ function heatCells(product, suite, x, y) {
   for (let bin = 0; bin < all; bin++) {
     const key = along(bin, x) + "/" + along(bin, y);
     if (!cells.has(key)) {
-      cells.set(key, { x: kinds[x][1][along(bin, x)], y: y === null ? "" : kinds[y][1][along(bin, y)], href: "#tests/bin/" + [DATA.cross.indexOf(product), x, along(bin, x), ...(y === null ? [] : [y, along(bin, y)])].join("/"), open: 0, illegal: 0, hit: 0, tests: 0, why: new Set() });
+      cells.set(key, { x: kinds[x][1][along(bin, x)], y: y === null ? "" : kinds[y][1][along(bin, y)], href: "#tests/bin/" + [DATA.cross.indexOf(product), x, along(bin, x), ...(y === null ? [] : [y, along(bin, y)])].join("/"), open: 0, illegal: 0, hit: 0, tests: 0, reasons: new Set() });
     }
     const cell = cells.get(key), closed = product.closed.find(([, , bits]) => hasBit(bits, bin)), tests = hits.get(bin) || 0;
     cell.tests += tests;
     if (closed && closed[0] === "illegal" && tests) cell.illegal += 1;
-    // What the model makes impossible and a test without a model hits all the same is possible: as the totals have it.
+    // A bin that the model makes impossible but a test hits is possible; the totals count it so, too.
     if (closed && (closed[0] === "illegal" || !tests)) {
-      cell.why.add(closed[0] + ": " + closed[1]);
+      cell.reasons.add(closed[0] + ": " + closed[1]);
     } else {
       cell.open += 1;
       cell.hit += tests ? 1 : 0;
@@ -51,8 +51,8 @@ function heatPlot(width, product, suite, x, y) {
   const longest = (n) => (n === null ? 0 : Math.max(...kinds[n][1].map((bin) => bin.length)));
   const marginLeft = Math.min(200, 30 + 7 * longest(y)), columns = kinds[x][1].length;
   const slanted = longest(x) * 7.5 > (width - marginLeft - 20) / columns, marginRight = slanted ? 20 + 4 * longest(x) : 20;
-  const told = (cell) => visible([kinds[x][0] + " " + cell.x, y === null ? "" : kinds[y][0] + " " + cell.y,
-    cell.hit + " of " + cell.open + " possible hit, in " + cell.tests + " tests", ...cell.why].filter(Boolean).join("\n"));
+  const tooltip = (cell) => visible([kinds[x][0] + " " + cell.x, y === null ? "" : kinds[y][0] + " " + cell.y,
+    cell.hit + " of " + cell.open + " possible hit, in " + cell.tests + " tests", ...cell.reasons].filter(Boolean).join("\n"));
   return Plot.plot(plain(Math.max(width, marginLeft + 44 * columns + marginRight), {
     ariaLabel: "Heat map of " + product.name, marginLeft, marginRight, marginTop: slanted ? 30 + 5 * longest(x) : 40,
     height: 60 + (slanted ? 5 * longest(x) : 0) + 34 * (y === null ? 1 : kinds[y][1].length), marginBottom: 10,
@@ -60,10 +60,10 @@ function heatPlot(width, product, suite, x, y) {
     x: { label: visible(kinds[x][0]), domain: kinds[x][1], axis: "top", tickRotate: slanted ? -40 : 0, tickFormat: visible },
     y: { label: y === null ? null : visible(kinds[y][0]), domain: y === null ? [""] : kinds[y][1], tickFormat: visible },
     marks: [
-      Plot.cell(cells, { x: "x", y: "y", fill: (cell) => cell.look.fill, stroke: (cell) => cell.look.stroke, title: told, href: (cell) => (cell.tests ? cell.href : null) }),
-      // A click on the figure is one on the cell below it.
+      Plot.cell(cells, { x: "x", y: "y", fill: (cell) => cell.look.fill, stroke: (cell) => cell.look.stroke, title: tooltip, href: (cell) => (cell.tests ? cell.href : null) }),
+      // A click on the number is a click on the cell below it.
       Plot.text(cells, { x: "x", y: "y", text: (cell) => cell.look.text, fill: "var(--ink)", pointerEvents: "none" }),
-      Plot.tip(cells, Plot.pointer({ x: "x", y: "y", title: told, fill: "var(--card)" })),
+      Plot.tip(cells, Plot.pointer({ x: "x", y: "y", title: tooltip, fill: "var(--card)" })),
     ],
   }));
 }
@@ -93,7 +93,7 @@ function heatMap(product) {
       names.length > 2 && [h("label", {}, "down ", down), h("label", {}, "across ", across)]),
     place,
     h("p", { class: "soft small" },
-      names.length > 2 ? "Figures: combinations hit of those possible, of all other coordinates. " : "Figures: tests. ",
+      names.length > 2 ? "Numbers: combinations hit of those possible, over all other coordinates. " : "Numbers: tests. ",
       "Outlined: not hit. –: impossible or illegal. !: illegal, and hit. ", product.proof));
 }
 

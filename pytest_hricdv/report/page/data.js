@@ -1,11 +1,11 @@
-// What the page knows of all tests, and how it gets at a single one's details.
+// The data of all tests, and loading of a single test's details.
 
 const DATA = JSON.parse(document.getElementById("data").textContent);
 
 const TESTS = DATA.rows.map((row, number) => ({
   number,
   anchor: row[0], id: row[1], suite: row[2], outcome: row[3], verdicts: row[4], triggers: row[5], margins: row[6],
-  legs: row[7], percent: row[8], sim: row[9], beliefs: row[10], code: row[11], plans: row[12],
+  outcomes: row[7], percent: row[8], sim: row[9], beliefs: row[10], code: row[11], plans: row[12],
   text: [row[1], DATA.suites[row[2]], DATA.outcomeWords[row[3]], row[7].join(" "), row[10]].join(" ").toLowerCase(),
 }));
 
@@ -20,7 +20,7 @@ function hasBit(hex, n) {
 const packs = new Map();
 const arrivals = new Map();
 
-// A page that is opened from a disk may fetch no file, but may run one.
+// A page opened from disk must not fetch files, but may run scripts.
 window.hricdvPack = (number, text) => arrivals.get(number)(text);
 
 function load(number) {

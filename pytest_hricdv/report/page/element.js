@@ -1,4 +1,4 @@
-// Elements are made of text nodes only, so that no name in a report can become a tag.
+// Elements get their text as text nodes only, so that no name in a report can become a tag.
 
 const INVISIBLE = /[\p{Cc}\p{Cf}\p{Cs}\p{Zl}\p{Zp}]/gu;
 
@@ -8,7 +8,7 @@ function visible(text) {
     char === "\n" || char === "\t" ? char : "\\u{" + char.codePointAt(0).toString(16) + "}");
 }
 
-/** An element; children are elements, texts, or lists of them; what is null or false is left out. */
+/** An element; children are elements, texts, or lists of them; null and false are left out. */
 function h(tag, attributes, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes || {})) {
@@ -21,6 +21,10 @@ function h(tag, attributes, ...children) {
     element.append(child instanceof Node ? child : visible(child));
   }
   return element;
+}
+
+function capitalized(text) {
+  return text.charAt(0).toUpperCase() + text.slice(1);
 }
 
 function percent(value) {
@@ -40,10 +44,10 @@ function outcomeBadge(outcome) {
   return h("span", { class: "badge " + (OUTCOME_CLASS[outcome] || "") }, DATA.outcomeWords[outcome]);
 }
 
-const VERDICTS = { P: ["✓", "Passed", "good"], F: ["✗", "Failed", "evil"], N: ["NC", "NC: not checked", "soft"] };
+const VERDICTS = { P: ["✓", "Passed", "positive"], F: ["✗", "Failed", "negative"], N: ["NC", "NC: not checked", "soft"] };
 
 function verdictMark(letter) {
-  const [sign, title, style] = VERDICTS[letter] || ["-", "not watched", "soft"];
+  const [sign, title, style] = VERDICTS[letter] || ["-", "not monitored", "soft"];
   return h("span", { class: style, title }, sign);
 }
 

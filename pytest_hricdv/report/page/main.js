@@ -1,4 +1,4 @@
-// Which page is shown: the part of the address after "#", as in "requirement/R1" or "test/0a1b2c3d4e".
+// Navigation: the part of the address after "#" says which page is shown, as in "requirement/R1" or "test/0a1b2c3d4e".
 
 const views = [...document.querySelectorAll(".view")];
 const opened = new Set();
@@ -38,13 +38,13 @@ function chooseTheme(scheme) {
 
 function startTheme() {
   const choice = document.getElementById("theme");
-  let kept = null;
-  try { kept = localStorage.getItem("hricdv-theme"); } catch { /* a page on a disk may have no storage */ }
-  if (kept) { choice.value = kept; chooseTheme(kept); }
+  let saved = null;
+  try { saved = localStorage.getItem("hricdv-theme"); } catch { /* a page opened from disk may have no storage */ }
+  if (saved) { choice.value = saved; chooseTheme(saved); }
   choice.closest("label").hidden = false;
   choice.addEventListener("change", () => {
     chooseTheme(choice.value);
-    try { localStorage.setItem("hricdv-theme", choice.value); } catch { /* chosen for now only */ }
+    try { localStorage.setItem("hricdv-theme", choice.value); } catch { /* not kept */ }
   });
 }
 

@@ -1,4 +1,4 @@
-// Plots are made when their page is first looked at, as wide as their place, and again when that changes.
+// Plots are made when their page is first shown, as wide as their place, and again when the width changes.
 
 const COLOURS = ["var(--c0)", "var(--c1)", "var(--c2)", "var(--c3)", "var(--c4)", "var(--c5)"];
 const DASHES = ["", "7 3", "2 3", "9 3 2 3", "4 2", "1 2"];
@@ -6,7 +6,7 @@ const DASHES = ["", "7 3", "2 3", "9 3 2 3", "4 2", "1 2"];
 const colourOf = (n) => COLOURS[n % COLOURS.length];
 const dashOf = (n) => DASHES[n % DASHES.length];
 
-/** Draws `make(width)` into a place now and whenever its width changes. Nothing is drawn where it gives null. */
+/** Draws `make(width)` into a place now and whenever its width changes. Nothing is drawn if it returns null. */
 function drawn(place, make) {
   let width = 0;
   const box = h("div", { class: "plot" });
@@ -43,15 +43,15 @@ function legend(items) {
   }));
 }
 
-/** Line plot of `series` [{name, points, n, note, curve}] with axes; the legend goes below. Null where there is nothing. */
-function linePlot(place, series, x, y, told) {
+/** Line plot of `series` [{name, points, n, note, curve}] with axes and a legend below. */
+function linePlot(place, series, x, y, label) {
   const kept = series.filter((each) => each.points.length);
   if (!kept.length) {
-    place.append(h("p", { class: "soft" }, "Nothing to plot: no figures of this."));
+    place.append(h("p", { class: "soft" }, "Nothing to plot: the report has no such data."));
     return;
   }
   drawn(place, (width) => Plot.plot(plain(width, {
-    ariaLabel: told, x, y: { grid: true, ...y },
+    ariaLabel: label, x, y: { grid: true, ...y },
     marks: kept.flatMap((each) => [
       Plot.line(each.points, { x: "0", y: "1", stroke: colourOf(each.n), strokeDasharray: dashOf(each.n), strokeWidth: 2, curve: each.curve || "linear" }),
       each.points.length > 12 || each.curve ? null :
@@ -62,7 +62,7 @@ function linePlot(place, series, x, y, told) {
   place.append(legend(kept.map((each) => [each.name, colourOf(each.n), dashOf(each.n), each.note])));
 }
 
-/** Per cent from the ten below the lowest value: the differences between suites lie in the upper part. */
+/** Per cent from the multiple of ten below the lowest value: suites differ in the upper part. */
 function percentDomain(series) {
   const least = Math.min(...series.flatMap((each) => each.points.map((point) => point[1])));
   const low = Math.floor((least - 2) / 10) * 10;

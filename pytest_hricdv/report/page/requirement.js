@@ -1,4 +1,4 @@
-// A requirement's plots: when it was triggered, and how near to a violation each test came.
+// A requirement's plots: when it was triggered, and the margin of each test.
 
 const MARKS = { P: ["passed", "circle", "var(--ok-mark)"], F: ["failed", "times", "var(--bad-mark)"] };
 
@@ -12,11 +12,11 @@ function triggersPlot(place, n) {
   Object.entries(triggers.suites).forEach(([suite, counts]) => counts.forEach((count, bin) => {
     if (count) bars.push({ suite: DATA.suites.indexOf(suite), from: bin * width_s, to: (bin + 1) * width_s, count });
   }));
-  const told = (bar) => visible(DATA.suites[bar.suite]) + ": " + bar.count + " from " + bar.from + " to " + bar.to + " s";
+  const tooltip = (bar) => visible(DATA.suites[bar.suite]) + ": " + bar.count + " from " + bar.from + " to " + bar.to + " s";
   drawn(place, (width) => Plot.plot(plain(width, {
     ariaLabel: "Triggers over time", x: { label: "simulated time (s)" }, y: { label: "triggers, all tests", grid: true },
     marks: [
-      Plot.rectY(bars, Plot.stackY({ x1: "from", x2: "to", y: "count", order: "suite", fill: (bar) => colourOf(bar.suite), title: told, tip: { fill: "var(--card)" } })),
+      Plot.rectY(bars, Plot.stackY({ x1: "from", x2: "to", y: "count", order: "suite", fill: (bar) => colourOf(bar.suite), title: tooltip, tip: { fill: "var(--card)" } })),
       Plot.ruleY([0]),
     ],
   })));
@@ -27,7 +27,7 @@ function triggersPlot(place, n) {
 function marginsPlot(place, n) {
   const dots = TESTS.filter((test) => test.margins[n] !== null && test.verdicts[n] in MARKS).map((test) => ({
     test, margin: test.margins[n], letter: test.verdicts[n],
-    // Spread over the height of the suite's strip by the golden ratio: even, and the same each time.
+    // Spread over the height of the suite's strip by the golden ratio: even and deterministic.
     y: test.suite + 0.7 * ((test.number * 0.618034) % 1 - 0.5),
   }));
   if (!dots.length) {
@@ -45,7 +45,7 @@ function marginsPlot(place, n) {
       Plot.ruleX([0], { strokeDasharray: "3 3" }),
       Object.entries(MARKS).map(([letter, [, symbol, colour]]) => Plot.dot(dots.filter((dot) => dot.letter === letter), {
         x: "margin", y: "y", symbol, stroke: colour, r: 3.5, strokeWidth: 1.5, href: (dot) => "#test/" + dot.test.anchor,
-        pointerEvents: "all", // also the inside of a circle is it
+        pointerEvents: "all", // the inside of a circle, too
       })),
       Plot.tip(dots, Plot.pointer({ x: "margin", y: "y", title: (dot) => visible(dot.test.id) + "\nmargin " + dot.margin, fill: "var(--card)" })),
     ],

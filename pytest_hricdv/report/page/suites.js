@@ -1,4 +1,4 @@
-// Suites compared: coverage of each test, closure, and what learning did.
+// Suites compared: coverage of each test, closure, and learning.
 
 const suiteSeries = (points, note) =>
   DATA.curves.map((curve, n) => ({ name: DATA.suites[n], n, points: points(curve, n), note: note && note(curve, n) }));

@@ -1,4 +1,4 @@
-// Tables that can be sorted, searched and turned over page by page.
+// Tables that can be sorted, searched and paged.
 
 const PAGE_ROWS = 100;
 
@@ -15,12 +15,12 @@ class Table {
     this.page = 0;
     this.head = h("tr");
     this.body = h("tbody");
-    this.told = h("span", { class: "soft small", "aria-live": "polite", id: "shown" });
+    this.count = h("span", { class: "soft small", "aria-live": "polite", id: "shown" });
     this.back = h("button", { type: "button", onclick: () => this.turn(-1) }, "Back");
-    this.on = h("button", { type: "button", onclick: () => this.turn(1) }, "More");
+    this.forward = h("button", { type: "button", onclick: () => this.turn(1) }, "More");
     this.element = h("div", { class: "turned" },
       h("div", { class: "card scroll flat" }, h("table", { class: "list" }, h("thead", {}, this.head), this.body)),
-      h("p", { class: "pager" }, this.told, this.back, this.on));
+      h("p", { class: "pager" }, this.count, this.back, this.forward));
   }
 
   turn(pages) {
@@ -46,9 +46,9 @@ class Table {
       h("tr", {}, this.columns.map((column) => h("td", { class: column.style }, column.cell(row))))));
     const range = rows.length > PAGE_ROWS ? (first + 1) + " to " + (first + shown.length) + " of " : "";
     const all = rows.length < this.rows.length ? " of " + this.rows.length : "";
-    this.told.textContent = range + rows.length + all + (this.rows.length === 1 ? " test" : " tests");
+    this.count.textContent = range + rows.length + all + (this.rows.length === 1 ? " test" : " tests");
     this.back.hidden = this.page === 0;
-    this.on.hidden = first + shown.length >= rows.length;
+    this.forward.hidden = first + shown.length >= rows.length;
   }
 
   heading(column, number) {
@@ -59,7 +59,7 @@ class Table {
   }
 }
 
-/** Sorts in place; what has no value (null) stays at the end either way. */
+/** Sorts in place; rows without a value (null) stay at the end either way. */
 function sortRows(rows, value, descending) {
   const sign = descending ? -1 : 1;
   const keyed = rows.map((row, place) => ({ row, place, key: value(row) }));
@@ -71,7 +71,7 @@ function sortRows(rows, value, descending) {
   keyed.forEach((each, place) => { rows[place] = each.row; });
 }
 
-/** Lets the tables that came with the page be sorted by a click on a heading. */
+/** Makes a table of the page's HTML sortable by a click on a heading. */
 function makeSortable(table) {
   const body = table.tBodies[0];
   [...table.tHead.rows[0].cells].forEach((heading, column) => {

@@ -1,4 +1,4 @@
-// The page of a test: from its beliefs to what happened, and how to have it again.
+// The page of a test: from its beliefs to what happened, and how to run it again.
 
 function section(title, ...children) {
   return h("section", { class: "card" }, h("h3", {}, title), children);
@@ -18,7 +18,7 @@ function chips(names) {
 }
 
 function verdictTable(verdicts) {
-  return h("table", { class: "judged" }, h("thead", {}, h("tr", {}, ["", "Verdict", "Attempts", "Least margin"].map((each) => h("th", {}, each)))),
+  return h("table", { class: "verdicts" }, h("thead", {}, h("tr", {}, ["", "Verdict", "Attempts", "Least margin"].map((each) => h("th", {}, each)))),
     h("tbody", {}, verdicts.map((verdict) => h("tr", {},
       h("td", {}, h("a", { href: "#requirement/" + encodeURIComponent(verdict.name) }, verdict.name)),
       h("td", { class: "nowrap" }, verdictMark(verdict.verdict === "NC" ? "N" : verdict.verdict[0]), " ", verdict.verdict === "NC" ? "" : verdict.verdict),
@@ -28,7 +28,7 @@ function verdictTable(verdicts) {
       h("td", { class: "small nowrap" }, verdict.margin || "-")))));
 }
 
-/** Abstract and concrete test side by side: what the human does, and with which figures. */
+/** Abstract and concrete test side by side: what the human does, and with which parameters. */
 function actionTable(found) {
   const count = Math.max(found.abstract.length, found.actions.length);
   if (!count) return h("p", { class: "soft" }, "No action.");
@@ -38,8 +38,7 @@ function actionTable(found) {
     const concrete = abstract === name || !name ? parameters : name + " " + parameters;
     return h("tr", {}, h("td", { class: "n soft" }, n + 1), times && h("td", { class: "n soft" }, n < found.acted.length ? seconds(found.acted[n]) : "not done"), h("td", { class: "mono" }, abstract || "-"), h("td", { class: "mono wide" }, concrete));
   });
-  const run = Object.entries(found.run).map(([name, text]) =>
-    h("tr", {}, h("td"), times && h("td"), h("td", { class: "soft" }, name), h("td", { class: "mono wide" }, text)));
+  const run = h("tr", {}, h("td"), times && h("td"), h("td", { class: "soft" }, "run"), h("td", { class: "mono wide" }, found.run));
   return h("table", { class: times ? "actions timed" : "actions" }, h("thead", {}, h("tr", {}, h("th", { class: "n" }, ""), times && h("th", { class: "n" }, "At"), h("th", {}, "Abstract test"), h("th", {}, "Concrete test"))), h("tbody", {}, rows, run));
 }
 
@@ -55,7 +54,7 @@ function filmView(film) {
 function shrunkView(shrunk) {
   if (shrunk.note) return section(shrunk.requirement + " was not shrunk", h("p", {}, shrunk.note));
   return section(shrunk.requirement + " with " + shrunk.abstract.length + " of " + shrunk.from + " actions",
-    h("ol", { class: "mono" }, shrunk.abstract.map((line) => h("li", {}, line))), shrunk.again && command(shrunk.again));
+    h("ol", { class: "mono" }, shrunk.abstract.map((line) => h("li", {}, line))), shrunk.rerun && command(shrunk.rerun));
 }
 
 function neighbours(test) {
@@ -68,7 +67,7 @@ function testView(test, found) {
     [h("h4", {}, agent + " (" + labels.length + ")"), chips(labels)]);
   return [
     h("p", { class: "small soft" }, found.aim && found.aim + " · ", h("span", { class: "mono" }, found.nodeid)),
-    found.repeats > 0 && h("p", { class: "notice mild" }, "Its runs differ: of " + (found.repeats + 1) + ", the worst is shown."),
+    found.repeats > 0 && h("p", { class: "notice mild" }, "The " + (found.repeats + 1) + " runs of this test differ; the worst is shown."),
     found.failure && section("Failure", h("pre", {}, found.failure)),
     found.replayed && h("p", { class: "notice mild" }, found.replayed),
     section("Verdicts", h("div", { class: "scroll" }, verdictTable(found.verdicts))),
@@ -79,7 +78,7 @@ function testView(test, found) {
       h("li", {}, section("What the human does", h("div", { class: "scroll" }, actionTable(found)))),
       h("li", {}, section("What happened", timelineView(found)))),
     found.shrunk.map(shrunkView),
-    section("Run it again", found.again.split("\n").map((line) => (line.startsWith("pytest ") ? command(line) : h("p", { class: "soft small" }, line)))),
+    section("Run it again", found.rerun.map((line) => (line.startsWith("pytest ") ? command(line) : h("p", { class: "soft small" }, line)))),
     section("Run", h("dl", { class: "facts" }, Object.entries(found.facts).map(([name, value]) =>
       h("div", {}, h("dt", {}, name), h("dd", {}, value))))),
     neighbours(test),
@@ -99,8 +98,8 @@ async function testPage(view, anchor) {
   try {
     shown = testView(test, await details(test));
   } catch (error) {
-    shown = [h("p", { class: "notice" }, "Its details cannot be shown: " + error.message)];
+    shown = [h("p", { class: "notice" }, "The details of this test cannot be shown: " + error.message)];
   }
-  // Another test may have been asked for meanwhile.
+  // Another test may have been opened meanwhile.
   if (view.dataset.test === anchor) view.replaceChildren(heading, ...shown.flat().filter(Boolean));
 }

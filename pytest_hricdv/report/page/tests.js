@@ -1,27 +1,27 @@
-// The table of all tests, and what narrows it: a search, an outcome, a suite, or a link from a line, plan or bin.
+// The table of all tests and its filters: a search, an outcome, a suite, or a link from a line, plan or bin.
 
-const CHOICES = {
+const FILTERS = {
   statement: ([n]) => {
     const [file, line] = DATA.statements[n];
-    return { told: "that reach " + file + ":" + line, kept: (test) => hasBit(test.code, n) };
+    return { text: "that reach " + file + ":" + line, kept: (test) => hasBit(test.code, n) };
   },
   plan: ([n]) => {
     const [agent, label] = DATA.plans[n];
-    return { told: "whose beliefs trigger plan " + label + " of " + agent, kept: (test) => hasBit(test.plans, n) };
+    return { text: "whose beliefs trigger plan " + label + " of " + agent, kept: (test) => hasBit(test.plans, n) };
   },
   bin: ([number, ...places]) => {
     const product = DATA.cross[number], pairs = [];
     for (let n = 0; n + 1 < places.length; n += 2) pairs.push([places[n], places[n + 1]]);
     const named = pairs.map(([n, bin]) => product.coordinates[n][0] + " " + product.coordinates[n][1][bin]).join(", ");
     const kept = (test) => product.tests[test.number].some((hit) => pairs.every(([n, bin]) => binAlong(product, hit, n) === bin));
-    return { told: "that hit " + named + " of " + product.name, kept };
+    return { text: "that hit " + named + " of " + product.name, kept };
   },
-  needed: () => ({ told: "of the smallest suite", kept: (test) => DATA.smallest && test.number in DATA.smallest.gains }),
+  needed: () => ({ text: "of the smallest suite", kept: (test) => test.number in DATA.minimal.gains }),
   needless: () => ({
-    told: "that add nothing to the smallest suite", kept: (test) => DATA.smallest && !(test.number in DATA.smallest.gains),
+    text: "that add nothing to the smallest suite", kept: (test) => !(test.number in DATA.minimal.gains),
   }),
   verdict: ([word, n]) => ({
-    told: "that " + ["passed", "failed", "did not check"][word] + " " + DATA.requirements[n],
+    text: "that " + ["passed", "failed", "did not check"][word] + " " + DATA.requirements[n],
     kept: (test) => test.verdicts[n] === "PFN"[word],
   }),
 };
@@ -36,16 +36,16 @@ function testColumns() {
     DATA.suites.length > 1 && { title: "Suite", value: (test) => test.suite, cell: (test) => DATA.suites[test.suite], style: "less" },
     { title: "Outcome", value: (test) => test.outcome, cell: (test) => outcomeBadge(test.outcome), style: "outcome" },
     ...verdicts,
-    { title: "Legs", value: (test) => test.legs.join(), cell: (test) => test.legs.join(", ") || "-", style: "less" },
+    { title: capitalized(DATA.outcomeLabel), value: (test) => test.outcomes.join(), cell: (test) => test.outcomes.join(", ") || "-", style: "less" },
     { title: "Statements", value: (test) => test.percent, cell: (test) => percent(test.percent), style: "n less" },
-    DATA.smallest && { title: "Adds", value: (test) => gain(test), cell: (test) => gain(test) || "-", style: "n less" },
+    { title: "Adds", value: (test) => gain(test), cell: (test) => gain(test) || "-", style: "n less" },
     { title: "Simulated", value: (test) => test.sim, cell: (test) => seconds(test.sim), style: "n less" },
   ].filter(Boolean);
 }
 
-/** The points that a test adds to the smallest suite; null where it is not in it. */
+/** The points that a test adds to the smallest suite; null if it is not in it. */
 function gain(test) {
-  return test.number in DATA.smallest.gains ? DATA.smallest.gains[test.number] : null;
+  return test.number in DATA.minimal.gains ? DATA.minimal.gains[test.number] : null;
 }
 
 function testLink(test) {
@@ -57,33 +57,33 @@ function select(label, every, options, change) {
     h("option", { value: "" }, every), options.map(([value, text]) => h("option", { value }, text)));
 }
 
-/** The tests' page; returns what shows it, given the rest of the address after "tests". */
+/** The page of tests; returns the function that shows it, given the rest of the address after "tests". */
 function testsPage(place) {
   if (!TESTS.length) {
     place.append(h("p", { class: "card soft" }, "No test was selected."));
     return () => {};
   }
   const table = new Table(testColumns(), TESTS);
-  let choice = { kept: () => true };
-  const narrowed = () => { table.page = 0; table.draw(); };
+  let filter = { kept: () => true };
+  const refresh = () => { table.page = 0; table.draw(); };
   const search = h("input", {
-    type: "search", placeholder: "Search ids, beliefs, legs", "aria-label": "Search tests", oninput: narrowed,
+    type: "search", placeholder: "Search ids, beliefs, " + DATA.outcomeLabel, "aria-label": "Search tests", oninput: refresh,
   });
   const present = [...new Set(TESTS.map((test) => test.outcome))].sort();
-  const outcome = select("Outcome", "every outcome", present.map((each) => [each, DATA.outcomeWords[each]]), narrowed);
-  const suite = select("Suite", "every suite", DATA.suites.map((name, n) => [n, name]), narrowed);
+  const outcome = select("Outcome", "every outcome", present.map((each) => [each, DATA.outcomeWords[each]]), refresh);
+  const suite = select("Suite", "every suite", DATA.suites.map((name, n) => [n, name]), refresh);
   suite.hidden = DATA.suites.length < 2;
-  const told = h("span", {});
-  const chosen = h("p", { class: "notice mild", hidden: true }, told, " ", h("a", { href: "#tests" }, "show all"));
+  const description = h("span", {});
+  const notice = h("p", { class: "notice mild", hidden: true }, description, " ", h("a", { href: "#tests" }, "show all"));
   table.kept = (test) =>
     search.value.toLowerCase().split(/\s+/).every((word) => test.text.includes(word)) &&
     (!outcome.value || test.outcome === outcome.value) &&
-    (!suite.value || test.suite === Number(suite.value)) && choice.kept(test);
-  place.append(h("div", { class: "filter", role: "search" }, search, outcome, suite), chosen, table.element);
+    (!suite.value || test.suite === Number(suite.value)) && filter.kept(test);
+  place.append(h("div", { class: "filter", role: "search" }, search, outcome, suite), notice, table.element);
   return ([kind, ...numbers]) => {
-    choice = kind in CHOICES ? CHOICES[kind](numbers.map(Number)) : { kept: () => true };
-    chosen.hidden = !choice.told;
-    told.textContent = choice.told ? "Tests " + visible(choice.told) + "." : "";
-    narrowed();
+    filter = kind in FILTERS ? FILTERS[kind](numbers.map(Number)) : { kept: () => true };
+    notice.hidden = !filter.text;
+    description.textContent = filter.text ? "Tests " + visible(filter.text) + "." : "";
+    refresh();
   };
 }

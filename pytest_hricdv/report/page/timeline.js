@@ -1,6 +1,6 @@
-// A run's timeline: the robot's state, messages, signals, and what the monitors saw, over simulated time.
+// A run's timeline: the robot's state, messages, signals, and triggers of requirements, over simulated time.
 
-const ATTEMPTS = { "": ["passed", "var(--ok-mark)"], "!": ["failed", "var(--bad-mark)"], "?": ["open at the end", "var(--nc-mark)"] };
+const ATTEMPTS = { "": ["passed", "var(--ok-mark)"], "!": ["failed", "var(--bad-mark)"], "?": ["pending at the end", "var(--nc-mark)"] };
 
 function parsedMessages(timeline) {
   return timeline.messages.map((text) => {
@@ -37,7 +37,7 @@ function stateSpans(messages, end) {
   })).filter((span) => span.to > span.from);
 }
 
-/** Everything that has a lane: {lane, from, to, kind, told}, and the names of the lanes from top to bottom. */
+/** Bars and dots with their lanes and tooltips, and the names of the lanes from top to bottom. */
 function lanes({ timeline, acted, abstract }) {
   const messages = parsedMessages(timeline), end = timeline.end_s, bars = [], dots = [], names = [];
   const states = DATA.state ? stateSpans(messages, end) : [];
@@ -46,32 +46,32 @@ function lanes({ timeline, acted, abstract }) {
   if (states.length) names.push("state");
   for (const span of states) {
     const fill = "color-mix(in srgb, " + colourOf(labels.indexOf(span.label)) + " 28%, var(--card))";
-    bars.push({ lane: "state", ...span, fill, told: span.label + "\n" + seconds(span.from) + " to " + seconds(span.to) });
+    bars.push({ lane: "state", ...span, fill, tooltip: span.label + "\n" + seconds(span.from) + " to " + seconds(span.to) });
   }
   if (acted.length) names.push("the human");
   acted.forEach((time, n) => dots.push({
-    lane: "the human", time, symbol: "square", fill: "var(--c2)", told: seconds(time) + ": " + (n + 1) + " " + abstract[n],
+    lane: "the human", time, symbol: "square", fill: "var(--c2)", tooltip: seconds(time) + ": " + (n + 1) + " " + abstract[n],
   }));
   for (const each of messages.filter((message) => message.topic !== stateTopic)) {
     if (!names.includes(each.topic)) names.push(each.topic);
     const fields = Object.entries(each.fields).map(([name, value]) => name + " " + value).join(", ");
-    dots.push({ lane: each.topic, time: each.time, symbol: "circle", fill: "var(--c0)", told: seconds(each.time) + ": " + each.sender + " says " + each.topic + "\n" + fields });
+    dots.push({ lane: each.topic, time: each.time, symbol: "circle", fill: "var(--c0)", tooltip: seconds(each.time) + ": " + each.sender + " sends " + each.topic + "\n" + fields });
   }
   for (const [name, text] of Object.entries(timeline.signals)) {
     const points = parsedSignal(text, end);
     if (!isSwitch(name, points)) continue;
     names.push(name);
     points.slice(0, -1).forEach(([from, value], n) => {
-      if (value) bars.push({ lane: name, from, to: points[n + 1][0], fill: "var(--c5)", told: name + " from " + seconds(from) + " to " + seconds(points[n + 1][0]) });
+      if (value) bars.push({ lane: name, from, to: points[n + 1][0], fill: "var(--c5)", tooltip: name + " from " + seconds(from) + " to " + seconds(points[n + 1][0]) });
     });
   }
   for (const [name, text] of Object.entries(timeline.attempts).sort(([a], [b]) => natural(a, b))) {
     names.push(name);
     for (const { begin, end: over, mark } of parsedAttempts(text)) {
       const [outcome, colour] = ATTEMPTS[mark];
-      const told = name + " triggered at " + seconds(begin) + "\n" + outcome + " at " + seconds(over);
-      bars.push({ lane: name, from: begin, to: over, fill: colour, told });
-      dots.push({ lane: name, time: begin, symbol: mark === "!" ? "triangle" : "circle", fill: colour, told });
+      const tooltip = name + " triggered at " + seconds(begin) + "\n" + outcome + " at " + seconds(over);
+      bars.push({ lane: name, from: begin, to: over, fill: colour, tooltip });
+      dots.push({ lane: name, time: begin, symbol: mark === "!" ? "triangle" : "circle", fill: colour, tooltip });
     }
   }
   return { names, bars, dots };
@@ -86,7 +86,7 @@ function roomFor(names) {
 function lanePlot(width, timeline, { names, bars, dots }, failures) {
   const labelled = bars.filter((bar) => bar.label && ((bar.to - bar.from) / timeline.end_s) * (width - roomFor(names) - 20) > 7 * bar.label.length);
   const wrong = failures.filter((each) => names.includes(each.name));
-  const tip = { title: (each) => visible(each.told), fill: "var(--card)" };
+  const tip = { title: (each) => visible(each.tooltip), fill: "var(--card)" };
   return Plot.plot(plain(width, {
     ariaLabel: "Messages, states, switches and monitors over time", marginLeft: roomFor(names), marginTop: 8, height: 48 + 24 * names.length,
     x: { domain: [0, timeline.end_s], label: "simulated time (s)", grid: true },
@@ -106,9 +106,9 @@ function lanePlot(width, timeline, { names, bars, dots }, failures) {
 
 function signalPlot(width, marginLeft, name, points, end, failures) {
   const unit = DATA.units[name], label = visible(name) + (unit ? " (" + visible(unit) + ")" : "");
-  // Of a signal that never changes, an axis needs some height all the same.
-  const still = points.every(([, value]) => value === points[0][1]);
-  const domain = still ? { domain: [points[0][1] - 0.5, points[0][1] + 0.5] } : { nice: true };
+  // The axis of a constant signal needs some height, too.
+  const constant = points.every(([, value]) => value === points[0][1]);
+  const domain = constant ? { domain: [points[0][1] - 0.5, points[0][1] + 0.5] } : { nice: true };
   return Plot.plot(plain(width, {
     ariaLabel: label, marginLeft, marginTop: 22, marginBottom: 26, height: 120,
     x: { domain: [0, end], label: null, grid: true }, y: { label, grid: true, ticks: 4, ...domain },
@@ -120,10 +120,10 @@ function signalPlot(width, marginLeft, name, points, end, failures) {
   }));
 }
 
-/** The whole timeline, or what to say where there is none. */
+/** The whole timeline, or a message if there is none. */
 function timelineView(found) {
   const { timeline, verdicts } = found;
-  if (!timeline) return h("p", { class: "soft" }, "No timeline: the run came to no end.");
+  if (!timeline) return h("p", { class: "soft" }, "No timeline: the run was not completed.");
   const failures = verdicts.flatMap((verdict) => verdict.times.map((time) => ({ name: verdict.name, time })));
   const view = h("div", { class: "timeline" });
   const drawnLanes = lanes(found), room = roomFor(drawnLanes.names);
@@ -133,6 +133,6 @@ function timelineView(found) {
     if (!isSwitch(name, points)) drawn(view, (width) => signalPlot(width, room, name, points, timeline.end_s, failures));
   }
   view.append(legend(Object.values(ATTEMPTS).map(([outcome, colour]) => ["trigger " + outcome, colour, ""])),
-    h("p", { class: "soft small" }, "A requirement's bar begins where it is triggered and ends where it is decided; × marks a violation. Signals are thinned; their extremes are kept."));
+    h("p", { class: "soft small" }, "A requirement's bar begins where it is triggered and ends where it is decided; × marks a violation. Signals are shown with fewer points; their extremes are kept."));
   return view;
 }

@@ -1,4 +1,4 @@
-"""Figures, curves and JUnit properties."""
+"""Formatted figures and names, thinned curves, and JUnit properties."""
 
 import itertools
 import random
@@ -6,10 +6,20 @@ import random
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
-from pytest_hricdv.report import properties
-from pytest_hricdv.report.curves import thinned
-from pytest_hricdv.report.figure import branches, natural, percent, plural, quantity, ranges, seconds
+from pytest_hricdv.coverage.records import CodeShare
+from pytest_hricdv.report.formatting import (
+    branches,
+    line_ranges,
+    natural,
+    percent,
+    plural,
+    quantity,
+    seconds,
+)
+from pytest_hricdv.report.junit import properties
+from pytest_hricdv.report.plot_data import thinned
 from tests.report import sample
 
 
@@ -23,7 +33,9 @@ def test_per_cent_never_rounds_to_nothing_or_everything(value: float | None, tex
 
 @given(st.sets(st.integers(1, 300)))
 def test_ranges_hold_exactly_the_lines(lines: set[int]) -> None:
-    found = [(int(first), int(last or first)) for first, _, last in (each.partition("-") for each in ranges(lines))]
+    found = [
+        (int(first), int(last or first)) for first, _, last in (each.partition("-") for each in line_ranges(lines))
+    ]
     assert {line for first, last in found for line in range(first, last + 1)} == lines
     assert all(last + 1 < first for (_, last), (first, _) in itertools.pairwise(found))
 
@@ -47,7 +59,7 @@ def test_a_thinned_curve_keeps_its_ends_and_extremes(count: int, columns: int) -
     rng = random.Random(count)
     points = [(float(n), rng.random()) for n in range(count)]
     thin = thinned(points, columns)
-    assert len(thin) <= max(2 * columns + 2, 0)
+    assert len(thin) <= 2 * columns + 2
     assert list(thin) == sorted(thin)
     if points:
         assert (thin[0], thin[-1]) == (points[0], points[-1])
@@ -55,15 +67,16 @@ def test_a_thinned_curve_keeps_its_ends_and_extremes(count: int, columns: int) -
 
 
 def test_junit_properties_are_text_and_leave_out_what_is_not_known() -> None:
-    test = sample.test(random.Random(0), "rl")
-    test.update(sim_s=131.25, code={"statements": 250, "percent": 77.4}, legs=["released", "discarded"])
+    test = sample.result(random.Random(0))
+    code = CodeShare(statements=250, percent=77.4, bits=("0x0", None))
+    test = replace(test, sim_s=131.25, code=code, outcomes=("released", "discarded"))
     found = dict(properties(test, "legs"))
     assert found["hri.suite"] == "rl"
-    assert found["hri.id"] == test["id"]
-    assert found["hri.seed"] == str(test["seed"])
+    assert found["hri.id"] == test.id
+    assert found["hri.seed"] == str(test.seed)
     assert found["hri.R4"] == "Passed"
     assert found["hri.statements_percent"] == "77.4"
     assert found["hri.legs"] == "released discarded"
-    test.update(code=None, sim_s=None, seed=None)
-    del test["outcome"]
-    assert not {"hri.statements_percent", "hri.simulated_s", "hri.seed", "hri.outcome"} & set(dict(properties(test)))
+    unmeasured = dict(properties(replace(test, code=None, record_sha256=None)))
+    assert found.keys() - unmeasured.keys() == {"hri.statements_percent", "hri.record_sha256", "hri.legs"}
+    assert unmeasured["hri.outcomes"] == "released discarded"

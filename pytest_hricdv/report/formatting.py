@@ -1,0 +1,158 @@
+"""Text for people: figures, names in natural order, and terminal lines that are measured in columns.
+
+The views' own words are ASCII, so that a terminal of any encoding shows them as they were measured.
+"""
+
+import re
+import unicodedata
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+Style = Literal["plain", "title", "ok", "bad", "warn", "dim"]
+
+_INVISIBLE = {"Cc", "Cf", "Cs", "Zl", "Zp"}
+_ZERO_WIDTH = {"Mn", "Me"}
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the terminal summary: `text` without an end of line, and the name of its style."""
+
+    text: str
+    style: Style = "plain"
+
+
+def percent(value: float | None) -> str:
+    """`80.5 %`, or `-` for none; never `100.0 %` of what is incomplete, nor `0.0 %` of what is above zero."""
+    if value is None:
+        return "-"
+    shown = min(max(round(value, 1), 0.1 if value > 0 else 0.0), 99.9 if value < 100 else 100.0)
+    return f"{shown:.1f} %"
+
+
+def share(part: int, whole: int) -> float | None:
+    """Per cent of a whole; None if the whole is zero."""
+    return 100.0 * part / whole if whole else None
+
+
+def seconds(value: float | None) -> str:
+    """`0.52 s`, `71.2 s`, `17553 s`, or `-` for none."""
+    if value is None:
+        return "-"
+    digits = 2 if abs(value) < 10 else 1 if abs(value) < 1000 else 0
+    return f"{value:.{digits}f} s"
+
+
+def speedup(factor: float) -> str:
+    """`331 times`, `0.52 times`: how many times real time."""
+    return f"{factor:.0f} times" if factor >= 10 else f"{factor:.2g} times"
+
+
+def quantity(value: object) -> str:
+    """A float with four significant digits; any other value as it is."""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def plural(count: int, noun: str) -> str:
+    """`1 test`, `2 tests`, `2 branches`."""
+    ending = "" if count == 1 else "es" if noun.endswith("ch") else "s"
+    return f"{count} {noun}{ending}"
+
+
+def line_ranges(lines: Iterable[int]) -> tuple[str, ...]:
+    """Line numbers as ranges: 60, 61, 62, 70 become `60-62`, `70`."""
+    spans: list[list[int]] = []
+    for line in sorted(set(lines)):
+        if spans and line == spans[-1][1] + 1:
+            spans[-1][1] = line
+        else:
+            spans.append([line, line])
+    return tuple(str(first) if first == last else f"{first}-{last}" for first, last in spans)
+
+
+def branches(arcs: Iterable[Sequence[int]]) -> tuple[str, ...]:
+    """Branches as `58->60`; a negative line is the exit (or entry) of a function, as coverage.py counts."""
+    return tuple(f"{_end(start)}->{_end(end)}" for start, end in sorted((arc[0], arc[1]) for arc in arcs))
+
+
+def natural(name: str) -> tuple[tuple[int, int, str], ...]:
+    """A sort key that puts R2 before R10."""
+    parts = re.split(r"(\d+)", name)
+    return tuple((1, int(part), part) if part.isdecimal() else (0, 0, part) for part in parts)
+
+
+def visible(text: str, keep: str = "") -> str:
+    """Text with control, format and surrogate characters written as escapes.
+
+    A test's name may hold any character; an escape sequence would recolour a terminal, and a text-direction mark would
+    let a page show another name than the one that ran. `keep` lists characters to leave unchanged, such as `\\n`.
+    """
+    return "".join(
+        char if char in keep or unicodedata.category(char) not in _INVISIBLE else _escape(char) for char in text
+    )
+
+
+def width(text: str) -> int:
+    """Columns that a text takes in a terminal: two for wide East Asian characters, none for combining marks."""
+    return sum(_char_width(char) for char in text)
+
+
+def fit(text: str, columns: int) -> str:
+    """The text, or its beginning and `...`, in at most so many columns."""
+    if width(text) <= columns:
+        return text
+    dots = "..."[: max(columns, 0)]
+    room, kept = columns - len(dots), ""
+    for char in text:
+        room -= _char_width(char)
+        if room < 0:
+            break
+        kept += char
+    return kept.rstrip() + dots
+
+
+def pad(text: str, columns: int) -> str:
+    """The text cut or filled with blanks to exactly so many columns."""
+    cut = fit(text, columns)
+    return cut + " " * (columns - width(cut))
+
+
+def listing(items: Sequence[str], columns: int) -> str:
+    """Names separated by commas, as many as fit, and how many more there are."""
+    for shown in range(len(items), 0, -1):
+        text = ", ".join(items[:shown]) + and_more(len(items) - shown)
+        if width(text) <= columns:
+            return text
+    return fit(f"{len(items)} of them", columns) if items else ""
+
+
+def and_more(count: int) -> str:
+    """`, and N more`, or nothing."""
+    return f", and {count} more" if count else ""
+
+
+def wrap(words: Iterable[str], columns: int) -> list[str]:
+    """Words joined by blanks into lines of at most so many columns; a longer word is cut."""
+    lines: list[str] = []
+    for word in words:
+        if lines and width(lines[-1]) + 1 + width(word) <= columns:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(fit(word, columns))
+    return lines
+
+
+def _end(line: int) -> str:
+    return "exit" if line < 0 else str(line)
+
+
+def _escape(char: str) -> str:
+    code = ord(char)
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
+def _char_width(char: str) -> int:
+    if unicodedata.category(char) in _ZERO_WIDTH:
+        return 0
+    return 2 if unicodedata.east_asian_width(char) in "WF" else 1
