@@ -211,8 +211,8 @@ class Bench:
             ends.wait(1000.0)
 
     def _answer(self) -> None:
-        told = self.bus.subscribe(LegReady)
-        while (leg := told.wait(1000.0)) is not None:
+        offers = self.bus.subscribe(LegReady)
+        while (leg := offers.wait(1000.0)) is not None:
             if leg.turn in self._answers:
                 self.kernel.sleep(SAY_S)
                 self.bus.publish("person", HumanReady())

@@ -41,7 +41,7 @@ def all_is_ready(bench: Bench) -> None:
     bench.hand.held = True
 
 
-def nobody_looks(bench: Bench) -> None:
+def gaze_elsewhere(bench: Bench) -> None:
     bench.robot.reading = Reading(gaze=False, pressure=True, location=True)
     bench.hand.held = True
 
@@ -73,7 +73,7 @@ DRIVEN: list[tuple[str, Callable[[Bench], None], str, str]] = [
     ("Sensing", nothing, "timeout", "Timeout3"),
     ("Timeout3", nothing, "give up", "Discard"),
     ("Decide", all_is_ready, "ready", "Release"),
-    ("Decide", nobody_looks, "not ready", "Discard"),
+    ("Decide", gaze_elsewhere, "not ready", "Discard"),
     ("Release", nothing, "next leg", "Receive1"),
     ("Release", fourth_turn, "table done", DONE),
     ("Release", fingers_are_stuck, "stuck", "Discard"),

@@ -1,4 +1,4 @@
-"""What a turn comes to: fetched or not, decided, released or discarded; and the report on the table."""
+"""The outcome of a turn: fetched or not, released or discarded; and the report on the table."""
 
 from __future__ import annotations
 

@@ -97,8 +97,8 @@ def test_silent_sensors_cost_the_turn_after_the_sensing_timeout(timeout_s: float
 
 def test_only_a_reading_from_the_time_of_sensing_counts() -> None:
     bench = Bench(asks=1)
-    told_s = 1.0 + 2 * MOVE_S + CLOSE_S  # the request, and the way of the leg
-    bench.say(told_s + 1.5, NOT_READY)
+    offered_s = 1.0 + 2 * MOVE_S + CLOSE_S  # the request, and the way of the leg
+    bench.say(offered_s + 1.5, NOT_READY)
     bench.run(limit_s=60.0)
     assert bench.robot.reading == READY
     assert bench.outcomes == ["released"]

@@ -1,4 +1,4 @@
-"""A controller that raises, never sleeps, or ends early is an error of its own test, says where, and harms no other."""
+"""A controller that raises, never sleeps, or ends early is an error of its test, with its place; later tests are fine."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LEG = bench.concrete(bench.leg())
 
 
 def fails(state: str, body: machine.StateFunction, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With this body of a state the run fails with a text; the next run is as if nothing had been."""
+    """With this state function the run fails with a text; the next run is unaffected."""
     with monkeypatch.context() as patch:
         patch.setitem(machine.STATES, state, body)
         with pytest.raises(KernelError, match=text):

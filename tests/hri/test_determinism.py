@@ -21,7 +21,7 @@ BORED = bench.concrete(["tell leg", "receivesignal", "bored", *bench.leg("101")]
 
 @dataclass(frozen=True)
 class Facts:
-    """What must be equal of equal runs."""
+    """What equal runs have in common."""
 
     sha256: str
     verdicts: str
@@ -33,7 +33,7 @@ class Facts:
 
 @cache
 def measurement() -> Measurement:
-    """One for all runs in this process, as in a session of the plugin."""
+    """One measurement for all runs in this process, as in a session of the plugin."""
     return choose(map_code(bench.testbench().code, bench.ROOT), contexts_by_test=False)
 
 
@@ -87,7 +87,7 @@ def test_another_seed_gives_another_run_of_the_same_commands() -> None:
     assert len(records) == 3
 
 
-def test_a_learned_suite_gives_equal_entries_plain_on_two_workers_and_for_one_test_alone(tmp_path: Path) -> None:
+def test_results_are_equal_without_workers_on_two_workers_and_for_a_single_test(tmp_path: Path) -> None:
     selected = (HOST, "--hri-suite=rl", "--hri-tests=6")
     plain = pytest_run(tmp_path, *selected)
     assert plain.code == 0, plain.output

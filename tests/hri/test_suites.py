@@ -1,4 +1,4 @@
-"""The suites in the real world: whatever a person does, a run comes to an end that says what happened."""
+"""The suites in the simulated world: every run ends with a defined outcome."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ENDS = {"table done", "nobody asks any more", "limit"}
 
 
 def assert_whole(result: CaseResult) -> None:
-    """What holds of every run."""
+    """Check what holds for every run."""
     assert result.outcome.ended in ENDS
     assert len(result.outcome.outcomes) <= 4
     assert set(result.outcome.outcomes) <= OUTCOMES
@@ -45,12 +45,12 @@ def test_three_suites_run_on_two_workers_and_are_reported(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("name", ["by-hand", "bdi-random", "pseudorandom"])
-def test_every_run_of_a_suite_comes_to_an_end(name: str) -> None:
+def test_every_run_of_a_suite_ends_with_a_defined_outcome(name: str) -> None:
     for test in islice(bench.suite(name, seed=5), 4):
         assert_whole(bench.run(test))
 
 
-def test_when_nobody_asks_the_robot_waits_in_peace() -> None:
+def test_without_a_request_the_robot_waits_and_nothing_is_checked() -> None:
     result = bench.run(bench.concrete([]))
     assert_whole(result)
     assert result.outcome.ended == "nobody asks any more"
@@ -96,7 +96,7 @@ def test_no_request_is_lost_when_it_comes_around_a_timeout() -> None:
         assert 0.0 <= heard_s - asked_s <= 0.05
 
 
-def test_a_person_who_waits_in_vain_for_300_s_ends_with_the_limit() -> None:
+def test_a_run_without_a_request_ends_at_the_limit_of_300_s() -> None:
     result = bench.run(bench.concrete(["receivesignal"] * 6))
     assert_whole(result)
     assert result.outcome.ended == "limit"

@@ -1,4 +1,4 @@
-"""pytest as a user runs it in this repository: in a process of its own, with reports and cache in a test's folder."""
+"""pytest as a user runs it in this repository: in a subprocess, with report and cache in the folder of a test."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TIMEOUT_S = 300
 
 @dataclass(frozen=True)
 class Session:
-    """A finished session: exit code, what it printed, and its report."""
+    """A finished session: exit code, output, and report."""
 
     code: int
     output: str
@@ -26,7 +26,7 @@ class Session:
 
     @property
     def tests(self) -> dict[str, dict[str, Any]]:
-        """The entries of the tests by node id, without the wall time, the one thing in them that may differ."""
+        """Node id -> entry of the report, without the wall time, which is the only value that may differ."""
         return {test["nodeid"]: {k: v for k, v in test.items() if k != "wall_s"} for test in self.report["tests"]}
 
 

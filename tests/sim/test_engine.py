@@ -107,7 +107,7 @@ def test_missing_pybullet_names_the_extra() -> None:
     assert 'pip install "pytest-hricdv[sim]"' in done.stderr
 
 
-def test_steps_lie_at_whole_multiples_for_ever() -> None:
+def test_steps_are_at_whole_multiples_without_drift() -> None:
     hour_us = 3_600_000_000
     assert steps_until(hour_us) == 3600 * 120
     assert time_of(steps_until(hour_us)) == hour_us

@@ -132,7 +132,7 @@ def test_a_released_leg_goes_with_the_hand_that_is_at_it() -> None:
     play(body)
 
 
-def test_a_leg_released_to_nobody_falls_on_the_table() -> None:
+def test_a_leg_released_without_a_hand_falls_on_the_table() -> None:
     def body(stage: Stage) -> None:
         assert stage.fetch()
         leg = stage.world.legs.current
@@ -200,7 +200,7 @@ def test_a_grip_from_afar_does_nothing() -> None:
 
 
 @pytest.mark.parametrize("force", [-1.0, math.nan])
-def test_a_force_or_duration_that_makes_no_sense_is_refused(force: float) -> None:
+def test_an_invalid_force_or_duration_is_refused(force: float) -> None:
     with Stage() as stage:
         with pytest.raises(SimulationError):
             stage.world.person.pull(force)

@@ -34,7 +34,7 @@ DETOURS: list[tuple[JointPose, JointPose]] = [
 
 
 @pytest.mark.parametrize(("start", "goal"), DETOURS)
-def test_a_way_leads_around_what_is_in_between(start: JointPose, goal: JointPose) -> None:
+def test_a_path_leads_around_an_obstacle(start: JointPose, goal: JointPose) -> None:
     way = find_path(start, (goal,))
     assert len(way) > 1
     assert way[-1] == goal
@@ -59,7 +59,7 @@ def test_a_detour_is_the_same_after_others_and_in_another_process(monkeypatch: p
     assert there.stderr == ""
 
 
-def test_a_goal_to_which_no_way_is_found_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_goal_without_a_path_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(planner, "_paths", {})
     monkeypatch.setattr(planner, "MAX_CHECKS", -1)
     start, goal = DETOURS[0]
@@ -68,7 +68,7 @@ def test_a_goal_to_which_no_way_is_found_is_refused(monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.parametrize(("start", "end"), list(itertools.permutations(WAYS, 2)))
-def test_every_way_is_free_from_the_end_of_every_other_without_a_detour(start: str, end: str) -> None:
+def test_every_taught_path_is_free_from_the_end_of_every_other(start: str, end: str) -> None:
     assert find_path(WAYS[start][-1], WAYS[end]) == WAYS[end]
     assert is_cached(WAYS[start][-1], WAYS[end])
 
@@ -100,7 +100,9 @@ def test_a_waypoint_outside_the_limits_is_refused() -> None:
         ((HOME,), math.nan, "expected more than 0"),
     ],
 )
-def test_nonsense_is_refused(ways: tuple[JointPose, ...], speed_rad_s: float, complaint: str) -> None:
+def test_invalid_waypoints_and_speeds_are_refused(
+    ways: tuple[JointPose, ...], speed_rad_s: float, complaint: str
+) -> None:
     with pytest.raises(PlanningError, match=complaint):
         time_path(HOME, ways, speed_rad_s)
 

@@ -93,9 +93,9 @@ def test_errors_come_at_their_rate_and_only_in_their_direction(stage: Stage) -> 
     def read_many() -> None:
         idle = Sensors(stage.world, stage.bus.port("s"), stage.kernel, seed=1, error_probability=0.05)
         assert stage.fetch()
-        nobody = [idle.read() for _ in range(4000)]
-        assert not any(reading.gaze or reading.location for reading in nobody)
-        assert 0.04 < sum(reading.pressure for reading in nobody) / 4000 < 0.06
+        alone = [idle.read() for _ in range(4000)]
+        assert not any(reading.gaze or reading.location for reading in alone)
+        assert 0.04 < sum(reading.pressure for reading in alone) / 4000 < 0.06
         make_ready(stage)
         ready = [idle.read() for _ in range(4000)]
         assert all(reading.pressure for reading in ready)
@@ -159,6 +159,6 @@ def test_silent_in_the_turn_of_an_outage(stage: Stage) -> None:
 
 
 @pytest.mark.parametrize(("probability", "outage"), [(-0.1, 0), (1.1, 0), (float("nan"), 0), (0.05, -1)])
-def test_settings_that_make_no_sense_are_refused(stage: Stage, probability: float, outage: int) -> None:
+def test_invalid_settings_are_refused(stage: Stage, probability: float, outage: int) -> None:
     with pytest.raises(SimulationError):
         Sensors(stage.world, stage.bus.port("s"), stage.kernel, 0, probability, outage)

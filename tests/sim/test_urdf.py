@@ -19,21 +19,21 @@ def bodies(description: str, *, merge_links: bool) -> dict[str, Any]:
     """What an engine knows of a robot's links: joints, limits, masses, inertia, frames; and where they can be hit."""
     with Engine(STEP_S) as engine:
         body, joints, limits = engine.load(description, may_sleep=False, merge_links=merge_links)
-        links, told = range(-1, len(joints)), {"physicsClientId": engine.client}
+        links, where = range(-1, len(joints)), {"physicsClientId": engine.client}
         hit = [
-            [(shape[2], *shape[3], *shape[5], *shape[6]) for shape in bullet.getCollisionShapeData(body, link, **told)]
+            [(shape[2], *shape[3], *shape[5], *shape[6]) for shape in bullet.getCollisionShapeData(body, link, **where)]
             for link in links
         ]
         return {
             "joints": joints,
             "limits": limits,
-            "frames": [bullet.getJointInfo(body, link, **told) for link in links[1:]],
-            "weights": [bullet.getDynamicsInfo(body, link, **told) for link in links],
+            "frames": [bullet.getJointInfo(body, link, **where) for link in links[1:]],
+            "dynamics": [bullet.getDynamicsInfo(body, link, **where) for link in links],
             "hit": [sorted(tuple(round(value, 9) + 0.0 for value in shape) for shape in shapes) for shapes in hit],
         }
 
 
-def test_a_welded_robot_is_the_one_that_pybullet_merges_to_the_bit() -> None:
+def test_merged_links_equal_those_that_pybullet_merges_to_the_bit() -> None:
     description = without_visuals(arm_description(ARM_JOINTS, PALM))
     mine, its = bodies(merge_fixed_joints(description), merge_links=False), bodies(description, merge_links=True)
     assert tuple(mine["joints"]) == ARM_JOINTS
@@ -41,7 +41,7 @@ def test_a_welded_robot_is_the_one_that_pybullet_merges_to_the_bit() -> None:
         assert mine[what] == value, what
 
 
-def test_a_robot_that_cannot_be_loaded_is_not_welded() -> None:
+def test_a_description_that_cannot_be_loaded_is_refused_when_merging() -> None:
     description = without_visuals(arm_description(ARM_JOINTS, PALM)).replace(
         '<parent link="base_link"', '<parent link="b"'
     )

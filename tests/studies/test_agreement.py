@@ -181,7 +181,7 @@ def test_a_reading_that_no_other_turn_explains_is_left_to_the_turn_that_erred() 
         readings_by_turn(["released"], decisions, requests)
 
 
-def test_what_a_release_adds_to_coverage_is_told_apart_from_what_a_time_out_adds() -> None:
+def test_the_coverage_gain_of_a_release_and_of_a_timeout_are_separate() -> None:
     def one(legs: list[str], poses: list[str], covered_then: float, covered_now: float) -> Pair:
         lines = [line for pose in poses for line in (BORED if pose == "none" else leg(pose))]
         theirs = replace(then(lines, legs), suite="rl", coverage=covered_then)
