@@ -1,4 +1,4 @@
-"""A controller that raises, never sleeps, or ends early is an error of its test, with its place; later tests are fine."""
+"""A controller that raises, never sleeps, or ends early is an error of its test, with its place."""
 
 from __future__ import annotations
 

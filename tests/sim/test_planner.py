@@ -100,9 +100,7 @@ def test_a_waypoint_outside_the_limits_is_refused() -> None:
         ((HOME,), math.nan, "expected more than 0"),
     ],
 )
-def test_invalid_waypoints_and_speeds_are_refused(
-    ways: tuple[JointPose, ...], speed_rad_s: float, complaint: str
-) -> None:
+def test_invalid_paths_and_speeds_are_refused(ways: tuple[JointPose, ...], speed_rad_s: float, complaint: str) -> None:
     with pytest.raises(PlanningError, match=complaint):
         time_path(HOME, ways, speed_rad_s)
 
