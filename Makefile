@@ -1,6 +1,5 @@
 # make suite: learn tests from the BDI models and run each against the simulated world, on two workers.
 # make test:  the project's own tests (5 minutes), without the long ones; those are make slow (9 minutes).
-# make native: tests of the engines as a wheel brings them, compiled (2 minutes, the wheel included).
 # OPTIONS=... is handed on to pytest by these.
 # make experiment: docs/experiment.md and docs/agreement.md, beside the paper's figures (5 minutes; agreement alone: 2).
 # make campaign: docs/campaign.md, 6,560 runs (45 minutes; ended at any time, it goes on where it was).
@@ -9,11 +8,10 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV ?= .venv
 BIN = $(VENV)/bin
-NATIVE = $(VENV)/native
 # A test that hangs ends after so many seconds, with its worker: where it was is shown.
 PATIENCE = -o faulthandler_exit_on_timeout=true -o faulthandler_timeout
 
-.PHONY: suite test slow native lint bench experiment agreement campaign pictures clean
+.PHONY: suite test slow lint bench experiment agreement campaign pictures clean
 
 suite: $(VENV)/.installed
 	$(BIN)/pytest --hri-suite=rl -n 2
@@ -23,15 +21,6 @@ test: $(VENV)/.installed
 
 slow: $(VENV)/.installed
 	$(BIN)/pytest -n 2 -m slow $(PATIENCE)=1200 $(OPTIONS)
-
-# The wheel lies over a copy of all that its tests need: nothing compiled comes to lie beside the sources.
-native: $(VENV)/.installed
-	rm -rf $(NATIVE)
-	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir $(NATIVE) .
-	$(BIN)/python -m zipfile --extract $(NATIVE)/*.whl $(NATIVE)
-	cp -r pyproject.toml conftest.py README.md controller sim models_bdi benchmarks docs tests $(NATIVE)
-	ls $(NATIVE)/pytest_hricdv_bdi__mypyc.*
-	cd $(NATIVE) && $(abspath $(BIN))/python -m pytest -n 2 $(PATIENCE)=300 $(OPTIONS) tests/bdi tests/generate
 
 lint: $(VENV)/.installed
 	$(BIN)/ruff check .

@@ -1,94 +1,149 @@
-"""How fast the BDI engines are, side by side, and that their cost is linear. Prints tables of medians.
+"""How fast the BDI agents run, and that the cost of a reasoning cycle is constant. Prints medians of CPU times.
 
     python -m benchmarks.bdi_engine [--repeat N]
 
-All is measured twice: with the engines' inner modules compiled, as they are installed from a wheel, which is built
-first (a minute), and as plain Python, as in a checkout. Run it on an otherwise idle machine; nothing else may use its
-cores.
+It prints, for the table model and for the same task with agents that wait busily: one run without the memo, and the
+mean of the runs of learning on a memo that knows nothing yet. Then the whole generation of the learned suite in a new
+process (import, parsing, learning, selection, impossible bins), and one reasoning cycle of an agent that counts, for
+several lengths of a run and numbers of agents.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
+import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+import time
+from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
-from zipfile import ZipFile
 
-from benchmarks.engine_times import COUNTS
-from studies.session import machine
+from benchmarks.end_to_end import machine
+from pytest_hricdv.bdi import MultiAgentSystem
+from pytest_hricdv.bdi.memo import Memo
+from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.learner import learn
+from pytest_hricdv.generate.model import Model, ModelRun
+from pytest_hricdv.generate.model_runner import ModelRunner
+from pytest_hricdv.generate.qlearning import QLearning
 
 ROOT = Path(__file__).parents[1]
+TABLE = ROOT / "models_bdi" / "table_assembly.mas2j"
+SPINNING = ROOT / "benchmarks" / "spinning" / "spinning.mas2j"
+MODELS = {"the table model": TABLE, "the same task by agents that wait busily": SPINNING}
+FOUR_LEGS = ("leg1", "m111l1", "m111l2", "m111l3", "m111l4")
+SPACE = BeliefSpace(
+    start=("leg1", "leg2", "leg3", "leg4"),
+    groups={
+        "boredom": ("bored", "not_bored"),
+        **{f"pose{leg}": tuple(f"m{pose:03b}l{leg}" for pose in range(8)) for leg in range(1, 5)},
+    },
+    neutral=("not_bored",),
+)
 PEERS = """  for comparison, with the original models of the same task, not measured here:
   python-agentspeak 0.2.2                          5.0    ms
   Jason 1.4.2, in a warm JVM                      64      ms
   Jason 1.4.2, from process start to last line   810      ms"""
-RUNS = {
-    "interpreter, a run with four legs": "interpreter",
-    "compiled, a run with four legs": "compiled",
-    "memo, cold, mean of the runs of learning": "memo, cold",
-    "memo, warm, mean of the runs of learning": "memo, warm",
-}
-
-Times = dict[str, float]
-"""Seconds by the names of what was measured."""
+GENERATION = """
+import time
+import conftest
+from pytest_hricdv.generate.suites import generate_suite
+testbench = conftest.pytest_hricdv_testbench(None)
+generate_suite("rl", testbench, 0)
+print(time.process_time())
+"""
+COUNTS = ((1_000, 1), (10_000, 1), (1_000, 10), (1_000, 100))
+"""Rounds and agents that count."""
+COUNTER = "count(0). !go. +!go : count(N) & N < {rounds} <- -+count(N + 1); !go. +!go."
 
 
 def main() -> None:
-    """Build the wheel, measure and print."""
+    """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repeat", type=int, default=5, metavar="N", help="runs of each measurement (default 5)")
     repeat = parser.parse_args().repeat
-    print(f"machine: {machine()}\nmedians of {repeat}, microsecond-long ones of {200 * repeat}\n", flush=True)
-    with tempfile.TemporaryDirectory() as folder:
-        build(Path(folder))
-        both = [times(Path(folder), repeat), times(ROOT, repeat)]
-    print(f"{'':46}  installed   plain Python")
-    for name, what in (("table", "the table model"), ("spinning", "the same task by agents that look again and again")):
-        print(what)
-        for row, key in RUNS.items():
-            show(f"  {row}", (each[f"{name}, {key}"] for each in both), 1e3, "ms")
-        if name == "table":
+    print(f"machine: {machine()}\nmedians of {repeat} CPU times, of {40 * repeat} for a single run\n", flush=True)
+    sets = learned_sets()
+    for name, model in MODELS.items():
+        print(name)
+        system = MultiAgentSystem.load(model)
+        show("  a run with four legs, without the memo", median_s(partial(run, system, FOUR_LEGS), 40 * repeat), "ms")
+        cold = [median_s(partial(run_all, Memo(MultiAgentSystem.load(model)), sets), 1) for _ in range(repeat)]
+        show(f"  mean of the {len(sets)} runs of learning, with the memo", statistics.median(cold) / len(sets), "ms")
+        if model == TABLE:
             print(PEERS)
-    show("all of learning: import, parse, compile, learn", (each["learning"] for each in both), 1, "s ")
+    show("the whole generation of the learned suite", statistics.median(generation(repeat)), "s ")
     print("a reasoning cycle of an agent that counts")
     for rounds, agents in COUNTS:
-        for engine in ("interpreter", "compiled"):
-            what = f"  {rounds} rounds, {agents} agents, {engine}"
-            show(what, (each[what.strip()] for each in both), 1e6, "us")
+        show(f"  {rounds} rounds, {agents} agents", cycle(rounds, agents, min(repeat, 3)), "us")
 
 
-def build(folder: Path) -> None:
-    """Build the wheel and unpack it.
-
-    Raises:
-        SystemExit: its engines are not compiled.
-    """
-    print("building the wheel ...", file=sys.stderr)
-    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", str(folder), str(ROOT)]
-    subprocess.run(command, check=True)
-    (wheel,) = folder.glob("*.whl")
-    if "none-any" in wheel.name:
-        raise SystemExit(f"the engines were not compiled; to see why: pip wheel -v --no-deps {ROOT}")
-    with ZipFile(wheel) as packed:
-        packed.extractall(folder)
+def generation(repeat: int) -> Iterable[float]:
+    """Seconds of generating the suite in a new process, everything included."""
+    command = [sys.executable, "-c", GENERATION]
+    for _ in range(repeat):
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+        yield float(done.stdout)
 
 
-def times(package: Path, repeat: int) -> Times:
-    """Measure the package in a folder."""
-    print(f"measuring in {package} ...", file=sys.stderr)
-    command = [sys.executable, "-m", "benchmarks.engine_times", "--repeat", str(repeat)]
-    found = {"PYTHONPATH": f"{package}{os.pathsep}{ROOT}"}
-    done = subprocess.run(command, cwd=package, env=os.environ | found, stdout=subprocess.PIPE, text=True, check=True)
-    return {name: float(seconds) for name, seconds in (line.split("\t") for line in done.stdout.splitlines())}
+def cycle(rounds: int, agents: int, repeat: int) -> float:
+    """Seconds of one reasoning cycle of agents that count as long as the run lasts."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "counter.asl").write_text(COUNTER.format(rounds=rounds), encoding="utf-8")
+        (folder / "counters.mas2j").write_text(f"MAS counters {{ agents: counter #{agents}; }}", encoding="utf-8")
+        system = MultiAgentSystem.load(folder / "counters.mas2j")
+    return median_s(partial(system.run, max_rounds=rounds), repeat) / rounds / agents
 
 
-def show(what: str, seconds: Iterable[float], unit: float, name: str) -> None:
-    """Print a row of times."""
-    print(f"{what:46}" + "".join(f"{each * unit:10.4f} {name}" for each in seconds), flush=True)
+class Log:
+    """Runs the model, and keeps the subsets that it is asked for."""
+
+    def __init__(self, runner: ModelRunner) -> None:
+        self._runner = runner
+        self.subsets: list[tuple[str, ...]] = []
+
+    def run(self, beliefs: Iterable[str]) -> ModelRun:
+        """Run one subset."""
+        run = self._runner.run(beliefs)
+        self.subsets.append(run.beliefs)
+        return run
+
+
+def learned_sets() -> list[tuple[str, ...]]:
+    """Learn for 1,000 iterations; the subsets that were run, about 6,500, in order."""
+    log = Log(ModelRunner(Model(TABLE), SPACE))
+    learn(log, SPACE, QLearning(stop_when_converged=False), seed=0)
+    return log.subsets
+
+
+def run(system: MultiAgentSystem | Memo, beliefs: tuple[str, ...]) -> None:
+    """One run of a model."""
+    system.run(percepts={"meta": [f"chosen({belief})" for belief in beliefs]})
+
+
+def run_all(memo: Memo, sets: list[tuple[str, ...]]) -> None:
+    """A run for every set of beliefs."""
+    for beliefs in sets:
+        run(memo, beliefs)
+
+
+def median_s(action: Callable[[], object], count: int) -> float:
+    """The median CPU time of an action."""
+    times = []
+    for _ in range(count):
+        began = time.process_time()
+        action()
+        times.append(time.process_time() - began)
+    return statistics.median(times)
+
+
+def show(what: str, seconds: float, unit: str) -> None:
+    """Print a time."""
+    factor = {"s ": 1.0, "ms": 1e3, "us": 1e6}[unit]
+    print(f"{what:62}{seconds * factor:10.4f} {unit}", flush=True)
 
 
 if __name__ == "__main__":

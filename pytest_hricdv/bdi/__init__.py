@@ -9,12 +9,11 @@ Example::
 
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, EvaluationError
 from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, Variable
-
-from .environment import Environment
-from .memo import TooLargeError
-from .result import Result
-from .system import MultiAgentSystem
-from .tracing import Step, Trace
+from pytest_hricdv.bdi.memo import TooLargeError
+from pytest_hricdv.bdi.run.environment import Environment
+from pytest_hricdv.bdi.run.result import Result
+from pytest_hricdv.bdi.run.system import MultiAgentSystem
+from pytest_hricdv.bdi.run.trace import Step, Trace
 
 __all__ = [
     "BdiError",

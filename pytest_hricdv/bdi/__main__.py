@@ -7,10 +7,9 @@ import sys
 from collections.abc import Sequence
 
 from pytest_hricdv.bdi.language.errors import BdiError
-
-from .jitter import MAX_JITTER
-from .result import Result
-from .system import MAX_ROUNDS, MultiAgentSystem
+from pytest_hricdv.bdi.run.jitter import MAX_JITTER
+from pytest_hricdv.bdi.run.result import Result
+from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem
 
 _EXAMPLES = """\
 examples:
@@ -63,7 +62,7 @@ def _trace(options: argparse.Namespace) -> int:
 
 
 def _lint(options: argparse.Namespace) -> int:
-    from .lint import lint
+    from pytest_hricdv.bdi.lint import lint
 
     percepts = [name for names in options.percepts for name in names.split(",") if name]
     findings = lint(options.files, percepts)

@@ -7,6 +7,7 @@ from functools import lru_cache
 
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure
 from pytest_hricdv.bdi.language.syntax_tree import children
+from pytest_hricdv.bdi.memo import Memo
 from pytest_hricdv.generate.abstract import Plans, command_from_action
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.error import GenerateError
@@ -43,9 +44,10 @@ class ModelRunner:
         # The plain environment: every external action succeeds, and changes nothing but the trace.
         environment = Environment()
         try:
-            self._system = MultiAgentSystem.load(model.path, environment, engine="memo")
+            self._system = MultiAgentSystem.load(model.path, environment)
         except (BdiError, OSError) as error:
             raise GenerateError(f"BDI model {model.path}: {error}") from error
+        self._memo = Memo(self._system)
         self._check_agents()
         self.plan_labels: Plans = {agent: tuple(self._system.plan_labels(agent)) for agent in model.covered}
         self._coverage_plans = {agent: frozenset(labels) for agent, labels in self.plan_labels.items()}
@@ -79,7 +81,7 @@ class ModelRunner:
         subset = self.space.subset(beliefs)
         percepts = {self.model.steering_agent: [f"{self.model.chosen}({belief})" for belief in subset]}
         try:
-            result = self._system.run(max_rounds=self.model.max_rounds, seed=self.model.seed, percepts=percepts)
+            result = self._memo.run(max_rounds=self.model.max_rounds, seed=self.model.seed, percepts=percepts)
         except BdiError as error:
             raise GenerateError(f"BDI model {self.model.path} with {' '.join(subset)}: {error}") from error
         self.run_count += 1
@@ -118,7 +120,7 @@ class ModelRunner:
         for start in self.space.start:
             given = {belief: belief == start for belief in self.space.start}
             try:
-                runs = self._system.survey(
+                runs = self._memo.explore_all(
                     model.steering_agent, model.chosen, self.space.beliefs, given, content, model.max_rounds, model.seed
                 )
             except BdiError as error:

@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.actions.registry import Invocation, internal_action
+from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.syntax import Rule
-from pytest_hricdv.bdi.language.terms import Call, Number, Structure, Term, term_order
 from pytest_hricdv.bdi.language.terms import ListTerm as List
+from pytest_hricdv.bdi.language.terms import Number, Structure, Term, term_order
 from pytest_hricdv.bdi.logic.inference import first, solve
 from pytest_hricdv.bdi.logic.unify import undo, unify
-
-from ..intentions import Frame, Intention
-from .registry import Invocation, Outcome, internal_action, prepared
-
-if TYPE_CHECKING:
-    from ..agent import Agent
-    from ..execution import Step
 
 
 def _found(invocation: Invocation) -> list[Term]:
@@ -79,24 +73,6 @@ def _abolish(invocation: Invocation) -> Outcome:
         if matches:
             agent.disbelieve(entry)
     return True
-
-
-@prepared("abolish")
-def _prepared_abolish(call: Call, otherwise: Step) -> Step:
-    """For a proposition: there is one belief at most, whatever its sources."""
-    literal = call.args[0]
-    if not isinstance(literal, Structure) or literal.args or not literal.ground or literal.annots:
-        return otherwise
-
-    def step(agent: Agent, intention: Intention, frame: Frame) -> bool | None:
-        if literal.key in agent.beliefs.open:
-            return otherwise(agent, intention, frame)
-        held = agent.beliefs.bucket(literal.key).get(())
-        if isinstance(held, Structure):
-            agent.disbelieve(held)
-        return True
-
-    return step
 
 
 @internal_action("perceive", 0)

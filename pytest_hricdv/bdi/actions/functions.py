@@ -5,17 +5,13 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.actions.registry import FUNCTIONS
+from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.terms import Call, ListTerm, Number, String, Term, is_ground
 from pytest_hricdv.bdi.logic.inference import solve
 from pytest_hricdv.bdi.logic.substitution import Bindings
-
-from .registry import FUNCTIONS
-
-if TYPE_CHECKING:
-    from ..agent import Agent
 
 
 def _round(value: float) -> float:
@@ -68,7 +64,7 @@ FUNCTIONS.update(dict.fromkeys(_OF_LISTS, (1, 2)))
 FUNCTIONS.update({"math.random": (0, 1), "system.time": (0, 0), ".length": (1, 1), ".count": (1, 1)})
 
 
-def function_value(agent: Agent, call: Call, bindings: Bindings) -> Term:
+def function_value(agent: AgentState, call: Call, bindings: Bindings) -> Term:
     """The value of a function call in an expression.
 
     Returns:
@@ -90,7 +86,7 @@ def function_value(agent: Agent, call: Call, bindings: Bindings) -> Term:
         raise EvaluationError(f"{call.name}({','.join(map(str, args))}) has no value") from None
 
 
-def _value(agent: Agent, name: str, args: list[Term]) -> float:
+def _value(agent: AgentState, name: str, args: list[Term]) -> float:
     if name == "math.random":
         return agent.run.draw() * (_numbers(args)[0] if args else 1.0)
     if name == "system.time":

@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.actions.registry import MANY, Invocation, internal_action
+from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
+from pytest_hricdv.bdi.agent.failures import drop_goal, fail_goal
+from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import ListTerm, Number, PlanTerm, Structure, Term
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import unify
 
-from .. import failure
-from ..intentions import Event, Frame, Intention
-from ..whereabouts import everywhere, take_out
-from .registry import MANY, Invocation, Outcome, internal_action
-
-if TYPE_CHECKING:
-    from ..agent import Agent
-
 
 def _pursues(intention: Intention, goal: Term) -> bool:
-    return any(frame.sign == "+!" and unify(goal, frame.literal, dict(frame.unifier), []) for frame in intention.frames)
+    return any(means.sign == "+!" and unify(goal, means.literal, dict(means.unifier), []) for means in intention.stack)
 
 
 def _is_about(event: Event, goal: Term) -> bool:
@@ -34,15 +29,15 @@ def _fail(invocation: Invocation) -> Outcome:
     return False
 
 
-@internal_action("intend", 1)
+@internal_action("intend", 1, inspects=True)
 def _intend(invocation: Invocation) -> Iterator[object]:
-    for intention, _ in everywhere(invocation.agent):
-        for frame in intention.frames:
-            if frame.sign == "+!" and invocation.unify(0, frame.literal):
-                yield frame
+    for intention, _ in invocation.agent.all_intentions():
+        for means in intention.stack:
+            if means.sign == "+!" and invocation.unify(0, means.literal):
+                yield means
 
 
-@internal_action("desire", 1)
+@internal_action("desire", 1, inspects=True)
 def _desire(invocation: Invocation) -> Iterator[object]:
     for event in list(invocation.agent.events):
         if event.sign == "+!" and invocation.unify(0, event.literal):
@@ -52,55 +47,55 @@ def _desire(invocation: Invocation) -> Iterator[object]:
 
 def _settle(invocation: Invocation, succeeded: bool) -> bool:
     agent, goal = invocation.agent, invocation.literal(0)
-    for intention, event in everywhere(agent):
+    for intention, event in agent.all_intentions():
         waiting = event is not None and _is_about(event, goal)
         if not waiting and not _pursues(intention, goal):
             continue
-        take_out(agent, intention)
+        agent.remove_intention(intention)
         if event is not None and event in agent.events:
             agent.events.remove(event)
         if intention is invocation.intention:
             invocation.held = True
         if not waiting or event is None or _pursues(intention, goal):
-            failure.drop_goal(agent, intention, goal, succeeded)
+            drop_goal(agent, intention, goal, succeeded)
         elif succeeded:
             agent.go_on(intention)
         else:
-            failure.fail_goal(agent, intention, "+!", event.literal, "goal_failed", f"goal {goal} was failed")
+            fail_goal(agent, intention, "+!", event.literal, "goal_failed", f"goal {goal} was failed")
     return True
 
 
-@internal_action("succeed_goal", 1)
+@internal_action("succeed_goal", 1, inspects=True)
 def _succeed_goal(invocation: Invocation) -> Outcome:
     return _settle(invocation, True)
 
 
-@internal_action("fail_goal", 1)
+@internal_action("fail_goal", 1, inspects=True)
 def _fail_goal(invocation: Invocation) -> Outcome:
     return _settle(invocation, False)
 
 
 def _drop(invocation: Invocation, intention: Intention) -> None:
-    take_out(invocation.agent, intention)
+    invocation.agent.remove_intention(intention)
     invocation.agent.note_end(intention)
     invocation.agent.run.progress += 1
     if intention is invocation.intention:
         invocation.held = True
 
 
-@internal_action("drop_intention", 0, 1)
+@internal_action("drop_intention", 0, 1, inspects=True)
 def _drop_intention(invocation: Invocation) -> Outcome:
     if not len(invocation):
         _drop(invocation, invocation.own_intention())
         return True
     goal = invocation.literal(0)
-    for intention, _ in everywhere(invocation.agent):
+    for intention, _ in invocation.agent.all_intentions():
         if _pursues(intention, goal):
             _drop(invocation, intention)
     return True
 
 
-@internal_action("drop_event", 1)
+@internal_action("drop_event", 1, inspects=True)
 def _drop_event(invocation: Invocation) -> Outcome:
     agent, goal = invocation.agent, invocation.literal(0)
     for event in [event for event in agent.events if _is_about(event, goal)]:
@@ -110,13 +105,13 @@ def _drop_event(invocation: Invocation) -> Outcome:
     return True
 
 
-@internal_action("drop_desire", 1)
+@internal_action("drop_desire", 1, inspects=True)
 def _drop_desire(invocation: Invocation) -> Outcome:
     _drop_event(invocation)
     return _drop_intention(invocation)
 
 
-@internal_action("drop_all_events", 0)
+@internal_action("drop_all_events", 0, inspects=True)
 def _drop_all_events(invocation: Invocation) -> Outcome:
     for event in invocation.agent.events:
         if event.intention is not None:
@@ -125,24 +120,24 @@ def _drop_all_events(invocation: Invocation) -> Outcome:
     return True
 
 
-@internal_action("drop_all_intentions", 0)
+@internal_action("drop_all_intentions", 0, inspects=True)
 def _drop_all_intentions(invocation: Invocation) -> Outcome:
     """Drop all intentions but the one this is a statement of."""
     agent = invocation.agent
-    for intention, event in everywhere(agent):
+    for intention, event in agent.all_intentions():
         external = event is not None and event.intention is None
         if intention is not invocation.intention and not external:
             _drop(invocation, intention)
     return True
 
 
-@internal_action("drop_all_desires", 0)
+@internal_action("drop_all_desires", 0, inspects=True)
 def _drop_all_desires(invocation: Invocation) -> Outcome:
     _drop_all_events(invocation)
     return _drop_all_intentions(invocation)
 
 
-@internal_action("suspend", 0, 1)
+@internal_action("suspend", 0, 1, inspects=True)
 def _suspend(invocation: Invocation) -> Outcome:
     agent = invocation.agent
     if not len(invocation):
@@ -150,29 +145,29 @@ def _suspend(invocation: Invocation) -> Outcome:
         invocation.held = True
         return True
     goal = invocation.literal(0)
-    for intention, event in everywhere(agent):
+    for intention, event in agent.all_intentions():
         if not _pursues(intention, goal) or intention in agent.suspended:
             continue
         if intention is invocation.intention:
             agent.suspended.append(intention)
             invocation.held = True
         elif event is None and intention in agent.intentions:
-            take_out(agent, intention)
+            agent.remove_intention(intention)
             agent.suspended.append(intention)
         elif intention not in agent.suspending:
             agent.suspending.append(intention)
     return True
 
 
-@internal_action("resume", 1)
+@internal_action("resume", 1, inspects=True)
 def _resume(invocation: Invocation) -> Outcome:
     agent, goal = invocation.agent, invocation.literal(0)
     agent.suspending = [intention for intention in agent.suspending if not _pursues(intention, goal)]
     for intention in [intention for intention in agent.suspended if _pursues(intention, goal)]:
         agent.suspended.remove(intention)
         agent.run.progress += 1
-        frame = intention.frames[-1]
-        at_suspend = not frame.finished and str(frame.statement).startswith(".suspend")
+        means = intention.top
+        at_suspend = not means.finished and str(means.statement).startswith(".suspend")
         if at_suspend:
             agent.go_on(intention)
         else:
@@ -180,7 +175,7 @@ def _resume(invocation: Invocation) -> Outcome:
     return True
 
 
-@internal_action("suspended", 2)
+@internal_action("suspended", 2, inspects=True)
 def _suspended(invocation: Invocation) -> Outcome:
     goal = invocation.literal(0)
     agent = invocation.agent
@@ -189,20 +184,20 @@ def _suspended(invocation: Invocation) -> Outcome:
     return False
 
 
-@internal_action("current_intention", 1)
+@internal_action("current_intention", 1, inspects=True)
 def _current_intention(invocation: Invocation) -> Outcome:
     """``intention(Number, [im(Label, {what is left of the plan}), ...])``, the plan being executed first."""
     intention = invocation.own_intention()
-    frames = reversed(intention.frames)
-    means = [Structure("im", (Structure(frame.plan.label), _rest(invocation.agent, frame))) for frame in frames]
+    stack = reversed(intention.stack)
+    means = [Structure("im", (Structure(means.plan.label), _rest(invocation.agent, means))) for means in stack]
     return invocation.unify(0, Structure("intention", (Number(intention.number), ListTerm(tuple(means)))))
 
 
-def _rest(agent: Agent, frame: Frame) -> Term:
+def _rest(agent: AgentState, means: IntendedMeans) -> Term:
     """What is left of a plan, as a term of its own: with other variables."""
-    rest = PlanTerm(frame.body[frame.pc :])
-    own: Bindings = {name: agent.fresh() for name in variables_of(rest) if name not in frame.unifier}
-    return agent.value(rest, frame.unifier | own)
+    rest = PlanTerm(means.body[means.pc :])
+    own: Bindings = {name: agent.fresh() for name in variables_of(rest) if name not in means.unifier}
+    return agent.value(rest, means.unifier | own)
 
 
 @internal_action("stopMAS", 0, 1)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from pytest_hricdv.bdi.actions.registry import MANY, WRONG, Invocation, internal_action
+from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, term_order
 from pytest_hricdv.bdi.logic.unify import undo, unify
-
-from .registry import MANY, WRONG, Invocation, Outcome, internal_action
 
 
 def _ordered_set(items: Iterable[Term]) -> list[Term]:

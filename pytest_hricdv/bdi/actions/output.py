@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 
+from pytest_hricdv.bdi.actions.registry import MANY, Invocation, internal_action
+from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.parser import parse_term
 from pytest_hricdv.bdi.language.terms import String, Term, Variable
-
-from .registry import MANY, Invocation, Outcome, internal_action
 
 _EXPRESSION = re.compile(r"#\{([^}]*)\}")
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from pytest_hricdv.bdi.actions.registry import Invocation, check_calls_of, internal_action
+from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_plan, parse_trigger
 from pytest_hricdv.bdi.language.syntax import Plan, Trigger
 from pytest_hricdv.bdi.language.terms import ListTerm, PlanTerm, String, Structure, Term
 from pytest_hricdv.bdi.logic.unify import unify
-
-from .registry import Invocation, Outcome, check_calls_of, internal_action
 
 
 def _plan(invocation: Invocation, term: Term) -> Plan:
@@ -21,7 +21,7 @@ def _plan(invocation: Invocation, term: Term) -> Plan:
     raise EvaluationError(f"{term} is not a plan")
 
 
-@internal_action("add_plan", 1, 3)
+@internal_action("add_plan", 1, 3, inspects=True)
 def _add_plan(invocation: Invocation) -> Outcome:
     agent = invocation.agent
     value = invocation.value(0)
@@ -39,7 +39,7 @@ def _add_plan(invocation: Invocation) -> Outcome:
     return True
 
 
-@internal_action("remove_plan", 1, 2)
+@internal_action("remove_plan", 1, 2, inspects=True)
 def _remove_plan(invocation: Invocation) -> Outcome:
     agent = invocation.agent
     value = invocation.value(0)
@@ -49,7 +49,7 @@ def _remove_plan(invocation: Invocation) -> Outcome:
     return True
 
 
-@internal_action("relevant_plans", 2, 3)
+@internal_action("relevant_plans", 2, 3, inspects=True)
 def _relevant_plans(invocation: Invocation) -> Outcome:
     value = invocation.value(0)
     if isinstance(value, PlanTerm):
@@ -67,7 +67,7 @@ def _is_for(plan: Plan, trigger: Trigger) -> bool:
     return plan.trigger.sign == trigger.sign and unify(plan.trigger.literal, trigger.literal, {}, [])
 
 
-@internal_action("plan_label", 2)
+@internal_action("plan_label", 2, inspects=True)
 def _plan_label(invocation: Invocation) -> Outcome:
     label = str(invocation.value(1))
     for plan in invocation.agent.library.plans:

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
+from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
+from pytest_hricdv.bdi.agent.intentions import Intention
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, EvaluationError
 from pytest_hricdv.bdi.language.formulas import Formula
 from pytest_hricdv.bdi.language.syntax import Program
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
-from pytest_hricdv.bdi.language.terms import Call, ListTerm, Number, String, Structure, Term, Variable
+from pytest_hricdv.bdi.language.terms import Call, ListTerm, Number, PlanTerm, String, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail, undo, unify
-
-from ..intentions import Intention
-
-if TYPE_CHECKING:
-    from ..agent import Agent
-    from ..execution import Step
 
 Parsed = TypeVar("Parsed")
 WRONG = "wrong_arguments"
@@ -41,7 +37,9 @@ class Invocation:
 
     __slots__ = ("agent", "args", "bindings", "call", "failure", "held", "intention", "trail")
 
-    def __init__(self, agent: Agent, call: Call, bindings: Bindings, trail: Trail, intention: Intention | None) -> None:
+    def __init__(
+        self, agent: AgentState, call: Call, bindings: Bindings, trail: Trail, intention: Intention | None
+    ) -> None:
         self.agent = agent
         self.call = call
         self.args: tuple[Any, ...] = call.args
@@ -137,51 +135,54 @@ class Invocation:
         return self.intention
 
 
-Outcome = bool | Iterator[object]
-"""Success or failure, or an iterator that binds variables anew for each solution."""
 Body = Callable[[Invocation], Outcome]
 
 
 @dataclass(frozen=True, slots=True)
 class InternalAction:
-    """A standard internal action: its name, how many arguments it takes, and what it does."""
+    """A standard internal action.
+
+    Args:
+        name: its name, with the dot.
+        least: the least number of arguments.
+        most: the greatest number of arguments.
+        inspects: whether it inspects or changes intentions or plans.
+        body: what it does.
+    """
 
     name: str
     least: int
     most: int
+    inspects: bool
     body: Body
 
 
 ACTIONS: dict[str, InternalAction] = {}
-PREPARED: dict[str, Callable[[Call, Step], Step]] = {}
-"""For actions that are statements often: how to make the function that executes one, given the one that does it in any
-case."""
 FUNCTIONS: dict[str, tuple[int, int]] = {}
 """The names of functions, with the least and the greatest number of their arguments."""
 
 
-def internal_action(name: str, least: int, most: int | None = None) -> Callable[[Body], Body]:
-    """Define the action ``.name``, which takes ``least`` to ``most`` arguments."""
+def internal_action(
+    name: str, least: int, most: int | None = None, *, inspects: bool = False
+) -> Callable[[Body], Body]:
+    """Define the action ``.name``, which takes ``least`` to ``most`` arguments.
+
+    Args:
+        name: its name, without the dot.
+        least: the least number of arguments.
+        most: the greatest number of arguments; ``least`` if not given.
+        inspects: whether it inspects or changes intentions or plans.
+    """
 
     def define(body: Body) -> Body:
-        ACTIONS[f".{name}"] = InternalAction(f".{name}", least, least if most is None else most, body)
+        ACTIONS[f".{name}"] = InternalAction(f".{name}", least, least if most is None else most, inspects, body)
         return body
 
     return define
 
 
-def prepared(name: str) -> Callable[[Callable[[Call, Step], Step]], Callable[[Call, Step], Step]]:
-    """Define how statements of the action ``.name`` are made ready to be executed often."""
-
-    def define(prepare: Callable[[Call, Step], Step]) -> Callable[[Call, Step], Step]:
-        PREPARED[f".{name}"] = prepare
-        return prepare
-
-    return define
-
-
 def call_action(invocation: Invocation) -> Outcome:
-    """Call an internal action, whose name and arity have been checked when the program was loaded."""
+    """Call an internal action, whose name and number of arguments have been checked when the program was loaded."""
     action = ACTIONS.get(invocation.call.name)
     if action is None:
         check_call(invocation.call)
@@ -196,6 +197,29 @@ def is_function(call: Call) -> bool:
     """Whether a call stands for a value, not for something to do or to ask."""
     action = ACTIONS.get(call.name)
     return call.name in FUNCTIONS and (action is None or len(call.args) < action.least)
+
+
+def inspects_intentions(program: Program) -> bool:
+    """Whether anything in a program may inspect or change intentions, of its own agent or of another one."""
+    return any(map(_inspects, parts_of((program.beliefs, program.plans))))
+
+
+def _inspects(part: object) -> bool:
+    if isinstance(part, PlanTerm):
+        # A plan or body may be sent or executed.
+        return True
+    if not isinstance(part, Call):
+        return False
+    if part.name in _FORCE_AT:
+        force = part.args[_FORCE_AT[part.name] : _FORCE_AT[part.name] + 1]
+        return not all(isinstance(each, Structure) and each.functor in _HARMLESS for each in force)
+    action = ACTIONS.get(part.name)
+    return action is not None and action.inspects
+
+
+_HARMLESS = frozenset({"tell", "untell", "achieve", "askOne", "askAll"})
+"""Forces of messages that do not make the receiver give up a goal, or learn a plan."""
+_FORCE_AT = {".send": 1, ".broadcast": 0}
 
 
 def check_calls(program: Program) -> None:

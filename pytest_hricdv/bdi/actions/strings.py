@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from pytest_hricdv.bdi.actions.registry import WRONG, Invocation, internal_action
+from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_term
 from pytest_hricdv.bdi.language.terms import Number, String
 from pytest_hricdv.bdi.logic.unify import undo
-
-from .registry import WRONG, Invocation, Outcome, internal_action
 
 
 @internal_action("substring", 2, 4)

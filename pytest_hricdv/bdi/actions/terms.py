@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import count
 
+from pytest_hricdv.bdi.actions.registry import Invocation, internal_action
+from pytest_hricdv.bdi.agent.agent_state import Outcome
+from pytest_hricdv.bdi.agent.messages import add_source, text_of
 from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Variable, is_ground
-
-from ..communication import add_source, text_of
-from .registry import Invocation, Outcome, internal_action
 
 
 @internal_action("ground", 1)

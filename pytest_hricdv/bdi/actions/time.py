@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from datetime import date, timedelta
-from typing import TYPE_CHECKING
 
+from pytest_hricdv.bdi.actions.registry import WRONG, Invocation, internal_action, is_function
+from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
+from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Wait
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_trigger
 from pytest_hricdv.bdi.language.syntax import InternalActionCall, Plan, Trigger
@@ -20,14 +22,6 @@ from pytest_hricdv.bdi.language.terms import (
     Variable,
 )
 from pytest_hricdv.bdi.logic.inference import first
-
-from ..intentions import Frame, Intention, Wait
-from .registry import WRONG, Invocation, Outcome, internal_action, is_function, prepared
-
-if TYPE_CHECKING:
-    from ..agent import Agent
-    from ..execution import Step
-
 
 _DELAY = re.compile(r"\s*now(?:\s*\+\s*(\d+)\s*([a-z]*))?\s*")
 _UNITS_MS = {"": 1, "ms": 1, "s": 1_000, "m": 60_000, "h": 3_600_000, "d": 86_400_000}
@@ -44,17 +38,17 @@ def _wait(invocation: Invocation) -> Outcome:
     value = invocation.value(0) if _is_value(what) else what
     wait = Wait(intention, run.ticks)
     if isinstance(value, Number):
-        wait.deadline = run.after(value)
+        wait.deadline = run.deadline(value)
     elif isinstance(value, (String, PlanTerm)):
         wait.trigger = _trigger(invocation, value)
     else:
         solution = first(agent, what, invocation.bindings)
         if solution is not None:
-            intention.frames[-1].unifier = solution
+            intention.top.unifier = solution
             return True
         wait.condition = what
     if len(invocation) > 1:
-        wait.deadline = run.after(invocation.number(1))
+        wait.deadline = run.deadline(invocation.number(1))
     if len(invocation) > 2:
         wait.elapsed = invocation.args[2]
     if wait.deadline is not None:
@@ -62,22 +56,6 @@ def _wait(invocation: Invocation) -> Outcome:
     agent.waits.append(wait)
     invocation.held = True
     return True
-
-
-@prepared("wait")
-def _prepared_wait(call: Call, otherwise: Step) -> Step:
-    """For a known time."""
-    wait_ms = call.args[0]
-    if len(call.args) != 1 or not isinstance(wait_ms, Number):
-        return otherwise
-
-    def step(agent: Agent, intention: Intention, frame: Frame) -> None:
-        run = agent.run
-        deadline = run.after(wait_ms)
-        run.note_deadline(deadline)
-        agent.waits.append(Wait(intention, run.ticks, deadline))
-
-    return step
 
 
 @internal_action("at", 2)
@@ -102,14 +80,14 @@ def _at(invocation: Invocation) -> Outcome:
     later = InternalActionCall(Call(".at", (String("now"), event), place), place)
     plan = Plan("_at", Trigger("+", _AT), None, (later, later), place, builtin=True)
     intention = agent.new_intention()
-    intention.frames.append(Frame(plan, "+", _AT, {}))
-    deadline = run.after(delay_ms)
+    intention.stack.append(IntendedMeans(plan, "+", _AT, {}))
+    deadline = run.deadline(delay_ms)
     run.note_deadline(deadline)
     agent.waits.append(Wait(intention, run.ticks, deadline))
     return True
 
 
-def _cause(agent: Agent, trigger: Trigger) -> bool:
+def _cause(agent: AgentState, trigger: Trigger) -> bool:
     literal = trigger.literal
     if not isinstance(literal, Structure):
         raise EvaluationError(f"{trigger} is not an event", WRONG)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from pytest_hricdv.bdi.language.errors import Location
@@ -28,14 +27,7 @@ def ground_event_literal(literal: GoalTerm) -> Structure | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Executable:
-    """A statement, with a cache for the function that executes it."""
-
-    step: Callable[..., bool | None] | None = field(default=None, init=False, compare=False, repr=False)
-
-
-@dataclass(frozen=True, slots=True)
-class AchievementGoal(Executable):
+class AchievementGoal:
     """``!g``, or ``!!g``, which starts a new intention."""
 
     literal: GoalTerm
@@ -51,7 +43,7 @@ class AchievementGoal(Executable):
 
 
 @dataclass(frozen=True, slots=True)
-class TestGoal(Executable):
+class TestGoal:
     """``?f``: the formula must hold, and binds variables."""
 
     formula: Formula
@@ -62,7 +54,7 @@ class TestGoal(Executable):
 
 
 @dataclass(frozen=True, slots=True)
-class BeliefUpdate(Executable):
+class BeliefUpdate:
     """A belief update; ``sign`` is ``+``, ``-``, ``-+``, or ``++`` (``+`` whose plan runs in a new intention)."""
 
     sign: str
@@ -78,7 +70,7 @@ class BeliefUpdate(Executable):
 
 
 @dataclass(frozen=True, slots=True)
-class ExternalAction(Executable):
+class ExternalAction:
     """An external action, executed by the environment."""
 
     action: GoalTerm
@@ -89,7 +81,7 @@ class ExternalAction(Executable):
 
 
 @dataclass(frozen=True, slots=True)
-class InternalActionCall(Executable):
+class InternalActionCall:
     """An internal action as a statement."""
 
     call: Call
@@ -100,7 +92,7 @@ class InternalActionCall(Executable):
 
 
 @dataclass(frozen=True, slots=True)
-class ConditionStatement(Executable):
+class ConditionStatement:
     """A comparison or other condition as a statement: ``X = Y + 1``."""
 
     formula: Formula
@@ -111,7 +103,7 @@ class ConditionStatement(Executable):
 
 
 @dataclass(frozen=True, slots=True)
-class If(Executable):
+class If:
     """``if (condition) { then } else { otherwise }``."""
 
     condition: Formula
@@ -125,7 +117,7 @@ class If(Executable):
 
 
 @dataclass(frozen=True, slots=True)
-class While(Executable):
+class While:
     """``while (condition) { body }``."""
 
     condition: Formula
@@ -137,7 +129,7 @@ class While(Executable):
 
 
 @dataclass(frozen=True, slots=True)
-class For(Executable):
+class For:
     """``for (condition) { body }``: once for each solution that exists at its start."""
 
     condition: Formula

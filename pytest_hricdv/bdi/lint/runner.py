@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
-from pytest_hricdv.bdi.actions import check_calls
+from pytest_hricdv.bdi.actions.standard import check_calls
 from pytest_hricdv.bdi.language.errors import BdiError, Location
 from pytest_hricdv.bdi.language.parser import read_program
 from pytest_hricdv.bdi.language.project import option_beliefs, option_goals

@@ -7,29 +7,53 @@ runaway recursion with an error that names the rule.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
 from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
 from pytest_hricdv.bdi.language.syntax import Rule
 from pytest_hricdv.bdi.language.terms import Arithmetic, Call, Structure, Term, Variable, is_ground
+from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.comparison import compare
 from pytest_hricdv.bdi.logic.substitution import Bindings, substitute, substitute_only
 from pytest_hricdv.bdi.logic.unify import Trail, match_annotations, undo, unify
-
-if TYPE_CHECKING:
-    from pytest_hricdv.bdi.agent import Agent
 
 MAX_CHOICES = 50_000
 """Open choices of one query; a rule that calls itself for ever reaches it in a fraction of a second."""
 MAX_NESTED_QUERIES = 60
 """Queries within queries, through ``not`` and ``.findall``: bounded by Python's stack."""
 
+
+class Reasoner(Protocol):
+    """What a query needs of the agent that asks it."""
+
+    name: str
+    beliefs: BeliefBase
+
+    def function(self, call: Call, bindings: Bindings) -> Term:
+        """The value of a function in an expression."""
+
+    def call(self, call: Call, bindings: Bindings, trail: Trail) -> bool | Iterator[object]:
+        """The outcome of an internal action as a condition; an iterator binds variables anew for each solution."""
+
+    def fresh(self) -> Variable:
+        """A variable that occurs nowhere else in the run."""
+
+    def enter_query(self, formula: Formula) -> None:
+        """Count a query inside another; raises a BdiError if there are too many."""
+
+    def leave_query(self) -> None:
+        """The end of a query."""
+
+    def doing(self) -> str:
+        """What the agent is doing, for error messages."""
+
+
 Goals = tuple[Formula, Any] | None
 """What is left to show, first things first."""
 
 
-def first(agent: Agent, formula: Formula, bindings: Bindings) -> Bindings | None:
+def first(agent: Reasoner, formula: Formula, bindings: Bindings) -> Bindings | None:
     """The first solution of a formula, as bindings that extend the given ones; None if there is none."""
     kind = type(formula)
     # Most contexts are propositional: those need no machine.
@@ -47,7 +71,7 @@ def first(agent: Agent, formula: Formula, bindings: Bindings) -> Bindings | None
     return _first_by_machine(agent, formula, formula, bindings)
 
 
-def _first_by_machine(agent: Agent, formula: Formula, rest: Formula, bindings: Bindings) -> Bindings | None:
+def _first_by_machine(agent: Reasoner, formula: Formula, rest: Formula, bindings: Bindings) -> Bindings | None:
     """The first solution of the rest of a formula, whatever it is made of."""
     agent.enter_query(formula)
     try:
@@ -56,7 +80,7 @@ def _first_by_machine(agent: Agent, formula: Formula, rest: Formula, bindings: B
         agent.leave_query()
 
 
-def _first_of_all(agent: Agent, formula: And, bindings: Bindings) -> Bindings | None:
+def _first_of_all(agent: Reasoner, formula: And, bindings: Bindings) -> Bindings | None:
     """The first solution of a conjunction; parts with a single answer are decided without the machine."""
     parts = formula.parts
     for index, part in enumerate(parts):
@@ -79,14 +103,14 @@ def _first_of_all(agent: Agent, formula: And, bindings: Bindings) -> Bindings | 
         elif isinstance(part, Comparison):
             if part.operator[0] == "=":
                 bindings = dict(bindings)
-            if not compare(agent, part, bindings, []):
+            if not compare(part, bindings, [], agent.function):
                 return None
         else:
             return _first_by_machine(agent, formula, And(parts[index:]), bindings)
     return bindings
 
 
-def _ground_answer(agent: Agent, literal: Structure) -> bool | None:
+def _ground_answer(agent: Reasoner, literal: Structure) -> bool | None:
     """Whether a ground literal is believed, if that can be looked up; None if it takes the machine."""
     if not literal.ground:
         return None
@@ -101,7 +125,7 @@ def _ground_answer(agent: Agent, literal: Structure) -> bool | None:
     return None if any(isinstance(entry, Rule) or not entry.ground for entry in bucket.values()) else False
 
 
-def _only_candidate(agent: Agent, literal: Structure) -> Structure | None:
+def _only_candidate(agent: Reasoner, literal: Structure) -> Structure | None:
     """The one belief that can answer a query, in one way at most; None if it takes the machine."""
     bucket = agent.beliefs.bucket(literal.key)
     if len(bucket) != 1 or literal.evaluable or literal.annots_tail is not None:
@@ -124,7 +148,7 @@ def _unified(literal: Structure, belief: Structure, bindings: Bindings) -> Bindi
     return extended if all(annot in belief.annots for annot in literal.annots) else None
 
 
-def solve(agent: Agent, formula: Formula, bindings: Bindings) -> Iterator[Bindings]:
+def solve(agent: Reasoner, formula: Formula, bindings: Bindings) -> Iterator[Bindings]:
     """All solutions of a formula, each as new bindings that extend the given ones.
 
     Raises:
@@ -151,7 +175,7 @@ def solve(agent: Agent, formula: Formula, bindings: Bindings) -> Iterator[Bindin
                     goals = rest
                     continue
             elif isinstance(goal, Comparison):
-                if compare(agent, goal, env, trail):
+                if compare(goal, env, trail, agent.function):
                     goals = rest
                     continue
             else:
@@ -170,7 +194,7 @@ def solve(agent: Agent, formula: Formula, bindings: Bindings) -> Iterator[Bindin
             return
 
 
-def _answer(agent: Agent, env: Bindings, renamed: set[Variable]) -> Bindings:
+def _answer(agent: Reasoner, env: Bindings, renamed: set[Variable]) -> Bindings:
     """The bindings for the outside: without the variables that rules brought in."""
     if not renamed:
         return dict(env)
@@ -180,7 +204,7 @@ def _answer(agent: Agent, env: Bindings, renamed: set[Variable]) -> Bindings:
 
 
 def _alternatives(
-    agent: Agent, goal: Formula, rest: Goals, env: Bindings, trail: Trail, renamed: set[Variable]
+    agent: Reasoner, goal: Formula, rest: Goals, env: Bindings, trail: Trail, renamed: set[Variable]
 ) -> Iterator[Goals]:
     """What is left to show for each way to show the goal, with the bindings of that way made."""
     if isinstance(goal, Or):
@@ -208,7 +232,7 @@ def _alternatives(
             yield from _by_belief(literal, entry, rest, env, trail)
 
 
-def _literal(agent: Agent, goal: Formula, env: Bindings) -> Structure:
+def _literal(agent: Reasoner, goal: Formula, env: Bindings) -> Structure:
     if isinstance(goal, Structure) and not goal.evaluable:
         return goal
     value = substitute(goal, env, agent.function)  # type: ignore[arg-type]
@@ -245,7 +269,7 @@ def _with_annotations(
 
 
 def _by_rule(
-    agent: Agent, literal: Structure, rule: Rule, rest: Goals, env: Bindings, trail: Trail, renamed: set[Variable]
+    agent: Reasoner, literal: Structure, rule: Rule, rest: Goals, env: Bindings, trail: Trail, renamed: set[Variable]
 ) -> Iterator[Goals]:
     renaming: Bindings = {variable: agent.fresh() for variable in rule.variables}
     renamed.update(renaming.values())  # type: ignore[arg-type]

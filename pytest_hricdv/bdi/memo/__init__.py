@@ -1,46 +1,48 @@
-"""The memo: what a run with certain percepts does is put together from what earlier runs have shown.
+"""The memo: reuses recorded segments of earlier runs.
 
-What it is for
+Purpose
     Runs that differ only in the atoms ``b`` of the percepts ``f(b)`` of one agent, the steering agent, which
     forwards them to others: ``for (f(B)) { .send(human, tell, B) }``. That is how a model is steered through
     sets of beliefs: learning runs it thousands of times, and most sets make no difference to most of a run.
 
 How it works
     A run is cut into segments between rounds, where a receiver of forwarded atoms has just begun with something or is
-    about to: there it is most often in a state in which it has been before, and its questions are yet to come. A node
+    about to: there it is most often in a state in which it has been before, and its queries are yet to come. A node
     stands for the mental state of all agents at such a moment, an edge for a segment: what was printed, done and
-    executed, and how many rounds it took. Within a segment, the questions that a receiver
-    asks of its beliefs, whether it holds an atom that might be one of those forwarded, are noted with their answers.
-    They decide by which edge a run leaves a node. So the nodes are a decision diagram over the set of atoms.
+    executed, and how many rounds it took. Within a segment, the queries of a receiver whether it holds an atom that
+    might be one of those forwarded are recorded with their answers. They decide by which edge a run leaves a node. So
+    the nodes are a decision diagram over the set of atoms.
     A run follows it from the root for its number of atoms. Where it has no edge yet, the agents are put into the
-    state of that node and the model is run in earnest, up to the next node only: so each segment is run once.
+    state of that node and the model is executed, up to the next node only: so each segment is executed once.
 
 Why it is equal
     Let S be the set of atoms. The state at a node is a function of the node and of S: a receiver's belief is either
-    as S says, if nothing but forwarding has touched it, or what the node says. What happens next can depend on
+    as S says, if nothing but forwarding has changed it, or what the node says. What happens next can depend on
     S only through
 
     - the number of atoms, before all have arrived: there is a root for each number;
     - the atoms in the steering agent: its program mentions ``f`` nowhere but in such loops, and their variable
       only as the content of messages, so no condition, goal or text can depend on it;
-    - the beliefs of receivers: every look at one that is still as S says is noted as a question.
+    - the beliefs of receivers: every query of one that is still as S says is recorded.
 
-    Two sets that answer the questions of a segment equally thus have equal segments, and states at its end that
+    Two sets that answer the queries of a segment equally thus have equal segments, and states at its end that
     are the same node. A segment is only added if this is certain. It is not if
 
-    - a receiver asks before all atoms have arrived, or an atom arrives twice;
+    - a receiver queries before all atoms have arrived, an atom arrives twice, or something waits for it;
     - an atom has a meaning for the receiver when it comes: there is a plan for it, or it is believed at first;
-    - an agent hands over to the interpreter, whose questions are not noted;
-    - the steering agent looks at its percepts a second time;
-    - nothing changes for so many rounds that the run might have been checked for agents that only spin, which
+    - an agent uses what is different in every run or segment: the clock, random numbers, new variables, the numbers
+      of messages;
+    - an agent inspects or changes intentions or plans;
+    - the steering agent queries its percepts a second time, or not at all;
+    - there is no progress for so many rounds that the run might have been checked for a livelock, which
       happens at certain rounds of a run and so depends on how long it took before;
     - the round limit is reached.
 
-    Such runs, and runs with other percepts, are run and remembered as a whole, by all that they are given.
-    An environment of one's own may do anything: with it nothing is remembered.
+    Such runs, and runs with other percepts, are executed and remembered as a whole, by all that they are given.
+    A custom environment may do anything: with it nothing is remembered.
 """
 
-from .engine import Memo
-from .survey import Fold, Runs, TooLargeError
+from pytest_hricdv.bdi.memo.exhaustive_exploration import Fold, Runs, TooLargeError
+from pytest_hricdv.bdi.memo.memo import Memo
 
 __all__ = ["Fold", "Memo", "Runs", "TooLargeError"]

@@ -1,70 +1,103 @@
-"""Which agents forward their percepts, and to whom."""
+"""Which agents forward their percepts, and to which others."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
 
+from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.syntax import For, InternalActionCall, Plan, Statement
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
-from pytest_hricdv.bdi.language.terms import Key, Structure, Term, Variable
-
-from ..compiled.layout import variables_in
-from ..library import PlanLibrary
-from ..prototype import Prototype
+from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Key, Structure, Term, Variable, source
+from pytest_hricdv.bdi.run.agent_template import AgentTemplate
+from pytest_hricdv.bdi.run.environment import percept_of
 
 
-@dataclass(frozen=True, slots=True)
 class Forwarding:
-    """An agent's way with the percepts ``f(b)``: it does nothing but tell others ``b``.
+    """How an agent forwards the percepts ``f(b)``: all it does with them is to tell others ``b``.
 
     Args:
         steering: the agent.
         key: of the percepts.
-        receivers: whom it tells.
+        receivers: the agents that it tells.
         special: atoms that are not handled alike: its own program mentions them, or they mean something to a receiver
             when they come.
     """
 
-    steering: str
-    key: Key
-    receivers: frozenset[str]
-    special: frozenset[str]
+    def __init__(self, steering: str, key: Key, receivers: frozenset[str], special: frozenset[str]) -> None:
+        self.steering = steering
+        self.key = key
+        self.receivers = receivers
+        self.atoms = _Atoms(key, special)
+        """The atoms that percepts, as they were given, are about; empty if it is not forwarded like the others."""
+
+    def belief(self, atom: str) -> Structure:
+        """The belief of a receiver that has been told an atom."""
+        return Structure(atom, (), (source(self.steering),))
 
 
-def forwarding_of(name: str, key: Key, prototypes: Mapping[str, Prototype]) -> Forwarding | None:
-    """How an agent forwards the percepts of a key; None if it does anything else with them.
+class _Atoms(dict[str | Structure, str]):
+    """The atoms of percepts, found when they are first used."""
+
+    def __init__(self, key: Key, special: frozenset[str]) -> None:
+        super().__init__()
+        self._key = key
+        self._special = special
+
+    def __missing__(self, given: str | Structure) -> str:
+        self[given] = atom = self._atom(percept_of(given))
+        return atom
+
+    def _atom(self, percept: Structure) -> str:
+        if percept.key != self._key or percept.annots != (SOURCE_PERCEPT,):
+            return ""
+        (about,) = percept.args
+        if not isinstance(about, Structure) or about.args or about.annots or about.negated:
+            return ""
+        return "" if about.functor in self._special else about.functor
+
+
+def forwarding_of(name: str, key: Key, templates: Sequence[AgentTemplate]) -> Forwarding | None:
+    """How an agent forwards the percepts of a predicate; None if it does anything else with them.
 
     Args:
         name: of the agent.
         key: of the percepts.
-        prototypes: all agents by their names.
+        templates: all agents.
     """
-    agent = prototypes.get(name)
-    if agent is None or agent.code is None or key[2] != 1:
-        return None
-    place = agent.code.program.tables.get(key)
-    if place is None or agent.code.tables[place]:
+    agents = {template.name: template for template in templates}
+    agent = agents.get(name)
+    if agent is None or key[2] != 1 or any(held == key for held, _ in agent.beliefs):
         return None
     found = _forwarded(agent.library, key)
     if found is None or name in found[0]:
         return None
     receivers, special = found
     for receiver in receivers:
-        received = prototypes[receiver].code if receiver in prototypes else None
-        if received is None:
+        meaning = _meaningful_atoms(agents[receiver]) if receiver in agents else None
+        if meaning is None:
             return None
-        special |= received.propositions.keys() | {functor for _, functor, _ in received.program.noticed}
+        special |= meaning
     return Forwarding(name, key, frozenset(receivers), frozenset(special))
+
+
+def _meaningful_atoms(receiver: AgentTemplate) -> set[str] | None:
+    """The atoms that mean something to a receiver when they come; None if that is not known."""
+    triggers = [plan.trigger for plan in receiver.library.plans if plan.trigger.sign == "+"]
+    if receiver.library.has_own_message_plans or not all(isinstance(each.literal, Structure) for each in triggers):
+        return None
+    believed = {functor for (_, functor, _), _ in receiver.beliefs}
+    return believed | {trigger.literal.functor for trigger in triggers if isinstance(trigger.literal, Structure)}
 
 
 def _forwarded(library: PlanLibrary, key: Key) -> tuple[set[str], set[str]] | None:
     """Who is told of percepts of a key, and the atoms that the program mentions; None if anything else is done."""
     plans = [plan for plan in library.plans if not plan.builtin]
+    if not all(isinstance(plan.trigger.literal, Structure) for plan in plans):
+        return None
     receivers: set[str] = set()
     loops = [loop for plan in plans for loop in _statements(plan.body) if isinstance(loop, For) and _asks(loop, key)]
     for loop in loops:
-        (variable,) = variables_in(loop.condition)
+        (variable,) = _variables_in(loop.condition)
         sends = [statement for statement in _statements(loop.body) if _forwards(statement, variable)]
         if _count(loop.body, variable) != len(sends):
             return None
@@ -82,15 +115,19 @@ def _asks(loop: For, key: Key) -> bool:
     """Whether a loop is over the beliefs of a key, whatever they are about."""
     asked = loop.condition
     plain = isinstance(asked, Structure) and asked.key == key and not asked.annots and asked.annots_tail is None
-    return plain and len(variables_in(asked)) == 1
+    return plain and len(_variables_in(asked)) == 1
 
 
 def _forwards(statement: Statement, variable: Term) -> bool:
-    """Whether a statement tells an agent known beforehand what a variable stands for."""
+    """Whether a statement tells a named agent what a variable stands for."""
     if not isinstance(statement, InternalActionCall) or statement.call.name != ".send" or len(statement.call.args) != 3:
         return False
     receiver, force, content = statement.call.args
     return isinstance(receiver, Structure) and str(force) == "tell" and content == variable
+
+
+def _variables_in(node: object) -> set[Variable]:
+    return {part for part in parts_of(node) if isinstance(part, Variable)}
 
 
 def _statements(body: object) -> list[Statement]:

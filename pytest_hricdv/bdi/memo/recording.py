@@ -1,202 +1,240 @@
-"""A run in earnest, segment by segment."""
+"""The execution of a run segment by segment."""
 
 from __future__ import annotations
 
-import math
-from typing import Any
+from collections.abc import Sequence
 
-from ..compiled import CompiledAgent
-from ..environment import Environment
-from ..prototype import Prototype
-from ..quiet import QUIET_ROUNDS
-from ..scheduler import Run
-from ..spinning import count_from, make_up
-from .diagram import Segment
-from .state import MentalState, mental_state, restore
-from .watching import Notes, Receiver, WatchedTable
+from pytest_hricdv.bdi.actions.registry import ACTIONS
+from pytest_hricdv.bdi.agent.agent import Agent
+from pytest_hricdv.bdi.agent.agent_state import ActionResult, Outcome
+from pytest_hricdv.bdi.agent.intentions import Intention, Message
+from pytest_hricdv.bdi.agent.messages import is_processed_directly
+from pytest_hricdv.bdi.language.terms import Call, Structure, Variable
+from pytest_hricdv.bdi.logic.beliefs import BeliefBase
+from pytest_hricdv.bdi.logic.substitution import Bindings
+from pytest_hricdv.bdi.logic.unify import Trail
+from pytest_hricdv.bdi.memo.decision_diagram import Segment
+from pytest_hricdv.bdi.memo.dependencies import Dependencies, ReceiverBeliefs, SteeringBeliefs
+from pytest_hricdv.bdi.memo.snapshot import AgentSnapshot, restore, snapshot
+from pytest_hricdv.bdi.run.agent_template import AgentTemplate
+from pytest_hricdv.bdi.run.environment import Environment
+from pytest_hricdv.bdi.run.livelock import QUIET_ROUNDS
+from pytest_hricdv.bdi.run.scheduler import Run
 
 _CUT = "cut"
 """How a run has ended that is at the end of a segment, to go on from there."""
 _UNCERTAIN = "uncertain"
-"""How a run has ended of which nothing can be said for others."""
+"""How a run has ended that other runs must not rely on."""
 _SHORTEST = 3
-"""Rounds that a segment takes at least: what begins is often seen beginning in the round after, too."""
-_PATIENCE = 100
+"""The least rounds of a segment: what begins is often seen beginning in the round after, too."""
+_LONG = 100
 """Rounds after which a segment may end in the middle of what the receiver does."""
-_MOST_UNSEEN = 20
-"""Rounds that an agent that is alone may do before the run is looked at."""
 _QUIET_BEFORE = 10
-"""Rounds without a change that a segment may begin after."""
+"""Rounds without progress that a segment may begin after."""
 
 
 class RecordingRun(Run):
-    """A run whose segments are noted.
+    """A run that is recorded in segments.
 
     Args:
         environment: the plain environment.
         seed: of the run's random numbers.
-        prototypes: the agents.
-        notes: where to note on what it depends.
-        states: the states of the agents to go on from; without them, the run is at its beginning.
+        templates: the agents.
+        dependencies: where to note what the run depends on.
+        states: the states of the agents to go on from; None at the beginning of a run.
     """
-
-    watched = True
 
     def __init__(
         self,
         environment: Environment,
         seed: int,
-        prototypes: tuple[Prototype, ...],
-        notes: Notes,
-        states: tuple[MentalState, ...] | None,
+        templates: Sequence[AgentTemplate],
+        dependencies: Dependencies,
+        states: tuple[AgentSnapshot, ...] | None,
     ) -> None:
         super().__init__(environment, seed, None)
-        self.notes = notes
-        self._quiet = 0
-        """At most so many rounds ago has anything changed."""
-        self._looked = 0
-        """The round of the last look."""
-        self._progress = 0
-        """The progress made until then."""
-        self._left_out: int | None = None
-        """The place of the steering agent's table of what it forwards."""
-        for prototype in prototypes:
-            receives = prototype.name in notes.forwarding.receivers and prototype.code is not None
-            self.agents[prototype.name] = (
-                Receiver(prototype.name, self, prototype.code, notes)  # type: ignore[arg-type]
-                if receives
-                else prototype.agent(self)
-            )
-        steering = self.agents[notes.forwarding.steering]
-        if isinstance(steering, CompiledAgent):
-            self._left_out = steering.code.program.tables[notes.forwarding.key]
-            steering.tables[self._left_out] = WatchedTable(steering.tables[self._left_out], notes)
-        if states is not None:
-            self.go_back(notes, states)
+        self.dependencies = dependencies
+        self._quiet = 0 if states is None else _QUIET_BEFORE
+        """An upper bound of the rounds since the last progress."""
+        self._seen_progress = 0
+        self._states: tuple[AgentSnapshot, ...] = ()
+        forwarding = dependencies.forwarding
+        for place, template in enumerate(templates):
+            receives, steers = template.name in forwarding.receivers, template.name == forwarding.steering
+            kind = _Receiver if receives else _SteeringAgent if steers else _RecordedAgent
+            agent = template.agent(self, kind)
+            self.agents[template.name] = agent
+            content = template.beliefs if states is None else states[place].beliefs
+            beliefs = BeliefBase(content)
+            if receives:
+                beliefs = ReceiverBeliefs(content, dependencies, () if states is None else dependencies.atoms)
+            agent.beliefs = beliefs
+            if states is not None:
+                if steers:
+                    beliefs = SteeringBeliefs(beliefs, dependencies)
+                restore(agent, states[place], beliefs)
 
-    def fits(self, notes: Notes, environment: Environment, seed: int) -> bool:
-        """Whether it can go back to a node of a run with this environment and seed, and these notes."""
-        same = self.environment is environment and self._seed == seed and self.notes.forwarding is notes.forwarding
-        return same and all(isinstance(agent, CompiledAgent) for agent in self.agents.values())
-
-    def go_back(self, notes: Notes, states: tuple[MentalState, ...]) -> None:
-        """Go on from other states instead, and with other atoms."""
-        self.notes = notes
-        self.earliest_deadline = math.inf
-        self.spinning.clear()
-        for agent, state in zip(self.agents.values(), states, strict=True):
-            assert isinstance(agent, CompiledAgent)
-            if isinstance(agent, Receiver):
-                agent.go_back(notes, state.propositions)
-            else:
-                agent.p = dict(state.propositions)
-            if agent.name != notes.forwarding.steering:
-                restore(agent, state)
-            elif self._left_out is not None:
-                restore(agent, state, self._left_out)
-                agent.tables[self._left_out] = WatchedTable({}, notes)
-        notes.missing, notes.looks = 0, 1
-        self._quiet = _QUIET_BEFORE
+    # --- what is different in every run or segment
 
     @property
-    def plain(self) -> bool:
-        """Compiled agents may take part."""
-        return True
+    def time_ms(self) -> float:
+        """Virtual time."""
+        self.dependencies.certain = False
+        return super().time_ms
 
-    def replace(self, agent: Any) -> None:
-        """An agent is handed over to the interpreter: nobody knows what it looks at."""
-        self.notes.certain = False
-        super().replace(agent)
+    def draw(self) -> float:
+        """The next random number."""
+        self.dependencies.certain = False
+        return super().draw()
 
-    def record(self, max_rounds: int) -> tuple[Segment, tuple[MentalState, ...] | None] | None:
-        """Do the next segment.
+    def fresh(self) -> Variable:
+        """A variable that occurs nowhere else in the run."""
+        self.dependencies.certain = False
+        return super().fresh()
+
+    # --- segments
+
+    def record(self, max_rounds: int) -> tuple[Segment, tuple[AgentSnapshot, ...] | None] | None:
+        """Execute the next segment.
 
         Args:
             max_rounds: the rounds that it may take.
 
         Returns:
             The segment, and the states of the agents at its end if that is not the end of the run. None if it is not
-            certain that other runs in this state with the same answers to the questions have the same segment: then
+            certain that other runs in this state with the same answers have the same segment: then
             the run cannot go on here.
 
         Raises:
             BdiError: an agent cannot go on.
         """
         ticks = self.ticks
-        self.skipped, self.rounds, self._looked = ticks, 0, 0
-        self._progress = self.progress
-        self.notes.questions = {}
-        self._ended = ""
-        for agent in self.spinning.values():
-            count_from(agent, 0)
+        self.skipped, self.rounds = ticks, 0
+        self._seen_progress = self.progress
+        self.dependencies.answers = {}
+        self.ended = ""
         ended = self.go(max_rounds)
         if ended == _CUT:
             self._quiet = _QUIET_BEFORE
             return self._segment(ticks, ""), self._states
-        if ended in ("idle", "spin") and self.notes.certain and self.rounds < max_rounds:
+        certain = self.dependencies.certain and self.dependencies.forwarded
+        if ended in ("idle", "spin") and certain and self.rounds < max_rounds:
             return self._segment(ticks, ended), None
         return None
 
-    def _rounds(self, until: int) -> bool:
-        """As in any run, but not so many that it would be unknown when something has changed."""
-        return super()._rounds(min(until, self.rounds + _MOST_UNSEEN))
-
-    def look(self) -> bool:
-        """After a round: whether the segment ends here, or the run must not go on."""
-        done, self._looked = self.rounds - self._looked, self.rounds
-        if self._quiet + done >= QUIET_ROUNDS:
-            self.notes.certain = False
-        if self.progress != self._progress:
-            self._progress = self.progress
-            self._quiet = done
-        else:
-            self._quiet += done
-        if not self.notes.certain:
-            self._ended = _UNCERTAIN
+    def after_round(self) -> None:
+        """Decide whether the segment ends here, or the run must not go on."""
+        self._quiet += 1
+        if self._quiet >= QUIET_ROUNDS:
+            self.dependencies.certain = False
+        if self.progress != self._seen_progress:
+            self._seen_progress = self.progress
+            self._quiet = 1
+        if self.ended or not self.dependencies.certain:
+            self.ended = _UNCERTAIN
         elif self._may_cut():
-            self._ended = _CUT
-        return bool(self._ended)
+            self.ended = _CUT
 
     def _may_cut(self) -> bool:
         """Whether a receiver has just begun with something, or is about to: then it is most often in a known state."""
-        if self._quiet > _QUIET_BEFORE or self.rounds < _SHORTEST or not self.notes.forwarded:
+        if self._quiet > _QUIET_BEFORE or self.rounds < _SHORTEST or not self.dependencies.forwarded:
             return False
-        ready = self._order[self._ready[-1]] if self._ready else None
-        if not isinstance(ready, Receiver) or self.ticks >= self.earliest_deadline:
+        last = None
+        for agent in self.agents.values():
+            if agent.awake and (not agent.busy_waiting or agent.has_news()):
+                last = agent
+        if not isinstance(last, _Receiver) or self.ticks >= self.earliest_deadline:
             return False
-        return (self.rounds >= _PATIENCE or ready.begins()) and self._find_states()
+        return (self.rounds >= _LONG or last.begins()) and self._find_states()
 
     def _find_states(self) -> bool:
         """Note the states of all agents before the next round; False if they cannot be compared."""
-        now = self.ticks
-        states = []
-        for name, agent in self.agents.items():
-            if not isinstance(agent, CompiledAgent):
-                return False
-            if isinstance(agent, Receiver):
-                states.append(mental_state(agent, now, agent.watched.settled_content()))
-            elif name != self.notes.forwarding.steering:
-                states.append(mental_state(agent, now, agent.p.items()))
-            elif agent.has_work() or agent.waits:
-                # It could still be about to forward something.
-                return False
-            else:
-                states.append(mental_state(agent, now, agent.p.items(), self._left_out))
-        self._states = tuple(states)
-        try:
-            hash(self._states)
-        except TypeError:
+        steering = self.agents[self.dependencies.forwarding.steering]
+        if steering.has_work() or steering.waits:
+            # It could still be about to forward something.
             return False
-        return True
+        states = [snapshot(agent, self.ticks) for agent in self.agents.values()]
+        self._states = tuple([state for state in states if state is not None])
+        return len(self._states) == len(states)
 
     def _segment(self, since: int, ended: str) -> Segment:
         """The segment that ends here; ``since`` is the tick of its beginning."""
         plans = []
         for name, agent in self.agents.items():
-            make_up(agent)
             if agent.executed:
                 plans.append((name, agent.executed))
                 agent.executed = []
         segment = Segment(self.rounds, self.ticks - since, self.prints, self.actions, self.warnings, plans, ended)
         self.prints, self.actions, self.warnings = [], [], []
         return segment
+
+
+class _RecordedAgent(Agent):
+    """An agent in a recorded run: what other runs must not rely on is noted."""
+
+    run: RecordingRun
+
+    def receive(self, message: Message) -> None:
+        """Process a message; plans for messages can see its number, which is different in every run."""
+        if message.reply_to or not is_processed_directly(self, message):
+            self.run.dependencies.certain = False
+        super().receive(message)
+
+    def call(self, call: Call, bindings: Bindings, trail: Trail) -> Outcome:
+        """Evaluate an internal action as a condition."""
+        self._note_action(call)
+        return super().call(call, bindings, trail)
+
+    def execute_internal(self, call: Call, bindings: Bindings, intention: Intention) -> ActionResult:
+        """Execute an internal action as a statement."""
+        self._note_action(call)
+        return super().execute_internal(call, bindings, intention)
+
+    def _note_action(self, call: Call) -> None:
+        action = ACTIONS.get(call.name)
+        if action is None or action.inspects:
+            self.run.dependencies.certain = False
+
+
+class _SteeringAgent(_RecordedAgent):
+    """The agent that forwards its percepts."""
+
+    def perceive(self) -> None:
+        """Perceive; from then on queries of the percepts are noted."""
+        super().perceive()
+        self.beliefs = SteeringBeliefs(self.beliefs, self.run.dependencies)
+
+
+class _Receiver(_RecordedAgent):
+    """An agent to which atoms are forwarded."""
+
+    beliefs: ReceiverBeliefs
+
+    def receive(self, message: Message) -> None:
+        """Process a message; a forwarded atom is believed without noting that."""
+        dependencies = self.run.dependencies
+        atom = message.content
+        forwarded = message.sender == dependencies.forwarding.steering and message.force == "tell"
+        if not forwarded or not isinstance(atom, Structure) or atom.functor not in dependencies.atoms:
+            super().receive(message)
+            return
+        belief = dependencies.forwarding.belief(atom.functor)
+        if atom.args or atom.negated or atom.annots or self.waits or self.beliefs.holds(belief.key):
+            # It has come twice, the agent has come to believe it by itself, or something may wait for it.
+            dependencies.certain = False
+            super().receive(message)
+        else:
+            dependencies.missing -= 1
+            self.beliefs.arrive(belief)
+            self.run.progress += 1
+
+    def begins(self) -> bool:
+        """Whether it is not in the middle of anything: it only waited busily, or no plan of it pursues a goal."""
+        if self.feedback:
+            return False
+        if self.busy_waiting:
+            return True
+        waiting = [event.intention for event in self.events if event.intention is not None]
+        return not any(len(intention.stack) > 1 for intention in waiting) and not any(
+            len(intention.stack) > 1 or intention.top.sign in ("+!", "-!") for intention in self.intentions
+        )

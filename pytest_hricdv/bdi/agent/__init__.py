@@ -1,0 +1,1 @@
+"""Agents: their mental state, their reasoning cycle, and how they execute plans."""

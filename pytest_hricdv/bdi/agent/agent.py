@@ -1,0 +1,240 @@
+"""One agent: its reasoning cycle."""
+
+from __future__ import annotations
+
+from pytest_hricdv.bdi.agent.agent_state import ActionTable, AgentState
+from pytest_hricdv.bdi.agent.failures import fail, no_applicable_plan
+from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message
+from pytest_hricdv.bdi.agent.messages import receive
+from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
+from pytest_hricdv.bdi.agent.run_services import RunServices
+from pytest_hricdv.bdi.agent.statements import EXECUTE
+from pytest_hricdv.bdi.agent.waits import end_waits, wake_by_conditions
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
+from pytest_hricdv.bdi.logic.beliefs import BeliefBase
+from pytest_hricdv.bdi.logic.substitution import Bindings
+
+
+class Agent(AgentState):
+    """An agent in a run; takes what its state takes."""
+
+    def __init__(
+        self,
+        name: str,
+        run: RunServices,
+        actions: ActionTable,
+        beliefs: BeliefBase,
+        library: PlanLibrary,
+        events: list[tuple[str, Structure]],
+    ) -> None:
+        super().__init__(name, run, actions, beliefs, library, events)
+        self.busy_waiting = False
+        """Whether its last cycle only selected a plan that pursues its own goal again, as ``+!w : not x <- !w``."""
+        self.perceived: tuple[Structure, ...] = ()
+        """The percepts when it last perceived."""
+        self.seen_percepts = 0
+        """The version of its percepts when it last perceived."""
+        self._percept_versions = run.percept_versions(name)
+        self._checked_version = -1
+        """The version of the beliefs when waits for conditions were last checked."""
+        self._busy_wait_tick = -1
+        """The last tick in which it selected a plan that pursues its own goal again."""
+        self.awake = self.has_work()
+
+    def cycle(self) -> None:
+        """Do a reasoning cycle: perceive, read a message, react to an event, take an action's outcome, do a statement.
+
+        Raises:
+            BdiError: the agent cannot go on.
+        """
+        self.busy_waiting = False
+        if self.woken:
+            woken, self.woken = self.woken, []
+            for intention in woken:
+                self.resume(intention)
+        if self._percept_versions.get(self.name, 0) != self.seen_percepts:
+            self.perceive()
+        if self.mailbox:
+            self.receive(self.mailbox.popleft())
+        while self.events:
+            event = self.events.popleft() if self.atomic is None else self._atomic_event()
+            if event is None or self.react(event):
+                break
+        if self.feedback:
+            self._take_outcome()
+        if self.intentions:
+            ready = self.intentions.popleft() if self.atomic is None else self._atomic_intention()
+            if ready is not None:
+                self.execute(ready)
+        if self.waits and self.beliefs.version != self._checked_version:
+            self._checked_version = self.beliefs.version
+            wake_by_conditions(self)
+        self.awake = bool(self.intentions or self.events) or self.has_news()
+
+    def has_work(self) -> bool:
+        """Whether a reasoning cycle would do anything."""
+        return bool(self.events) or self.has_news()
+
+    def has_news(self) -> bool:
+        """Whether a cycle would do anything besides reacting to an event."""
+        return bool(
+            self.intentions
+            or self.mailbox
+            or self.feedback
+            or self.woken
+            or self.seen_percepts != self._percept_versions.get(self.name, 0)
+        )
+
+    def may_change(self) -> bool:
+        """Whether it may do anything but wait busily, even if nothing more comes to it."""
+        if self.waits or self.questions:
+            return True
+        return self.has_news() if self.busy_waiting else self.awake
+
+    def note_restored(self) -> None:
+        """Its state has been set, after perceiving what its environment lists."""
+        self.seen_percepts = self._percept_versions.get(self.name, 0)
+        self._checked_version = self.beliefs.version
+        self.awake = self.has_work()
+
+    def receive(self, message: Message) -> None:
+        """Process a message."""
+        receive(self, message)
+
+    def end_waits(self, now: int) -> None:
+        """Let the intentions go on, or fail, whose wait is over at a tick of the virtual clock."""
+        end_waits(self, now)
+
+    # --- perception
+
+    def perceive(self) -> None:
+        """Update the beliefs from the percepts, which have changed.
+
+        Otherwise it is not called: a percept that the agent itself has deleted stays deleted until then.
+        """
+        self.seen_percepts = self._percept_versions.get(self.name, 0)
+        self.run.progress += 1
+        percepts = self.run.percepts(self.name)
+        before, self.perceived = self.perceived, percepts
+        believed = [belief.without_annotations() for belief in self.beliefs.with_annotation(SOURCE_PERCEPT)]
+        if believed:
+            self._forget(believed, before, percepts)
+        for percept in percepts:
+            self.believe(percept)
+
+    def _forget(
+        self, believed: list[Structure], before: tuple[Structure, ...], percepts: tuple[Structure, ...]
+    ) -> None:
+        """Delete beliefs that are not perceived any more.
+
+        In the order in which they were listed before; last what the agent itself has taken for a percept.
+        """
+        still_perceived = {percept.without_annotations() for percept in percepts}
+        place_before = {percept.without_annotations(): place for place, percept in enumerate(before)}
+        for plain in sorted(believed, key=lambda plain: place_before.get(plain, len(place_before))):
+            if plain not in still_perceived:
+                self.disbelieve(Structure(plain.functor, plain.args, (SOURCE_PERCEPT,), plain.negated))
+
+    # --- events
+
+    def _atomic_event(self) -> Event | None:
+        """The event of the intention that must not be interleaved with others.
+
+        None if it is ready, or waits for an answer, an action or time: nothing may come between.
+        """
+        for event in self.events:
+            if event.intention is self.atomic:
+                self.events.remove(event)
+                return event
+        return None
+
+    def react(self, event: Event) -> IntendedMeans | bool:
+        """Select a plan for an event, and add it to the intention that waits for the event, or to a new one.
+
+        Returns:
+            The plan; without one, whether the event was all for this cycle: if not, another one is selected at once.
+        """
+        literal = event.literal
+        for plan, match, condition in self.library.options[event.sign][literal.key]:
+            self.considered = plan
+            unifier: Bindings | None = {} if match is None else match(literal)
+            if unifier is None:
+                continue
+            if condition is not None:
+                try:
+                    applicable = condition(self, unifier)
+                except (EvaluationError, ArithmeticError, ValueError) as error:
+                    self.run.warn(f"{self.name}: context of plan @{plan.label} ({plan.location}): {error}")
+                    continue
+                if not applicable:
+                    continue
+            return self._intend(event, IntendedMeans(plan, event.sign, literal, unifier))
+        if event.intention is None or len(event.sign) > 1:
+            return no_applicable_plan(self, event)
+        # The belief update that the event is about is done: it needs no plan.
+        self.resume(event.intention)
+        return True
+
+    def _intend(self, event: Event, means: IntendedMeans) -> IntendedMeans:
+        intention = event.intention
+        if intention is None:
+            intention = self.new_intention()
+        elif intention.stack:
+            intention.optimize_tail_recursion(event)
+        intention.stack.append(means)
+        self.intentions.append(intention)
+        plan = means.plan
+        if not plan.builtin:
+            self.executed.append(plan.label)
+        if plan.is_busy_wait:
+            self._busy_wait_tick = self.run.ticks
+        if plan.atomic:
+            self.atomic = intention
+        return means
+
+    # --- intentions
+
+    def _take_outcome(self) -> None:
+        """Let the intention go on, or fail, whose action the environment has executed."""
+        intention, success = self.feedback.popleft()
+        if success:
+            self.go_on(intention)
+        else:
+            fail(self, intention, "action_failed", "the action failed in the environment")
+
+    def execute(self, intention: Intention) -> None:
+        """Execute the next statement of an intention, or end its plan if it has none left."""
+        means = intention.stack[-1]
+        if means.pc >= len(means.body):
+            self.end_plans(intention)
+            return
+        self.current = intention
+        try:
+            statement = means.body[means.pc]
+            EXECUTE[type(statement)](self, intention, means, statement)
+            if means.plan.is_busy_wait:
+                self.busy_waiting = self._only_waits_busily(means)
+        except (EvaluationError, ArithmeticError, ValueError) as error:
+            fail(self, intention, getattr(error, "kind", "unknown"), str(error))
+        finally:
+            self.current = None
+
+    def _atomic_intention(self) -> Intention | None:
+        """The intention that must not be interleaved with others.
+
+        None if it waits for its own event or for time to pass: nothing may come between.
+        """
+        atomic = self.atomic
+        if atomic is None or atomic not in self.intentions:
+            return None
+        self.intentions.remove(atomic)
+        return atomic
+
+    def _only_waits_busily(self, means: IntendedMeans) -> bool:
+        """Whether the goal that a plan has posted again is all there is to do, until something comes from outside."""
+        if len(self.events) > 1 or self.suspending or self.has_news():
+            return False
+        # What the plan waits for may have come after the plan was selected.
+        selected_now = self._busy_wait_tick == self.run.ticks
+        return selected_now and not self.beliefs.open and self.library.depends_on_beliefs_only(means.literal.key)

@@ -1,0 +1,290 @@
+"""The mental state of an agent, and the basic changes of it."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from typing import NamedTuple, Protocol
+
+from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message, Question, Wait
+from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
+from pytest_hricdv.bdi.agent.run_services import RunServices
+from pytest_hricdv.bdi.language.errors import BdiError
+from pytest_hricdv.bdi.language.formulas import Formula
+from pytest_hricdv.bdi.language.syntax import Plan
+from pytest_hricdv.bdi.language.terms import Call, Structure, Term, Variable
+from pytest_hricdv.bdi.logic.beliefs import BeliefBase
+from pytest_hricdv.bdi.logic.inference import MAX_NESTED_QUERIES
+from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute, substitute_only
+from pytest_hricdv.bdi.logic.unify import Trail
+
+Outcome = bool | Iterator[object]
+"""Success or failure of an internal action, or an iterator that binds variables anew for each solution."""
+
+
+class ActionResult(NamedTuple):
+    """What an internal action did as a statement.
+
+    Args:
+        succeeded: whether it succeeded.
+        held: whether it has moved its own intention, which then does not go on to the next statement by itself.
+        failure: annotations for the failure event.
+    """
+
+    succeeded: bool
+    held: bool
+    failure: tuple[Term, ...]
+
+
+class ActionTable(Protocol):
+    """The internal actions and functions that agents can use."""
+
+    def execute(self, agent: AgentState, call: Call, bindings: Bindings, intention: Intention) -> ActionResult:
+        """Execute an internal action as a statement of an intention."""
+
+    def solve(self, agent: AgentState, call: Call, bindings: Bindings, trail: Trail) -> Outcome:
+        """Evaluate an internal action as a condition."""
+
+    def function(self, agent: AgentState, call: Call, bindings: Bindings) -> Term:
+        """The value of a function in an expression."""
+
+
+class AgentState:
+    """What an agent believes, intends, and has yet to react to.
+
+    Args:
+        name: the name of the agent.
+        run: the run it takes part in.
+        actions: the internal actions.
+        beliefs: what it believes at first; the base becomes its own.
+        library: its plans.
+        events: the sign and literal of what it has to react to at first.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        run: RunServices,
+        actions: ActionTable,
+        beliefs: BeliefBase,
+        library: PlanLibrary,
+        events: list[tuple[str, Structure]],
+    ) -> None:
+        self.name = name
+        self.run = run
+        self.actions = actions
+        self.beliefs = beliefs
+        self.library = library
+        self.mailbox: deque[Message] = deque()
+        self.events: deque[Event] = deque(Event(sign, literal, None) for sign, literal in events)
+        self.feedback: deque[tuple[Intention, bool]] = deque()
+        """Intentions whose external action has been executed, and whether it succeeded."""
+        self.intentions: deque[Intention] = deque()
+        """The intentions that are ready for their next statement."""
+        self.waits: list[Wait] = []
+        self.questions: dict[str, Question] = {}
+        """What intentions have asked other agents, by the number of the message."""
+        self.woken: list[Intention] = []
+        """Intentions that will go on in the next cycle: what they waited for has happened in this one."""
+        self.suspended: list[Intention] = []
+        self.suspending: list[Intention] = []
+        """Intentions that will be suspended as soon as what they wait for has come."""
+        self.current: Intention | None = None
+        """The intention whose statement is being executed."""
+        self.atomic: Intention | None = None
+        """The intention that must not be interleaved with others, if there is one."""
+        self.executed: list[str] = []
+        """The labels of the plans selected as intended means, in order."""
+        self.awake = True
+        """Whether it may have something to do; otherwise the scheduler skips it."""
+        self.considered: Plan | None = None
+        """The plan whose context is being evaluated, for error messages."""
+        self._queries = 0
+        self._intention_count = 0
+
+    # --- intentions
+
+    def new_intention(self) -> Intention:
+        """An intention without plans yet."""
+        self._intention_count += 1
+        return Intention(self._intention_count)
+
+    def go_on(self, intention: Intention) -> None:
+        """The statement of an intention is done: make the intention ready for the next one."""
+        if not intention.stack:
+            self.note_end(intention)
+            return
+        means = intention.stack[-1]
+        means.pc += 1
+        if means.pc < len(means.body) and not self.suspending:
+            self.intentions.append(intention)
+        else:
+            means.leave_blocks()
+            self.requeue(intention)
+
+    def resume(self, intention: Intention) -> None:
+        """What an intention waited for has come: it is ready for the next statement, if any, in its turn."""
+        intention.stack[-1].advance()
+        self.ready(intention)
+
+    def requeue(self, intention: Intention) -> None:
+        """Make an intention ready for the statement that it is at, or end the plan if it has none left."""
+        means = intention.stack[-1]
+        if means.pc >= len(means.body):
+            self.end_plans(intention)
+        else:
+            self.ready(intention)
+
+    def ready(self, intention: Intention) -> None:
+        """An intention can go on, unless it has been suspended meanwhile."""
+        if intention in self.suspending:
+            self.suspending.remove(intention)
+            self.suspended.append(intention)
+        else:
+            self.intentions.append(intention)
+
+    def end_plans(self, intention: Intention) -> None:
+        """Remove finished plans from an intention; it continues in the plan that called them, or ends."""
+        stack = intention.stack
+        while stack and (done := stack[-1]).pc >= len(done.body):
+            stack.pop()
+            if done.sign == "+!":
+                self.run.note_achieved(self.name, done.literal)
+            if stack:
+                caller = stack[-1]
+                if not done.literal.ground:
+                    self._bind_results(done, caller)
+                caller.advance()
+        if self.atomic is intention and not intention.atomic:
+            self.atomic = None
+        if stack:
+            self.ready(intention)
+
+    def _bind_results(self, done: IntendedMeans, caller: IntendedMeans) -> None:
+        """Bind the caller's variables that the plan for its goal has bound."""
+        asked = free_variables(done.literal)
+        for variable in asked:
+            value = self.value(variable, done.unifier)
+            if value == variable:
+                continue
+            # What the plan left unbound inside the value must not be taken for the caller's variable of that name.
+            renaming: Bindings = {free: self.fresh() for free in free_variables(value) if free not in asked}
+            caller.unifier[variable] = substitute_only(value, renaming) if renaming else value
+
+    def note_end(self, intention: Intention) -> None:
+        """An intention has ended, by success or failure."""
+        if self.atomic is intention:
+            self.atomic = None
+
+    def all_intentions(self) -> list[tuple[Intention, Event | None]]:
+        """All intentions, whatever they are doing or waiting for, and the goal events that wait for a plan."""
+        found: list[tuple[Intention, Event | None]] = []
+        found += [(event.intention or Intention(0), event) for event in self.events]
+        found += [(intention, None) for intention in self.intentions]
+        found += [(intention, None) for intention, _ in self.feedback]
+        found += [(wait.intention, None) for wait in self.waits]
+        found += [(intention, None) for intention in self.woken]
+        found += [(question.intention, None) for question in self.questions.values()]
+        found += [(intention, None) for intention in self.suspended]
+        if self.current is not None:
+            found.append((self.current, None))
+        return found
+
+    def remove_intention(self, intention: Intention) -> None:
+        """Remove an intention from all queues; it is neither ready nor waiting any more."""
+        self.events = deque(event for event in self.events if event.intention is not intention)
+        self.intentions = deque(other for other in self.intentions if other is not intention)
+        self.feedback = deque(entry for entry in self.feedback if entry[0] is not intention)
+        self.waits = [wait for wait in self.waits if wait.intention is not intention]
+        self.woken = [other for other in self.woken if other is not intention]
+        questions = self.questions.items()
+        self.questions = {number: asked for number, asked in questions if asked.intention is not intention}
+        self.suspended = [other for other in self.suspended if other is not intention]
+
+    # --- events and beliefs
+
+    def post(self, sign: str, literal: Structure, intention: Intention | None) -> None:
+        """Add an event, with the intention that waits for it, if any; an external one only if a plan is relevant."""
+        if self.waits:
+            self._wake_waiting_for(sign, literal)
+        if intention is not None or self.library.options[sign][literal.key]:
+            self.events.append(Event(sign, literal, intention))
+
+    def post_goal(self, goal: Structure) -> None:
+        """Add a goal to be pursued in a new intention."""
+        if self.waits:
+            self._wake_waiting_for("+!", goal)
+        self.events.append(Event("+!", goal, None))
+
+    def _wake_waiting_for(self, sign: str, literal: Structure) -> None:
+        """Let the intentions go on in the next cycle that wait for an event like this one."""
+        for wait in list(self.waits):
+            if wait.is_for(sign, literal):
+                self.end_wait(wait)
+                self.woken.append(wait.intention)
+
+    def end_wait(self, wait: Wait) -> None:
+        """Remove a wait and bind how long it took."""
+        self.waits.remove(wait)
+        wait.bind_elapsed(self.run.ticks)
+
+    def believe(self, belief: Structure) -> None:
+        """Add a belief and post its event, if that changes anything."""
+        new = self.beliefs.add(belief)
+        if new is not None:
+            self.run.progress += 1
+            self.post("+", new, None)
+
+    def disbelieve(self, belief: Structure) -> None:
+        """Remove a belief's annotations and post its event, if that changes anything."""
+        if self.beliefs.remove(belief):
+            self.run.progress += 1
+            self.post("-", belief, None)
+
+    # --- evaluation
+
+    def value(self, term: Term, bindings: Bindings) -> Term:
+        """The term with variables replaced and expressions evaluated."""
+        if type(term) is Structure and term.ground:
+            return term
+        return substitute(term, bindings, self.function)
+
+    def function(self, call: Call, bindings: Bindings) -> Term:
+        """The value of a function in an expression."""
+        return self.actions.function(self, call, bindings)
+
+    def call(self, call: Call, bindings: Bindings, trail: Trail) -> Outcome:
+        """The outcome of an internal action as a condition."""
+        return self.actions.solve(self, call, bindings, trail)
+
+    def execute_internal(self, call: Call, bindings: Bindings, intention: Intention) -> ActionResult:
+        """Execute an internal action as a statement."""
+        return self.actions.execute(self, call, bindings, intention)
+
+    def fresh(self) -> Variable:
+        """A variable that occurs nowhere else in the run."""
+        return self.run.fresh()
+
+    def enter_query(self, formula: Formula) -> None:
+        """Count a query inside another.
+
+        Raises:
+            BdiError: too many of them: rules that call each other through ``not`` for ever.
+        """
+        self._queries += 1
+        if self._queries > MAX_NESTED_QUERIES:
+            raise BdiError(f"{self.name}: runaway recursion while looking for {formula}: {self.doing()}")
+
+    def leave_query(self) -> None:
+        """The end of a query."""
+        self._queries -= 1
+
+    def doing(self) -> str:
+        """What the agent is doing, for error messages."""
+        if self.current is not None and self.current.stack:
+            means = self.current.top
+            place = means.plan.location if means.finished else means.statement.location
+            return f"in plan @{means.plan.label} ({place})"
+        if self.considered is not None:
+            return f"in the context of plan @{self.considered.label} ({self.considered.location})"
+        return "before any plan"

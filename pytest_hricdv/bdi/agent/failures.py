@@ -1,0 +1,189 @@
+"""What happens when a plan cannot go on.
+
+A failed goal ``+!g`` is handled by the nearest plan for ``-!g``: its own, or that of a goal below it in the
+intention. As in Jason, a failure in the body of a handling plan or of what it calls, or directly in the body
+of a plan for a belief event, is not handled: that intention is dropped with a warning, and the agent lives on.
+"""
+
+from __future__ import annotations
+
+from pytest_hricdv.bdi.agent.agent_state import AgentState
+from pytest_hricdv.bdi.agent.intentions import ADDED_GOALS, Event, IntendedMeans, Intention
+from pytest_hricdv.bdi.language.errors import BdiError, Location
+from pytest_hricdv.bdi.language.formulas import Comparison
+from pytest_hricdv.bdi.language.syntax import ConditionStatement, InternalActionCall, TestGoal
+from pytest_hricdv.bdi.language.terms import Number, String, Structure, Term, Variable
+from pytest_hricdv.bdi.logic.unify import unify
+
+_TOLD = (False, "error_msg", 1)
+NO_CODE = Structure("no_code")
+
+
+def fail(agent: AgentState, intention: Intention, error: str, message: str, extra: tuple[Term, ...] = ()) -> None:
+    """The statement an intention is at has failed.
+
+    Args:
+        agent: whose intention it is.
+        intention: the intention, taken out of whatever it was in.
+        error: Jason's name for the kind of failure, the value of the annotation ``error``.
+        message: what happened, in words.
+        extra: annotations for the failure event.
+    """
+    means = intention.stack[-1]
+    statement = None if means.finished else means.statement
+    place = means.plan.location if statement is None else statement.location
+    annots: tuple[Structure, ...] = (
+        Structure("error", (Structure(error),)),
+        Structure("error_msg", (String(_told(error, message, means)),)),
+        Structure("code", (_code(agent, means),)),
+        *_place(place),
+    )
+    given = {annot.functor for annot in extra if isinstance(annot, Structure)}
+    annots = tuple(annot for annot in annots if annot.functor not in given)
+    if means.sign in ADDED_GOALS and _handle(agent, intention, len(intention.stack) - 1, annots + extra):
+        return
+    goal = f"{means.sign}{means.literal.without_annotations()}"
+    agent.run.warn(f"{agent.name}: {place}: {message}: no failure plan, the intention of {goal} is dropped")
+    agent.note_end(intention)
+
+
+def _told(error: str, message: str, means: IntendedMeans) -> str:
+    """The text that a plan for the failure gets, which is Jason's where that is known."""
+    if error in ("ia_failed", "action_failed"):
+        return ""
+    if error == "test_goal_failed":
+        return f"Failed to test '{'; '.join(map(str, means.body[means.pc :]))}'"
+    return message
+
+
+def _code(agent: AgentState, means: IntendedMeans) -> Term:
+    """What a plan was about to do, as a term where it is one, else as text."""
+    statement = None if means.finished else means.statement
+    if isinstance(statement, InternalActionCall):
+        # Not as a call, which would be taken for a function and evaluated.
+        done: object = Structure(statement.call.name, statement.call.args)  # type: ignore[arg-type]
+    else:
+        done = getattr(statement, "literal", None) or getattr(statement, "action", None)
+        done = statement.formula if isinstance(statement, TestGoal) else done
+    try:
+        if isinstance(done, (Structure, Variable)):
+            return agent.value(done, means.unifier)
+        if isinstance(statement, ConditionStatement) and isinstance(statement.formula, Comparison):
+            left, right = (
+                agent.value(side, means.unifier) for side in (statement.formula.left, statement.formula.right)
+            )
+            return String(f"({left} {statement.formula.operator} {right})")
+    except (BdiError, AttributeError):
+        pass  # Its arguments have no value, or are conditions: it is shown as written.
+    return String(str(statement))
+
+
+def _place(place: Location | None) -> tuple[Structure, ...]:
+    """Where that is written; ``no_code`` for what no plan's body asked for."""
+    if place is None:
+        return (Structure("code_src", (NO_CODE,)), Structure("code_line", (NO_CODE,)))
+    return (Structure("code_src", (String(place.file),)), Structure("code_line", (Number(place.line),)))
+
+
+def no_applicable_plan(agent: AgentState, event: Event) -> bool:
+    """No plan is applicable for a goal, which fails, or for a belief event that nobody waits for: it is passed over.
+
+    Returns:
+        Whether that was all for this cycle; if not, another event is selected.
+    """
+    intention = event.intention
+    if len(event.sign) == 1:
+        return False
+    if event.sign in ADDED_GOALS:
+        known = bool(agent.library.relevant(event.sign, event.literal.key))
+        error = "no_applicable" if known else "no_relevant"
+        kind = "applicable" if known else "relevant"
+        message = f"no {kind} plan for {event.sign}{event.literal.without_annotations()}"
+        told = f"Found a goal for which there is no {kind} plan:{event}"
+        fail_goal(agent, intention or agent.new_intention(), event.sign, event.literal, error, message, told)
+    else:
+        what = f"{event.sign}{event.literal.without_annotations()}{_reason(event)}"
+        agent.run.warn(f"{agent.name}: no applicable plan for {what}: the intention is dropped")
+        if intention is not None:
+            agent.note_end(intention)
+    return True
+
+
+def _reason(event: Event) -> str:
+    """What had failed, if the event is a failure."""
+    told = [annot.args[0] for annot in event.literal.annots if isinstance(annot, Structure) and annot.key == _TOLD]
+    return f" ({told[0].value})" if told and isinstance(told[0], String) and told[0].value else ""
+
+
+def fail_goal(
+    agent: AgentState, intention: Intention, sign: str, literal: Structure, error: str, message: str, told: str = ""
+) -> None:
+    """A goal that has no plan on the intention, or none any more, has failed.
+
+    Args:
+        agent: whose goal it is.
+        intention: the intention, taken out of whatever it was in.
+        sign: the sign of the goal's event.
+        literal: the goal.
+        error: Jason's name for the kind of failure.
+        message: what happened, in words.
+        told: the text that a plan for the failure gets, if it is another.
+    """
+    annots: tuple[Term, ...] = (
+        Structure("error", (Structure(error),)),
+        Structure("error_msg", (String(told or message),)),
+        Structure("code", (literal,)),
+        *_place(intention.stack[-1].statement.location if intention.stack else None),
+    )
+    handler = "-" + sign[1]
+    if agent.library.relevant(handler, literal.key):
+        _post(agent, handler, literal, annots, intention)
+    elif not _handle(agent, intention, len(intention.stack) - 1, annots):
+        agent.run.warn(f"{agent.name}: {message}: no failure plan, the intention is dropped")
+        agent.note_end(intention)
+
+
+def _handle(agent: AgentState, intention: Intention, start: int, annots: tuple[Term, ...]) -> bool:
+    """Post the failure event of the topmost goal that has a plan for it; its plans so far are given up."""
+    stack = intention.stack
+    for depth in range(start, -1, -1):
+        means = stack[depth]
+        handler = "-" + means.sign[1:]
+        if agent.library.relevant(handler, means.literal.key):
+            # A plan for a failure, or for a belief that can also be lost, ends the search.
+            if means.sign not in ADDED_GOALS:
+                return False
+            literal = means.literal
+            del stack[depth:]
+            _post(agent, handler, literal, annots, intention)
+            return True
+    return False
+
+
+def _post(agent: AgentState, sign: str, literal: Structure, annots: tuple[Term, ...], intention: Intention) -> None:
+    agent.run.progress += 1
+    agent.post(sign, literal.with_annotations(literal.annots + annots), intention)
+
+
+def drop_goal(agent: AgentState, intention: Intention, goal: Term, succeeded: bool) -> bool:
+    """Give up, or declare achieved, a goal that an intention is pursuing.
+
+    Args:
+        agent: whose intention it is.
+        intention: the intention, taken out of whatever it was in.
+        goal: what the goal has to unify with.
+        succeeded: whether the intention goes on as if the goal were achieved, or as if it had failed.
+
+    Returns:
+        Whether the intention was pursuing it.
+    """
+    stack = intention.stack
+    for depth, means in enumerate(stack):
+        if means.sign == "+!" and unify(goal, means.literal, dict(means.unifier), []):
+            del stack[depth:]
+            if succeeded:
+                agent.go_on(intention)
+            else:
+                fail_goal(agent, intention, "+!", means.literal, "goal_failed", f"goal {goal} was failed")
+            return True
+    return False

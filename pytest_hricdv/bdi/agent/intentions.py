@@ -1,0 +1,240 @@
+"""Events, intentions, and what intentions wait for."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from pytest_hricdv.bdi.language.formulas import Formula
+from pytest_hricdv.bdi.language.syntax import Body, For, Plan, Statement, Trigger, While
+from pytest_hricdv.bdi.language.terms import Number, Structure, Term
+from pytest_hricdv.bdi.logic.substitution import Bindings
+from pytest_hricdv.bdi.logic.unify import Trail, undo, unify
+
+TICKS_PER_MS = 10
+"""Ticks of the virtual clock: one per round, which is what Jason itself takes for a cycle, within a factor of two."""
+ADDED_GOALS = frozenset({"+!", "+?"})
+"""The signs of events that add a goal or a test goal."""
+
+
+def ticks_of(wait_ms: float) -> float:
+    """The ticks that a wait lasts: a whole number."""
+    length = wait_ms * TICKS_PER_MS
+    if length == math.inf or length <= 0.0:
+        return max(0.0, length)
+    # Rounded first: a tenth of a millisecond has no exact binary form.
+    return length if length.is_integer() else math.ceil(round(length, 6))
+
+
+class Event:
+    """Something an agent may react to; an internal event carries the intention that waits for it."""
+
+    __slots__ = ("intention", "literal", "sign")
+
+    def __init__(self, sign: str, literal: Structure, intention: Intention | None) -> None:
+        self.sign = sign
+        self.literal = literal
+        self.intention = intention
+
+    def __str__(self) -> str:
+        return f"{self.sign}{self.literal}"
+
+
+class Loop:
+    """A ``for`` or ``while`` being executed: the bindings to restore, and the solutions that a ``for`` has left."""
+
+    __slots__ = ("outer", "solutions", "statement")
+
+    def __init__(self, statement: For | While, outer: Bindings, solutions: deque[Bindings]) -> None:
+        self.statement = statement
+        self.outer = outer
+        self.solutions = solutions
+
+
+class IntendedMeans:
+    """A plan that is being executed for an event: its bindings, and the next statement.
+
+    Args:
+        plan: the plan.
+        sign: of the event.
+        literal: of the event.
+        unifier: the bindings of the plan's variables.
+    """
+
+    __slots__ = ("blocks", "body", "literal", "loop", "pc", "plan", "sign", "unifier")
+
+    def __init__(self, plan: Plan, sign: str, literal: Structure, unifier: Bindings) -> None:
+        self.plan = plan
+        self.sign = sign
+        self.literal = literal
+        self.unifier = unifier
+        self.body: Body = plan.body
+        self.pc = 0
+        """The index of the next statement in the body."""
+        self.blocks: list[tuple[Body, int, Loop | None]] = []
+        """The enclosing bodies of the block being executed, the innermost last, and where to continue in them."""
+        self.loop: Loop | None = None
+        """The loop whose statement is next, if it has been executed at least once."""
+
+    @property
+    def finished(self) -> bool:
+        """Whether the plan has no statement left."""
+        return self.pc >= len(self.body)
+
+    @property
+    def statement(self) -> Statement:
+        """The statement to be executed, or the one being waited for."""
+        return self.body[self.pc]
+
+    @property
+    def is_at_end(self) -> bool:
+        """Whether nothing is left after the statement that it waits for."""
+        blocks = all(loop is None and pc >= len(body) for body, pc, loop in self.blocks)
+        return blocks and self.pc + 1 >= len(self.body)
+
+    def enter(self, body: Body, loop: Loop | None) -> None:
+        """Execute a block next; afterwards the loop's statement again, or else the statement after this one."""
+        self.blocks.append((self.body, self.pc if loop else self.pc + 1, loop))
+        self.body, self.pc = body, 0
+        self.leave_blocks()
+
+    def advance(self) -> None:
+        """Go on to the next statement."""
+        self.pc += 1
+        if self.blocks:
+            self.leave_blocks()
+
+    def leave_blocks(self) -> None:
+        """Return from finished blocks to the enclosing ones."""
+        while self.blocks and self.pc >= len(self.body):
+            self.body, self.pc, loop = self.blocks.pop()
+            if loop is not None:
+                self.loop = loop
+                return
+
+
+class Intention:
+    """A stack of plans, the one being executed last."""
+
+    __slots__ = ("number", "stack")
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        self.stack: list[IntendedMeans] = []
+
+    @property
+    def top(self) -> IntendedMeans:
+        """The plan being executed."""
+        return self.stack[-1]
+
+    @property
+    def atomic(self) -> bool:
+        """Whether one of its plans must not be interleaved with other intentions."""
+        return any(means.plan.atomic for means in self.stack)
+
+    def optimize_tail_recursion(self, event: Event) -> None:
+        """Drop a plan that ends by pursuing its own goal again, so that such loops need no memory."""
+        top = self.stack[-1]
+        if (
+            event.sign == "+!"
+            and top.sign == "+!"
+            and top.literal.key == event.literal.key
+            and top.pc == len(top.body) - 1
+            and not top.blocks
+            and not top.plan.atomic
+            and top.literal.ground
+        ):
+            self.stack.pop()
+
+
+class Wait:
+    """An intention that waits for an event, for a condition, or for virtual time to pass.
+
+    Args:
+        intention: the intention that waits.
+        since: when it began, in ticks of the virtual clock.
+        deadline: when it stops waiting, in ticks; None for never.
+        trigger: the event it waits for.
+        condition: the condition it waits for.
+        elapsed: what to unify the time waited with, in ms; without it, reaching the deadline while
+            waiting for something is a failure.
+    """
+
+    __slots__ = ("condition", "deadline", "elapsed", "intention", "since", "trigger")
+
+    def __init__(
+        self,
+        intention: Intention,
+        since: int,
+        deadline: float | None = None,
+        trigger: Trigger | None = None,
+        condition: Formula | None = None,
+        elapsed: Term | None = None,
+    ) -> None:
+        self.intention = intention
+        self.since = since
+        self.deadline = deadline
+        self.trigger = trigger
+        self.condition = condition
+        self.elapsed = elapsed
+
+    def is_for(self, sign: str, literal: Structure) -> bool:
+        """Whether an event is the one it waits for; then the plan's variables are bound."""
+        if self.trigger is None or self.trigger.sign != sign:
+            return False
+        bindings = self.intention.top.unifier
+        trail: Trail = []
+        if unify(self.trigger.literal, literal, bindings, trail):
+            return True
+        undo(bindings, trail, 0)
+        return False
+
+    def bind_elapsed(self, now: int) -> None:
+        """Unify the time waited until a tick with the variable given for it."""
+        if self.elapsed is not None:
+            unify(self.elapsed, Number(round((now - self.since) / TICKS_PER_MS)), self.intention.top.unifier, [])
+
+
+class Message:
+    """A speech act.
+
+    Args:
+        sender: the sending agent; ``self`` for the receiver itself.
+        force: its illocutionary force, such as ``tell``.
+        content: what it is about.
+        number: identifies it in its run.
+        reply_to: the number of the message that it answers, or empty.
+    """
+
+    __slots__ = ("content", "force", "number", "reply_to", "sender")
+
+    def __init__(self, sender: str, force: str, content: Term, number: str, reply_to: str = "") -> None:
+        self.sender = sender
+        self.force = force
+        self.content = content
+        self.number = number
+        self.reply_to = reply_to
+
+
+class Question:
+    """An intention that waits for answers, and the term that they are unified with.
+
+    Args:
+        intention: the intention that waits.
+        force: the kind of question.
+        answer: what the answer is unified with, or the list of answers when several agents were asked.
+        deadline: when it stops waiting, in ticks of the virtual clock; None for never.
+        asked: how many agents were asked if it was a list of them, else None.
+    """
+
+    __slots__ = ("answer", "answers", "asked", "deadline", "force", "intention")
+
+    def __init__(
+        self, intention: Intention, force: str, answer: Term, deadline: float | None, asked: int | None
+    ) -> None:
+        self.intention = intention
+        self.force = force
+        self.answer = answer
+        self.deadline = deadline
+        self.asked = asked
+        self.answers: list[Term] = []

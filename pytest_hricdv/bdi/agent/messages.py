@@ -1,0 +1,124 @@
+"""Speech acts: what sending and receiving a message does.
+
+``tell`` and ``achieve`` act at once; the other forces are goals ``+!kqml_received(Sender, Force, Content,
+Number)`` for which every agent has the plans of ``kqml.asl``, after its own.
+"""
+
+from __future__ import annotations
+
+from pytest_hricdv.bdi.agent.agent_state import AgentState
+from pytest_hricdv.bdi.agent.failures import fail
+from pytest_hricdv.bdi.agent.intentions import Message, Question
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.terms import (
+    ListTerm,
+    Number,
+    String,
+    Structure,
+    Term,
+    ground_structure,
+    is_ground,
+    source,
+)
+from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_only
+from pytest_hricdv.bdi.logic.unify import undo, unify
+
+_DIRECT = frozenset({"tell", "achieve", "signal"})
+"""The forces of messages about a literal that are acted on at once."""
+
+
+def add_source(content: Term, sender: str) -> Term:
+    """The content with ``source(sender)``; for a list, each of its literals."""
+    if isinstance(content, Structure):
+        return with_source(content, sender)
+    if isinstance(content, ListTerm):
+        return ListTerm(tuple(add_source(item, sender) for item in content.items), content.tail)
+    return content
+
+
+def with_source(literal: Structure, sender: str) -> Structure:
+    """A literal as it is received from an agent."""
+    if literal.ground and not literal.annots:
+        return ground_structure(literal.key, literal.args, (source(sender),))
+    return literal.with_annotations((*literal.annots, source(sender)))
+
+
+def send(agent: AgentState, receiver: str, force: str, content: Term, reply_to: str = "") -> str:
+    """Send a message on its way to the receiver's mailbox; it is visible from the receiver's next cycle.
+
+    Returns:
+        The number of the message, which an answer refers to.
+
+    Raises:
+        EvaluationError: there is no such agent.
+    """
+    to = agent.name if receiver == "self" else receiver
+    if to not in agent.run.agents:
+        raise EvaluationError(f"there is no agent {receiver} to send to", "internal_action")
+    if not is_ground(content):
+        # The receiver's plans may have variables of the same names.
+        renaming: Bindings = {variable: agent.fresh() for variable in free_variables(content)}
+        content = substitute_only(content, renaming) if renaming else content
+    number = agent.run.next_message_number()
+    agent.run.deliver(to, Message("self" if to == agent.name else agent.name, force, content, number, reply_to))
+    return number
+
+
+def receive(agent: AgentState, message: Message) -> None:
+    """Act on one message."""
+    if message.reply_to:
+        question = agent.questions.pop(message.reply_to, None)
+        if question is not None:
+            _answered(agent, question, message)
+            return
+    content, force = message.content, message.force
+    if not is_processed_directly(agent, message):
+        args = (Structure(message.sender), Structure(message.force), content, String(message.number))
+        agent.post("+!", Structure("kqml_received", args), None)
+        return
+    literal = with_source(content, message.sender)  # type: ignore[arg-type]
+    if force == "tell":
+        agent.believe(literal)
+    elif force == "achieve":
+        agent.post_goal(literal)
+    else:
+        agent.post("+", literal, None)
+
+
+def is_processed_directly(agent: AgentState, message: Message) -> bool:
+    """Whether a message is processed without plans for messages."""
+    direct = message.force in _DIRECT and isinstance(message.content, Structure)
+    return direct and not agent.library.has_own_message_plans
+
+
+def _answered(agent: AgentState, question: Question, message: Message) -> None:
+    """An intention that waited for an answer goes on with it, once all have answered that it asked."""
+    content: Term = message.content
+    if message.force == "untell" and question.force == "askOne":
+        content = Structure("false")
+    elif isinstance(content, (Structure, ListTerm)):
+        content = add_source(content, message.sender)
+    if question.asked is not None:
+        question.answers.append(content)
+        if len(question.answers) < question.asked:
+            return
+        content = ListTerm(tuple(question.answers))
+    intention = question.intention
+    means = intention.top
+    trail: list[object] = []
+    if unify(question.answer, content, means.unifier, trail):  # type: ignore[arg-type]
+        agent.resume(intention)
+    else:
+        undo(means.unifier, trail, 0)  # type: ignore[arg-type]
+        fail(agent, intention, "ask_failed", f"the answer {content} is not a {question.answer}")
+
+
+def text_of(term: Term) -> str:
+    """The name in an atom or a string."""
+    if isinstance(term, String):
+        return term.value
+    if isinstance(term, Number):
+        return str(term)
+    if isinstance(term, Structure) and not term.args:
+        return term.functor
+    raise EvaluationError(f"{term} is not a name")

@@ -1,0 +1,126 @@
+"""An agent's plan library: plans indexed by their triggering event, in source order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
+from pytest_hricdv.bdi.language.syntax import SIGNS, EventKey, Plan, Trigger
+from pytest_hricdv.bdi.language.terms import Key, Structure, is_evaluable
+from pytest_hricdv.bdi.logic.conditions import condition_of
+from pytest_hricdv.bdi.logic.inference import Reasoner
+from pytest_hricdv.bdi.logic.substitution import Bindings
+from pytest_hricdv.bdi.logic.unify import unify
+
+KQML_RECEIVED = (False, "kqml_received", 4)
+"""The goal that a message becomes which is not processed directly."""
+
+Match = Callable[[Structure], Bindings | None]
+"""The bindings of a trigger's variables by the literal of an event; None if the trigger does not match."""
+Context = Callable[[Reasoner, Bindings], bool]
+Option = tuple[Plan, Match | None, Context | None]
+"""A relevant plan; how its trigger is matched, unless it matches every event with its key; and its context, if any."""
+
+
+class PlanLibrary:
+    """Plans by triggering event.
+
+    Args:
+        plans: the plans, in the order in which they are tried.
+        private: whether no agent of the system inspects intentions, so that finished plans need not be remembered.
+    """
+
+    def __init__(self, plans: tuple[Plan, ...], private: bool = False) -> None:
+        self.plans = plans
+        self.private = private
+        self._by_event: dict[EventKey, tuple[Plan, ...]] = {}
+        self.options = {sign: Options(self, sign) for sign in SIGNS}
+        """The :meth:`relevant` plans by sign and predicate, prepared for selection."""
+        self._by_sign = {sign: tuple(plan for plan in plans if plan.trigger.sign == sign) for sign in SIGNS}
+        self._steady: dict[Key, bool] = {}
+        message_plans = self.relevant("+!", KQML_RECEIVED)
+        self.has_own_message_plans = any(not plan.builtin for plan in message_plans)
+
+    def relevant(self, sign: str, key: Key) -> tuple[Plan, ...]:
+        """The plans whose trigger has this sign and predicate, or is a variable, in source order."""
+        event = (sign, key)
+        plans = self._by_event.get(event)
+        if plans is None:
+            plans = tuple(plan for plan in self._by_sign[sign] if plan.trigger.key in (None, event))
+            self._by_event[event] = plans
+        return plans
+
+    def depends_on_beliefs_only(self, goal: Key) -> bool:
+        """Whether the choice of a plan for a goal depends on beliefs only, and has no side effect.
+
+        It could depend on the source of the event, too, and evaluating a context could draw a random number or warn.
+        """
+        if goal not in self._steady:
+            self._steady[goal] = all(map(_selected_by_beliefs, self.relevant("+!", goal)))
+        return self._steady[goal]
+
+    def forgets(self, plan: Plan) -> bool:
+        """Whether a plan that only waits for its last goal no longer makes a difference.
+
+        It would to a plan for the failure of its own goal, and to actions that inspect intentions.
+        """
+        key = plan.trigger.key
+        return self.private and key is not None and not self.relevant(f"-{key[0][1:]}", key[1])
+
+    def with_plan(self, plan: Plan, at_the_beginning: bool = False) -> PlanLibrary:
+        """A library with one more plan, tried last unless requested otherwise."""
+        return PlanLibrary((plan, *self.plans) if at_the_beginning else (*self.plans, plan), self.private)
+
+    def without(self, label: str) -> PlanLibrary:
+        """A library without the plan of that label."""
+        return PlanLibrary(tuple(plan for plan in self.plans if plan.label != label), self.private)
+
+
+class Options(dict[Key, tuple[Option, ...]]):
+    """The relevant plans for the events of a sign by predicate, prepared when there is the first such event.
+
+    Args:
+        library: the plans.
+        sign: of the events.
+    """
+
+    def __init__(self, library: PlanLibrary, sign: str) -> None:
+        super().__init__()
+        self._library = library
+        self._sign = sign
+
+    def __missing__(self, key: Key) -> tuple[Option, ...]:
+        options = self[key] = tuple([_option(plan) for plan in self._library.relevant(self._sign, key)])
+        return options
+
+
+def _option(plan: Plan) -> Option:
+    match = None if plan.matches_every_event else _match(plan.trigger)
+    return plan, match, None if plan.context is None else condition_of(plan.context)
+
+
+def _match(trigger: Trigger) -> Match:
+    wanted = trigger.literal
+
+    def match(literal: Structure) -> Bindings | None:
+        bindings: Bindings = {}
+        return bindings if unify(wanted, literal, bindings, []) else None
+
+    return match
+
+
+def _selected_by_beliefs(plan: Plan) -> bool:
+    goal = plan.trigger.literal
+    if not isinstance(goal, Structure) or goal.annots or goal.annots_tail is not None:
+        return False
+    return plan.context is None or _has_no_effect(plan.context)
+
+
+def _has_no_effect(formula: Formula) -> bool:
+    if isinstance(formula, (And, Or)):
+        return all(map(_has_no_effect, formula.parts))
+    if isinstance(formula, Not):
+        return _has_no_effect(formula.part)
+    if isinstance(formula, Comparison):
+        return not is_evaluable(formula.left) and not is_evaluable(formula.right)
+    return isinstance(formula, Structure) and not formula.evaluable

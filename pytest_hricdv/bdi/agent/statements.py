@@ -1,0 +1,179 @@
+"""The execution of statements: one function for each kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pytest_hricdv.bdi.agent.agent_state import AgentState
+from pytest_hricdv.bdi.agent.control_flow import execute_for, execute_if, execute_while
+from pytest_hricdv.bdi.agent.failures import fail
+from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.formulas import GoalTerm
+from pytest_hricdv.bdi.language.syntax import (
+    AchievementGoal,
+    BeliefUpdate,
+    ConditionStatement,
+    ExternalAction,
+    For,
+    If,
+    InternalActionCall,
+    TestGoal,
+    While,
+)
+from pytest_hricdv.bdi.language.terms import SOURCE_SELF, AnnotatedVariable, PlanTerm, Structure, Variable
+from pytest_hricdv.bdi.logic.inference import first
+from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables
+
+
+def _achieve(agent: AgentState, intention: Intention, means: IntendedMeans, statement: AchievementGoal) -> None:
+    goal = statement.event_literal or instantiate(agent, statement.literal, means)
+    if statement.new_intention:
+        agent.post_goal(goal)
+        agent.go_on(intention)
+    else:
+        agent.post("+!", goal, intention)
+
+
+def _test(agent: AgentState, intention: Intention, means: IntendedMeans, statement: TestGoal) -> None:
+    formula = statement.formula
+    solution = first(agent, formula, means.unifier)
+    if solution is not None:
+        means.unifier = solution
+        agent.go_on(intention)
+        return
+    if isinstance(formula, (Structure, Variable, AnnotatedVariable)):
+        literal = instantiate(agent, formula, means)
+        if agent.library.relevant("+?", literal.key):
+            agent.post("+?", literal, intention)
+            return
+    fail(agent, intention, "test_goal_failed", f"test goal {statement} failed")
+
+
+def _act(agent: AgentState, intention: Intention, means: IntendedMeans, statement: ExternalAction) -> None:
+    written = statement.action
+    if isinstance(written, Variable):
+        value = agent.value(written, means.unifier)
+        if isinstance(value, PlanTerm) and isinstance(value.plan, tuple):
+            # A variable may stand for a body, which is executed instead.
+            means.enter(value.plan, None)
+            if value.plan:
+                EXECUTE[type(means.statement)](agent, intention, means, means.statement)
+            else:
+                agent.requeue(intention)
+            return
+    action = literal_of(agent, written, means.unifier)
+    success = agent.run.act(agent.name, action, means.plan, statement)
+    agent.feedback.append((intention, success))
+
+
+def _internal(agent: AgentState, intention: Intention, means: IntendedMeans, statement: InternalActionCall) -> None:
+    result = agent.execute_internal(statement.call, means.unifier, intention)
+    if result.held:
+        return
+    if result.succeeded:
+        agent.go_on(intention)
+    else:
+        fail(agent, intention, "ia_failed", f"{statement} failed", result.failure)
+
+
+def _check(agent: AgentState, intention: Intention, means: IntendedMeans, statement: ConditionStatement) -> None:
+    solution = first(agent, statement.formula, means.unifier)
+    if solution is None:
+        fail(agent, intention, "constraint_failed", f"condition {statement} does not hold")
+    else:
+        means.unifier = solution
+        agent.go_on(intention)
+
+
+def _update_beliefs(agent: AgentState, intention: Intention, means: IntendedMeans, statement: BeliefUpdate) -> None:
+    """A change posts an event that the intention waits for; without one, or for ``++``, the intention goes on."""
+    literal = statement.event_literal or instantiate(agent, statement.literal, means)
+    changed: Structure | None = None
+    if statement.sign == "++":
+        agent.believe(literal)
+    elif statement.sign == "-":
+        found = literal if literal.ground else _first_match(agent, means, literal)
+        if found is not None and agent.beliefs.remove(found):
+            changed = found
+    else:
+        if statement.sign == "-+":
+            _remove_first(agent, literal)
+        changed = agent.beliefs.add(literal)
+    if changed is None:
+        agent.go_on(intention)
+    else:
+        agent.run.progress += 1
+        agent.post("-" if statement.sign == "-" else "+", changed, intention)
+
+
+def _first_match(agent: AgentState, means: IntendedMeans, literal: Structure) -> Structure | None:
+    """The literal with the first solution's values; None if there is no solution."""
+    solution = first(agent, literal, means.unifier)
+    if solution is None:
+        return None
+    means.unifier = solution
+    found = agent.value(literal, solution)
+    return found if isinstance(found, Structure) else None
+
+
+def _remove_first(agent: AgentState, literal: Structure) -> None:
+    """Delete the first belief of that predicate and these sources, whatever its arguments."""
+    annots = literal.annots
+    # The iteration ends with the deletion.
+    for held in reversed(agent.beliefs.bucket(literal.key).values()):
+        if not isinstance(held, Structure):
+            continue
+        if held.annots == annots:
+            agent.disbelieve(held)
+            return
+        if all(annot in held.annots for annot in annots):
+            agent.disbelieve(held.with_annotations(annots))
+            return
+
+
+def instantiate(agent: AgentState, term: GoalTerm, means: IntendedMeans) -> Structure:
+    """A literal as it leaves its plan: bound, with a source, its free variables replaced by new ones.
+
+    Raises:
+        EvaluationError: it is no literal, or an expression in it has no value.
+    """
+    literal = literal_of(agent, term, means.unifier)
+    if not literal.ground:
+        for variable in free_variables(literal):
+            if not agent.run.is_fresh(variable):
+                means.unifier[variable] = agent.fresh()
+        literal = literal_of(agent, literal, means.unifier)
+    return literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))
+
+
+def literal_of(agent: AgentState, term: GoalTerm, bindings: Bindings) -> Structure:
+    """A literal with the variables replaced that are bound.
+
+    Raises:
+        EvaluationError: it is no literal, or an expression in it has no value.
+    """
+    literal = agent.value(term, bindings)
+    if isinstance(literal, Variable):
+        raise EvaluationError(f"variable {literal} has no value here", "body_var_without_value")
+    if not isinstance(literal, Structure):
+        raise EvaluationError(f"{term} is not a literal but {literal}")
+    return literal
+
+
+EXECUTE: dict[type, Callable[[AgentState, Intention, IntendedMeans, Any], None]] = {
+    AchievementGoal: _achieve,
+    TestGoal: _test,
+    BeliefUpdate: _update_beliefs,
+    ExternalAction: _act,
+    InternalActionCall: _internal,
+    ConditionStatement: _check,
+    If: execute_if,
+    While: execute_while,
+    For: execute_for,
+}
+"""Executes a statement that an intention is at; afterwards the intention is queued, waiting, failed or ended.
+
+Raises an EvaluationError if the statement fails because something in it has no value, and a BdiError if the run cannot
+go on."""

@@ -1,0 +1,143 @@
+"""Contexts of plans, prepared for being evaluated often: a function for each, made once, that decides it.
+
+Such a function gives the answer of :func:`~pytest_hricdv.bdi.logic.inference.first` by looking up beliefs by
+predicate and arguments, or the only belief of a predicate. A part of a context that needs a choice or a rule is left to
+``first``, with what comes after it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not
+from pytest_hricdv.bdi.language.terms import Structure, Term, Variable, is_ground
+from pytest_hricdv.bdi.logic.comparison import compare
+from pytest_hricdv.bdi.logic.inference import Reasoner, first
+from pytest_hricdv.bdi.logic.substitution import Bindings
+from pytest_hricdv.bdi.logic.unify import Trail, unify
+
+Condition = Callable[[Reasoner, Bindings], bool | None]
+"""Whether a formula holds; adds to the bindings what its first solution adds, or, if it does not hold, anything.
+None, with nothing added: this needs a choice."""
+
+
+def condition_of(formula: Formula) -> Callable[[Reasoner, Bindings], bool]:
+    """How to decide a formula; adds to the bindings what its first solution adds, or, if it does not hold, anything."""
+    decide = _decider(formula)
+
+    def condition(agent: Reasoner, bindings: Bindings) -> bool:
+        decided = decide(agent, bindings)
+        return _ask(agent, formula, bindings) if decided is None else decided
+
+    return condition
+
+
+def _ask(agent: Reasoner, formula: Formula, bindings: Bindings) -> bool:
+    solution = first(agent, formula, bindings)
+    if solution is None:
+        return False
+    if solution is not bindings:
+        bindings.update(solution)
+    return True
+
+
+def _decider(formula: Formula) -> Condition:
+    if isinstance(formula, And):
+        return _conjunction(formula)
+    if isinstance(formula, Structure):
+        return _literal(formula)
+    if isinstance(formula, Not):
+        return _negation(formula)
+    if isinstance(formula, Comparison):
+        return lambda agent, bindings: compare(formula, bindings, [], agent.function)
+    return _undecided
+
+
+def _undecided(agent: Reasoner, bindings: Bindings) -> bool | None:
+    return None
+
+
+def _conjunction(formula: And) -> Condition:
+    # Each part with what is to be shown from there on.
+    parts = [(_decider(part), And(formula.parts[index:])) for index, part in enumerate(formula.parts)]
+
+    def condition(agent: Reasoner, bindings: Bindings) -> bool | None:
+        for decide, rest in parts:
+            decided = decide(agent, bindings)
+            if not decided:
+                return decided if decided is False else _ask(agent, rest, bindings)
+        return True
+
+    return condition
+
+
+def _negation(formula: Not) -> Condition:
+    part, decide = formula.part, _decider(formula.part)
+    copies = not (isinstance(part, Structure) and part.ground)
+
+    def negation(agent: Reasoner, bindings: Bindings) -> bool | None:
+        own = dict(bindings) if copies else bindings
+        decided = decide(agent, own)
+        return first(agent, part, own) is None if decided is None else not decided
+
+    return negation
+
+
+def _literal(literal: Structure) -> Condition:
+    if literal.functor in ("true", "false") or literal.evaluable or literal.annots_tail is not None:
+        return _undecided
+    if literal.ground:
+        return _known(literal)
+    if not all(map(is_ground, literal.annots)):
+        return _undecided
+    return _only_belief(literal)
+
+
+def _known(literal: Structure) -> Condition:
+    """For a ground literal."""
+    key, args, annots = literal.key, literal.args, literal.annots
+
+    def condition(agent: Reasoner, bindings: Bindings) -> bool | None:
+        bucket = agent.beliefs.buckets.get(key)
+        if not bucket:
+            return False
+        held = bucket.get(args)
+        if isinstance(held, Structure) and (not annots or _has_annotations(held, annots)):
+            return True
+        return None if key in agent.beliefs.open else False
+
+    return condition
+
+
+def _only_belief(literal: Structure) -> Condition:
+    """For a literal with variables: decided if the predicate has no belief, or only one and no rule."""
+    key, args, annots = literal.key, literal.args, literal.annots
+    only_names = all(isinstance(arg, Variable) for arg in args) and len({*args}) == len(args)
+
+    def condition(agent: Reasoner, bindings: Bindings) -> bool | None:
+        bucket = agent.beliefs.buckets.get(key)
+        if not bucket:
+            return False
+        if len(bucket) != 1:
+            return None
+        (belief,) = bucket.values()
+        if not isinstance(belief, Structure):
+            return None
+        if only_names and belief.ground and bindings.keys().isdisjoint(args):
+            bindings.update(zip(args, belief.args, strict=True))  # type: ignore[arg-type]
+        elif not _unify_all(args, belief.args, bindings):
+            return False
+        return not annots or _has_annotations(belief, annots)
+
+    return condition
+
+
+def _has_annotations(belief: Structure, annots: tuple[Term, ...]) -> bool:
+    """Whether a belief has all of these ground annotations."""
+    return belief.annots == annots or all(annot in belief.annots for annot in annots)
+
+
+def _unify_all(args: tuple[Term, ...], others: tuple[Term, ...], bindings: Bindings) -> bool:
+    """Whether each argument unifies with the other in its place."""
+    trail: Trail = []
+    return all(unify(left, right, bindings, trail) for left, right in zip(args, others, strict=True))

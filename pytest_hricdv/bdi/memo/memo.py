@@ -1,0 +1,239 @@
+"""The memo of a multi-agent system."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Mapping, Sequence, Set
+from typing import Any
+
+from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS
+from pytest_hricdv.bdi.language.terms import Key, Structure
+from pytest_hricdv.bdi.memo.decision_diagram import Node, Segment, add, follow
+from pytest_hricdv.bdi.memo.dependencies import Dependencies
+from pytest_hricdv.bdi.memo.exhaustive_exploration import Content, ExhaustiveExploration, Fold, Runs
+from pytest_hricdv.bdi.memo.forwarding import Forwarding, forwarding_of
+from pytest_hricdv.bdi.memo.recording import RecordingRun
+from pytest_hricdv.bdi.run.environment import Environment, Perceived, percept_of
+from pytest_hricdv.bdi.run.result import Result
+from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem
+
+Segments = list[Segment]
+MAX_REMEMBERED = 50_000
+"""Runs that are remembered; when there are more, all are forgotten."""
+
+
+class Memo:
+    """Runs a system; what has been executed before is not executed again.
+
+    Example::
+
+        memo = Memo(MultiAgentSystem.load("models_bdi/table_assembly.mas2j"))
+        result = memo.run(percepts={"meta": ["chosen(leg4)", "chosen(m111l4)"]})
+
+    Args:
+        system: the system; with a custom environment nothing is remembered.
+    """
+
+    def __init__(self, system: MultiAgentSystem) -> None:
+        self.system = system
+        self._forwarding: dict[tuple[str, Key], Forwarding | None] = {}
+        """How agents forward atoms, by their name and the predicate of their percepts."""
+        self._roots: dict[tuple[str, Key, int, int], Node] = {}
+        """Where runs begin, by the steering agent, its percepts' predicate, the number of atoms and the seed."""
+        self._nodes: dict[Hashable, Node] = {}
+        self._known: dict[Hashable, Segments | Result] = {}
+        """Runs by all that they are given: their segments, or the result of executing them as a whole."""
+
+    def run(
+        self,
+        *,
+        max_rounds: int = MAX_ROUNDS,
+        seed: int = 0,
+        percepts: Mapping[str, Iterable[str | Structure]] | None = None,
+    ) -> Result:
+        """The result of :meth:`MultiAgentSystem.run` with these arguments.
+
+        Raises:
+            BdiError: an agent cannot go on.
+            ValueError: an argument is out of its range, or names an unknown agent.
+        """
+        environment = self.system.environment
+        if max_rounds < 0 or type(environment) is not Environment:
+            return self.system.run(max_rounds=max_rounds, seed=seed, percepts=percepts)
+        self.system.show(percepts)
+        perceived = environment.perceived
+        key = (seed, max_rounds, *perceived)
+        known = self._known.get(key)
+        if known is None:
+            if len(self._known) >= MAX_REMEMBERED:
+                self._known.clear()
+                self._forwarding.clear()
+            known = self._known[key] = self._find(perceived, environment, seed, max_rounds)
+        if not isinstance(known, Result):
+            result = self._joined(known)
+            if result.rounds < max_rounds:
+                return result
+            known = self._known[key] = self.system.run(max_rounds=max_rounds, seed=seed)
+        return _copy(known)
+
+    def _find(self, perceived: Perceived, environment: Environment, seed: int, max_rounds: int) -> Segments | Result:
+        case = self._case(perceived)
+        segments = None if case is None else self._segments(*case, environment, seed, max_rounds)
+        return segments or self.system.run(max_rounds=max_rounds, seed=seed)
+
+    def explore_all(
+        self,
+        agent: str,
+        functor: str,
+        atoms: Sequence[str],
+        given: Mapping[str, bool],
+        fold: Fold,
+        max_rounds: int = MAX_ROUNDS,
+        seed: int = 0,
+    ) -> Runs | None:
+        """Every run that there is when an agent perceives ``functor(b)`` for any set of atoms ``b``.
+
+        Args:
+            agent: the agent, which has to forward the atoms (see :mod:`pytest_hricdv.bdi.memo`).
+            functor: of its percepts.
+            atoms: the atoms that sets are made of.
+            given: atoms that are in every set that counts, or in none.
+            fold: of actions and executed plans of a segment, what is of interest: texts in order, and a bit set.
+            max_rounds: as in :meth:`run`.
+            seed: as in :meth:`run`.
+
+        Returns:
+            What is of interest of each run, each once -> atoms that lead to it; None if runs cannot be separated into
+            segments.
+
+        Raises:
+            TooLargeError: there are too many runs.
+            BdiError: an agent cannot go on.
+            ValueError: there is no such agent.
+        """
+        starts: dict[tuple[Node, Content], None] = {}
+        percepts = [f"{functor}({atom})" for atom in atoms]
+        environment = Environment()
+        case = None
+        for count in range(1, len(atoms) + 1):
+            self.system.check_agent(agent)
+            environment = Environment()
+            environment.show(agent, percepts[:count])
+            case = self._case(environment.perceived)
+            segments = None if case is None else self._segments(*case, environment, seed, max_rounds)
+            if case is None or segments is None or _rounds(segments) >= max_rounds:
+                return None
+            edge = self._root(case[0], count, seed).edge
+            if not isinstance(edge, Segment) or edge.then is None:
+                return None
+            starts[edge.then, fold(edge.actions, edge.plans)] = None
+        if case is None:
+            return None
+        forwarding = case[0]
+
+        def complete(node: Node, chosen: frozenset[str]) -> bool:
+            run = self._at(node, forwarding, chosen, environment, seed)
+            return self._add(node, run, seed, max_rounds) is not None
+
+        found: Runs = {}
+        for start, (lines, bits) in starts:
+            runs = ExhaustiveExploration(complete, fold, frozenset(atoms), given).runs(start)
+            if runs is None:
+                return None
+            for (after, more), chosen in runs.items():
+                found.setdefault((lines + after, bits | more), chosen)
+        return found
+
+    # --- segments
+
+    def _segments(
+        self, forwarding: Forwarding, atoms: Set[str], environment: Environment, seed: int, max_rounds: int
+    ) -> Segments | None:
+        """The segments of a run, whatever rounds they take; those not known yet are executed.
+
+        None if that is not possible.
+        """
+        node = self._root(forwarding, len(atoms), seed)
+        reached = None
+        segments: Segments = []
+        while True:
+            # A run that comes to more nodes than there are has been at one of them twice: it will never end.
+            most = len(self._nodes) + 1
+            following = follow(node, atoms, segments, most + 1)
+            if len(segments) > most:
+                return None
+            if following is None:
+                return segments
+            rounds = _rounds(segments)
+            if rounds >= max_rounds:
+                return None
+            node = following
+            if node is not reached:
+                run = self._at(node, forwarding, frozenset(atoms), environment, seed)
+            segment = self._add(node, run, seed, max_rounds - rounds)
+            if segment is None:
+                return None
+            reached = segment.then
+
+    def _root(self, forwarding: Forwarding, atoms: int, seed: int) -> Node:
+        """Where a run with so many atoms begins."""
+        return self._roots.setdefault((forwarding.steering, forwarding.key, atoms, seed), Node())
+
+    def _at(
+        self, node: Node, forwarding: Forwarding, atoms: frozenset[str], environment: Environment, seed: int
+    ) -> RecordingRun:
+        """A run that is at a node."""
+        dependencies = Dependencies(forwarding, atoms, arrived=node.states is not None)
+        return RecordingRun(environment, seed, self.system.templates, dependencies, node.states)
+
+    def _add(self, node: Node, run: RecordingRun, seed: int, max_rounds: int) -> Segment | None:
+        """Execute the next segment of a run that is at a node; None if that is not possible."""
+        recorded = run.record(max_rounds)
+        if recorded is None:
+            return None
+        segment, states = recorded
+        if states is not None:
+            segment.then = self._nodes.setdefault((seed, states), Node(states))
+        add(node, run.dependencies.answers, segment)
+        return segment
+
+    def _case(self, perceived: tuple[Any, ...]) -> tuple[Forwarding, Set[str]] | None:
+        """How atoms are forwarded, and the atoms; None if the percepts are not of this kind."""
+        if not perceived:
+            return None
+        agent, count, *percepts = perceived
+        which = agent, percept_of(percepts[0]).key
+        if which not in self._forwarding:
+            self._forwarding[which] = forwarding_of(*which, self.system.templates)
+        forwarding = self._forwarding[which]
+        if forwarding is None or count != len(percepts):
+            return None
+        atoms = {*map(forwarding.atoms.__getitem__, percepts)}
+        return None if "" in atoms else (forwarding, atoms)
+
+    def _joined(self, segments: Segments) -> Result:
+        prints: list[str] = []
+        actions: list[tuple[str, str]] = []
+        warnings: list[str] = []
+        plans: dict[str, list[str]] = {name: [] for name in self.system.agents}
+        rounds = ticks = 0
+        for segment in segments:
+            rounds += segment.rounds
+            ticks += segment.ticks
+            actions += segment.actions
+            for name, labels in segment.plans:
+                plans[name] += labels
+            if segment.prints or segment.warnings:
+                prints += segment.prints
+                warnings += segment.warnings
+        return Result(prints, plans, actions, rounds, segments[-1].ended, warnings, ticks / TICKS_PER_MS)
+
+
+def _rounds(segments: Segments) -> int:
+    return sum([segment.rounds for segment in segments])
+
+
+def _copy(result: Result) -> Result:
+    """A result whose lists belong to the caller."""
+    plans = {name: labels.copy() for name, labels in result.plans.items()}
+    lists = result.prints.copy(), result.actions.copy(), result.warnings.copy()
+    return result._replace(plans=plans, prints=lists[0], actions=lists[1], warnings=lists[2])

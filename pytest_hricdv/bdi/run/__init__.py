@@ -1,0 +1,1 @@
+"""Runs of a multi-agent system: loading, environment, scheduling, end of runs, traces."""

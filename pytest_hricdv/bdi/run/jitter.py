@@ -1,0 +1,128 @@
+"""Runs with random delays, to find races.
+
+Jason's agents run concurrently, so the interleaving of their steps is left to chance. A plain run here always
+uses the same interleaving. A run with jitter uses others: in every round the agents act
+in a random order, and messages and changes of percepts arrive some rounds late. What may not change does
+not: messages from one agent to another keep their order, and what is perceived before the run is perceived
+at once. All chance comes from the seed. A model whose outcome differs between seeds has a race.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Mapping
+
+from pytest_hricdv.bdi.agent.intentions import Message
+from pytest_hricdv.bdi.language.terms import Structure
+from pytest_hricdv.bdi.run.environment import Environment
+from pytest_hricdv.bdi.run.scheduler import Run
+
+MAX_JITTER = 1000
+"""Rounds that something may be late at most."""
+
+
+class JitteredRun(Run):
+    """A run in which agents act in random order, and messages and percepts may be late.
+
+    Args:
+        environment: what the agents perceive and act on.
+        seed: of the delays and, in a stream of its own, of the agents' random numbers.
+        goal: the agent and the goal with whose achievement the run ends, if any.
+        jitter: by how many rounds something is late at most; if 0, it is a run like any other.
+    """
+
+    def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int) -> None:
+        super().__init__(environment, seed, goal)
+        self._jitter = jitter
+        self._chance = random.Random(f"jitter {seed}")
+        self._under_way: list[tuple[int, str, Message]] = []
+        self._last_arrivals: dict[tuple[str, str], int] = {}
+        self._late: dict[str, _LateVersions] = {}
+
+    def round_of_arrival(self) -> int:
+        """The round in which something arrives that is sent now."""
+        return self.rounds + self._chance.randint(0, self._jitter)
+
+    def percept_versions(self, agent: str) -> Mapping[str, int]:
+        """A view on the environment's versions that is late."""
+        if not self._jitter:
+            return super().percept_versions(agent)
+        return self._late.setdefault(agent, _LateVersions(self, agent))
+
+    def deliver(self, receiver: str, message: Message) -> None:
+        """Send a message on its way, not to arrive before an earlier one from the same sender."""
+        if not self._jitter:
+            super().deliver(receiver, message)
+            return
+        way = (message.sender, receiver)
+        arrival = max(self.round_of_arrival(), self._last_arrivals.get(way, 0))
+        self._last_arrivals[way] = arrival
+        if arrival <= self.rounds:
+            super().deliver(receiver, message)
+        else:
+            self.progress += 1
+            self._under_way.append((arrival, receiver, message))
+
+    def only_busy_waiting(self) -> bool:
+        """As in any run; a message or percept under way may still change everything."""
+        return not self._expecting() and super().only_busy_waiting()
+
+    def _expecting(self) -> bool:
+        """Whether any message or percept is under way."""
+        return bool(self._under_way) or any(late.pending for late in self._late.values())
+
+    def do_round(self) -> bool:
+        """Do a round, unless no agent has anything to do, now or once what is under way has arrived."""
+        if not self._jitter:
+            return super().do_round()
+        self._arrive()
+        agents = list(self.agents.values())
+        self._chance.shuffle(agents)
+        for agent in agents:
+            agent.awake = agent.has_work()
+        expecting = self._expecting()
+        if not expecting and not any(agent.awake for agent in agents):
+            return False
+        self.do_cycles(agents)
+        self.rounds += 1
+        # While something is under way, agents that only repeat themselves may yet have reason to stop.
+        self.progress += expecting
+        return True
+
+    def _arrive(self) -> None:
+        waiting = self._under_way
+        self._under_way = [entry for entry in waiting if entry[0] > self.rounds]
+        for arrival, receiver, message in waiting:
+            if arrival <= self.rounds:
+                super().deliver(receiver, message)
+
+
+class _LateVersions(Mapping[str, int]):
+    """The version of an agent's percepts as the agent learns of it: some rounds late."""
+
+    def __init__(self, run: JitteredRun, agent: str) -> None:
+        self._run = run
+        self._agent = agent
+        self._known = run.environment.version(agent)
+        self._newest = self._known
+        self._arrival = 0
+
+    @property
+    def pending(self) -> bool:
+        """Whether a change has not arrived yet."""
+        return self[self._agent] != self._newest
+
+    def __getitem__(self, agent: str) -> int:
+        newest = self._run.environment.version(self._agent)
+        if newest != self._newest:
+            self._newest = newest
+            self._arrival = self._run.round_of_arrival()
+        if self._run.rounds >= self._arrival:
+            self._known = self._newest
+        return self._known
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((self._agent,))
+
+    def __len__(self) -> int:
+        return 1

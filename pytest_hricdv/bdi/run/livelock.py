@@ -1,0 +1,125 @@
+"""Detects runs in which the agents only repeat themselves."""
+
+from __future__ import annotations
+
+import re
+
+from pytest_hricdv.bdi.agent.agent import Agent
+from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention
+from pytest_hricdv.bdi.language.syntax_tree import variables_of
+from pytest_hricdv.bdi.language.terms import Variable
+from pytest_hricdv.bdi.run.run_state import RunState
+
+QUIET_ROUNDS = 40
+"""Rounds without progress after which the mental states are compared in every round."""
+
+
+class LivelockDetector:
+    """Detects that the agents only repeat themselves.
+
+    When there has been no progress for a while and the mental states of all agents are what they were before,
+    nothing will ever change, except by time.
+
+    Args:
+        run: the run; it must not have begun.
+    """
+
+    def __init__(self, run: RunState) -> None:
+        self._run = run
+        self.due = QUIET_ROUNDS
+        """The round after which :meth:`repeats` has to be called next."""
+        self._progress = 0
+        self._fingerprints: set[int] = set()
+        self._states: set[str] = set()
+        self._progress_at_jump = -1
+        self._states_at_jumps: set[str] = set()
+
+    def repeats(self) -> bool:
+        """After a round: whether the agents repeat themselves, waits for time aside."""
+        run = self._run
+        if run.progress != self._progress:
+            self._progress = run.progress
+            self.due = run.rounds + QUIET_ROUNDS
+            self._forget()
+            return False
+        self.due = run.rounds + 1
+        # States are long for deep intentions: they are written out only when their fingerprint has come before.
+        fingerprint = _fingerprint(run)
+        if fingerprint not in self._fingerprints:
+            self._fingerprints.add(fingerprint)
+            return False
+        state = _mental_states(run, with_waits=False)
+        if state in self._states:
+            self._forget()
+            return True
+        self._states.add(state)
+        return False
+
+    def _forget(self) -> None:
+        self._fingerprints.clear()
+        self._states.clear()
+
+    def repeats_after_jump(self) -> bool:
+        """After a jump in time: whether the agents only wait and check again, over and over."""
+        run = self._run
+        if run.progress != self._progress_at_jump:
+            self._progress_at_jump = run.progress
+            self._states_at_jumps.clear()
+            return False
+        state = _mental_states(run, with_waits=True)
+        if state in self._states_at_jumps:
+            return True
+        self._states_at_jumps.add(state)
+        return False
+
+
+def _fingerprint(run: RunState) -> int:
+    """A number that is the same for equal mental states, and for few others."""
+    parts: list[object] = []
+    for agent in run.agents.values():
+        parts.append((len(agent.events), len(agent.intentions)))
+        parts += [(event.sign, event.literal if event.literal.ground else event.literal.key) for event in agent.events]
+        parts += [len(_relevant_plans(agent, event.intention)) for event in agent.events]
+        for intention in agent.intentions:
+            top = intention.top
+            about = top.literal if top.literal.ground else top.literal.key
+            parts.append((len(_relevant_plans(agent, intention)), top.plan.label, top.pc, about))
+    return hash(tuple(parts))
+
+
+def _relevant_plans(agent: Agent, intention: Intention | None) -> list[IntendedMeans]:
+    """The plans of an intention but for those that can make no difference any more."""
+    if intention is None or not intention.stack:
+        return []
+    *waiting, top = intention.stack
+    return [means for means in waiting if not (means.is_at_end and agent.library.forgets(means.plan))] + [top]
+
+
+def _mental_states(run: RunState, with_waits: bool) -> str:
+    """All agents' events and intentions as text, with fresh variables numbered as they appear."""
+    parts = []
+    for name, agent in run.agents.items():
+        parts.append(f"{name}:")
+        parts += [f"{event}<{_intention_text(agent, event.intention)}>" for event in agent.events]
+        parts += [_intention_text(agent, intention) for intention in agent.intentions]
+        if with_waits:
+            for wait in agent.waits:
+                left = None if wait.deadline is None else wait.deadline - run.ticks
+                parts.append(f"{left} {_intention_text(agent, wait.intention)}")
+    numbers: dict[str, int] = {}
+    return re.sub(r"\b_\d+\b", lambda found: f"_{numbers.setdefault(found[0], len(numbers))}", "\n".join(parts))
+
+
+def _intention_text(agent: Agent, intention: Intention | None) -> str:
+    return "|".join(
+        f"{means.plan.label}@{means.pc}/{id(means.body)}/{len(means.blocks)} {means.sign}{means.literal} "
+        f"{[f'{variable}={means.unifier[variable]}' for variable in _variables(means)]} "
+        f"{[len(loop.solutions) for _, _, loop in means.blocks if loop is not None]}"
+        f"{len(means.loop.solutions) if means.loop else ''}"
+        for means in _relevant_plans(agent, intention)
+    )
+
+
+def _variables(means: IntendedMeans) -> list[Variable]:
+    """The variables bound in a plan that its body could still use."""
+    return sorted(variables_of(means.plan.body) & means.unifier.keys())

@@ -1,0 +1,174 @@
+"""One run of a multi-agent system: rounds, virtual time, and how a run ends.
+
+In a round every agent does one reasoning cycle, in the order of the project file, so that a run is a
+function of the models, the percepts and the seed. A round takes one tick of virtual time; when no agent has
+anything to do before some wait is over, time jumps there. Agents with nothing to do are skipped.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from pytest_hricdv.bdi.agent.agent import Agent
+from pytest_hricdv.bdi.agent.intentions import Message
+from pytest_hricdv.bdi.language.errors import BdiError
+from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
+from pytest_hricdv.bdi.language.terms import Structure
+from pytest_hricdv.bdi.logic.unify import unify
+from pytest_hricdv.bdi.run.environment import Environment
+from pytest_hricdv.bdi.run.livelock import LivelockDetector
+from pytest_hricdv.bdi.run.run_state import RunState
+
+
+class Run(RunState):
+    """A run of a system.
+
+    Args:
+        environment: what the agents perceive and act on.
+        seed: of the run's one stream of random numbers.
+        goal: the agent and the goal with whose achievement the run ends, if any.
+    """
+
+    def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None) -> None:
+        super().__init__(environment, seed)
+        self.earliest_deadline = math.inf
+        """No wait is over before this tick."""
+        self.ended = ""
+        """How the run ends after this round, if it does."""
+        self._busy_waiting = False
+        """Whether an agent has waited busily in the last round."""
+        self._goal = goal
+        self._seen_changes = environment.changes
+
+    # --- what agents use
+
+    def deliver(self, receiver: str, message: Message) -> None:
+        """Put a message into its receiver's mailbox."""
+        agent = self.agents[receiver]
+        agent.mailbox.append(message)
+        agent.awake = True
+        self.progress += 1
+
+    def act(self, agent: str, action: Structure, plan: Plan, statement: ExternalAction) -> bool:
+        """Let the environment execute an action; whether it succeeded.
+
+        Raises:
+            BdiError: the environment raised an exception.
+        """
+        self.actions.append((agent, str(action)))
+        self.progress += 1
+        try:
+            success = self.environment.execute(agent, action)
+        except Exception as error:
+            place = f"plan @{plan.label} ({statement.location})"
+            what = f"action {action} raised {type(error).__name__}: {error}"
+            raise BdiError(f"agent {agent}, {place}: {what}") from error
+        if self.environment.changes != self._seen_changes:
+            self._seen_changes = self.environment.changes
+            for other in self.agents.values():
+                other.awake = other.awake or other.has_work()
+        return bool(success)
+
+    def note_achieved(self, agent: str, goal: Structure) -> None:
+        """A plan for a goal has finished."""
+        if self._goal is not None and self._goal[0] == agent and unify(self._goal[1], goal, {}, []):
+            self.ended = "goal"
+
+    def stop(self) -> None:
+        """End the run after this round."""
+        self.ended = "stopped"
+
+    def note_deadline(self, deadline: float) -> None:
+        """An intention has begun to wait until then."""
+        self.earliest_deadline = min(self.earliest_deadline, deadline)
+
+    # --- the rounds
+
+    def go(self, max_rounds: int) -> str:
+        """Do rounds until the run ends by itself or has had ``max_rounds``.
+
+        Returns:
+            How it ended: "idle", "spin", "goal", "stopped" or "round limit".
+
+        Raises:
+            BdiError: an agent cannot go on.
+        """
+        livelock = LivelockDetector(self)
+        while self.rounds < max_rounds:
+            if not self.do_round():
+                if not self._jump():
+                    return "idle"
+                if livelock.repeats_after_jump():
+                    return "spin"
+                continue
+            self.after_round()
+            if self.ended:
+                return self.ended
+            if self.only_busy_waiting():
+                return "spin"
+            if self.ticks >= self.earliest_deadline:
+                self._end_waits()
+            if (
+                self.rounds >= livelock.due
+                and livelock.repeats()
+                and (not self._jump() or livelock.repeats_after_jump())
+            ):
+                return "spin"
+        return "round limit"
+
+    def do_round(self) -> bool:
+        """Let every agent do a reasoning cycle that has anything to do; False if there is none."""
+        acted = self.do_cycles(self.agents.values())
+        self.rounds += acted
+        return acted
+
+    def do_cycles(self, agents: Iterable[Agent]) -> bool:
+        """Let those of the agents do a reasoning cycle, in this order, that are awake; False if there is none."""
+        acted = self._busy_waiting = False
+        for agent in agents:
+            if agent.awake:
+                acted = True
+                try:
+                    agent.cycle()
+                except RecursionError:
+                    raise BdiError(f"{agent.name}: terms nested too deeply, {agent.doing()}") from None
+                if agent.busy_waiting:
+                    self._busy_waiting = True
+        return acted
+
+    def after_round(self) -> None:
+        """Called after every round."""
+
+    def only_busy_waiting(self) -> bool:
+        """After a round: whether agents wait busily, and no other one can do anything that ends it."""
+        return self._busy_waiting and not any(agent.may_change() for agent in self.agents.values())
+
+    def close(self) -> None:
+        """Release the agents after the run: they refer to it, too, and would wait for the garbage collector."""
+        self.agents = {}
+
+    # --- waiting
+
+    def _jump(self) -> bool:
+        """Advance the clock to the next moment at which a wait is over; False if there is none."""
+        # What an agent waits for may have come before its time.
+        self.earliest_deadline = min(map(_earliest_deadline, self.agents.values()), default=math.inf)
+        if self.earliest_deadline == math.inf:
+            return False
+        self.skipped = max(self.skipped, int(self.earliest_deadline) - self.rounds)
+        self._end_waits()
+        return True
+
+    def _end_waits(self) -> None:
+        now = self.ticks
+        for agent in self.agents.values():
+            if agent.waits or agent.questions:
+                agent.end_waits(now)
+                agent.awake = agent.awake or agent.has_work()
+        self.earliest_deadline = min(map(_earliest_deadline, self.agents.values()), default=math.inf)
+
+
+def _earliest_deadline(agent: Agent) -> float:
+    deadlines = [wait.deadline for wait in agent.waits] + [question.deadline for question in agent.questions.values()]
+    return min((deadline for deadline in deadlines if deadline is not None), default=math.inf)

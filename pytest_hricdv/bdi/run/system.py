@@ -1,0 +1,173 @@
+"""A multi-agent system that is loaded once and run many times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from os import PathLike
+from pathlib import Path
+
+from pytest_hricdv.bdi.agent.agent import Agent
+from pytest_hricdv.bdi.language.errors import BdiError
+from pytest_hricdv.bdi.language.parser import parse_literal
+from pytest_hricdv.bdi.language.project import Project
+from pytest_hricdv.bdi.language.project_reader import read_project
+from pytest_hricdv.bdi.language.syntax import Plan, Program
+from pytest_hricdv.bdi.language.terms import Structure
+from pytest_hricdv.bdi.run.agent_template import AgentTemplate, read_templates
+from pytest_hricdv.bdi.run.environment import Environment
+from pytest_hricdv.bdi.run.jitter import MAX_JITTER, JitteredRun
+from pytest_hricdv.bdi.run.result import Result
+from pytest_hricdv.bdi.run.scheduler import Run
+from pytest_hricdv.bdi.run.tracing import TracedAgent, TracedRun
+
+MAX_ROUNDS = 100_000
+"""Rounds after which a run is stopped unless it is told otherwise."""
+
+
+class MultiAgentSystem:
+    """A multi-agent system; made by :meth:`load`.
+
+    Example::
+
+        system = MultiAgentSystem.load("models_bdi/table_assembly.mas2j")
+        result = system.run(percepts={"meta": ["chosen(leg4)", "chosen(m111l4)"]})
+        result.actions   # [("human", "tell(leg)"), ("human", "receivesignal"), ...]
+    """
+
+    def __init__(self, project: Project, templates: tuple[AgentTemplate, ...], environment: Environment) -> None:
+        self._project = project
+        self._warnings = project.warnings
+        self.templates = templates
+        """The agents as every run begins with them, in the order of their cycles."""
+        self.environment = environment
+
+    @classmethod
+    def load(cls, path: str | PathLike[str], environment: Environment | None = None) -> MultiAgentSystem:
+        """Read a project and its agents' sources.
+
+        Args:
+            path: a ``.mas2j`` file.
+            environment: what the agents perceive and act on; without one, every action succeeds.
+
+        Raises:
+            BdiError: a file is missing or cannot be read as what it should be; the message says where.
+        """
+        try:
+            project = read_project(Path(path))
+        except FileNotFoundError:
+            raise BdiError(f"{path}: no such file") from None
+        system = cls(project, read_templates(project), environment or Environment())
+        if environment is None and project.environment:
+            what = f"environment {project.environment}: without a Python environment every action succeeds"
+            system._warnings += (f"{path}: ignored: {what}",)
+        return system
+
+    @property
+    def name(self) -> str:
+        """The name of the project."""
+        return self._project.name
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What in the project file has no effect here, each once, with its place."""
+        return self._warnings
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """The names of the agents, in the order of their cycles."""
+        return tuple(template.name for template in self.templates)
+
+    def plan_labels(self, agent: str) -> tuple[str, ...]:
+        """The labels that the author gave to an agent's plans, in source order.
+
+        Raises:
+            KeyError: there is no such agent.
+        """
+        return tuple(plan.label for plan in self.plans(agent) if plan.has_label)
+
+    def program(self, agent: str) -> Program:
+        """An agent's source as a syntax tree.
+
+        Raises:
+            KeyError: there is no such agent.
+        """
+        for template in self.templates:
+            if template.name == agent:
+                return template.program
+        raise KeyError(agent)
+
+    def plans(self, agent: str) -> tuple[Plan, ...]:
+        """An agent's plans, in source order.
+
+        Raises:
+            KeyError: there is no such agent.
+        """
+        return self.program(agent).plans
+
+    def run(
+        self,
+        *,
+        max_rounds: int = MAX_ROUNDS,
+        seed: int = 0,
+        percepts: Mapping[str, Iterable[str | Structure]] | None = None,
+        goal: tuple[str, str] | None = None,
+        jitter: int = 0,
+        trace: bool = False,
+    ) -> Result:
+        """Run the system from its initial state.
+
+        Args:
+            max_rounds: the number of rounds after which it is stopped.
+            seed: of the random numbers that the agents draw.
+            percepts: for the agents named, what they perceive at first, instead of what the environment
+                lists for them; it is set in the environment and stays there.
+            goal: an agent and a goal, such as ``("human", "done")``; the run ends when a plan of that agent
+                for that goal has come to its end.
+            jitter: by how many rounds messages and changes of percepts may be late; unless it is 0, the
+                agents act in a random order in each round, too. All of it depends on the seed alone, so
+                that running with several seeds exposes the races of a model.
+            trace: whether to note what led to what, as the result's ``trace``.
+
+        Raises:
+            BdiError: an agent cannot go on: an action raised an exception, a rule recurses for ever.
+            ValueError: an argument is out of its range, or names an agent that there is not.
+        """
+        if max_rounds < 0:
+            raise ValueError(f"max_rounds must not be negative, got {max_rounds}")
+        if not 0 <= jitter <= MAX_JITTER:
+            raise ValueError(f"jitter must be from 0 to {MAX_JITTER} rounds, got {jitter}")
+        self.show(percepts)
+        awaited = None if goal is None else (self.check_agent(goal[0]), parse_literal(goal[1]))
+        run = _new_run(self.environment, seed, awaited, jitter, trace)
+        for template in self.templates:
+            run.agents[template.name] = template.agent(run, TracedAgent if trace else Agent)
+        try:
+            return Result.of(run, run.go(max_rounds))
+        finally:
+            run.close()
+
+    def show(self, percepts: Mapping[str, Iterable[str | Structure]] | None) -> None:
+        """Let agents perceive these literals in the environment, instead of what it lists for them.
+
+        Raises:
+            ValueError: there is no such agent.
+            BdiError: a text is not a literal without variables.
+        """
+        for name, literals in (percepts or {}).items():
+            self.environment.show(self.check_agent(name), literals)
+
+    def check_agent(self, agent: str) -> str:
+        """The name of an agent.
+
+        Raises:
+            ValueError: there is no such agent.
+        """
+        if agent not in self.agents:
+            raise ValueError(f"no agent {agent!r} in {self.name}; there are {', '.join(self.agents)}")
+        return agent
+
+
+def _new_run(environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int, trace: bool) -> Run:
+    if trace:
+        return TracedRun(environment, seed, goal, jitter)
+    return JitteredRun(environment, seed, goal, jitter) if jitter else Run(environment, seed, goal)
