@@ -87,7 +87,7 @@ class Pseudorandom:
             GenerateError: no command can be executed.
         """
         if not context.commands:
-            raise GenerateError("pseudorandom tests need the commands that can be enacted, but the testbench has none")
+            raise GenerateError("pseudorandom tests need the commands that can be executed, but the testbench has none")
         drafts = [self._draw(context, number) for number in range(context.tests or self.size)]
         return Suite.of_drafts(self.name, context.seed, drafts, Generation())
 

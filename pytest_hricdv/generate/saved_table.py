@@ -129,7 +129,9 @@ class SavedTable:
             cells = {belief for belief in space.others if belief != state}
             if (found := self.q.get(state, {}).keys()) != cells:
                 odd = sorted(found ^ cells)[0]
-                raise GenerateError(f"{where}: the row of {state!r} lacks {odd!r}, or has it too much; was it edited?")
+                raise GenerateError(
+                    f"{where}: the row of {state!r} lacks {odd!r}, or should not have it; was the file edited?"
+                )
 
 
 def read_warm_start(path: Path, model: Model, space: BeliefSpace) -> WarmStart:

@@ -81,7 +81,7 @@ def _check_ids(blocks: Iterable[_Block]) -> None:
         if name is not None and name in places:
             raise GenerateError(
                 f"{block.where}: a second test with the id {name!r}, which is at {places[name]} already; expected "
-                "each id once: without its '# id:' line a test gets one of its own"
+                "each id once: without its '# id:' line a test gets a new one"
             )
         places |= {} if name is None else {name: block.where}
 

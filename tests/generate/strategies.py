@@ -1,4 +1,4 @@
-"""What property tests draw from: words, commands and abstract tests."""
+"""Hypothesis strategies: words, commands and abstract tests."""
 
 from __future__ import annotations
 

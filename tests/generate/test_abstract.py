@@ -20,7 +20,7 @@ from tests.generate.strategies import commands
         ("tell( humanReady )", "tell humanReady"),
     ],
 )
-def test_an_action_and_its_command(action: str, command: str) -> None:
+def test_the_command_of_an_action(action: str, command: str) -> None:
     assert command_from_action(action) == command
 
 
@@ -32,7 +32,7 @@ def test_every_command_is_that_of_an_action(command: str) -> None:
 
 
 @given(commands)
-def test_a_command_has_one_spelling(command: str) -> None:
+def test_a_command_has_one_canonical_spelling(command: str) -> None:
     assert canonical_command(f"  {command.replace(' = ', '=')}\t") == command == canonical_command(command)
 
 
@@ -43,7 +43,7 @@ def test_an_action_without_a_text_form_is_an_error(action: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "tell leg now", "set_param gaze =", "= 1", "tell(leg)", "1", "tell leg;"])
-def test_what_is_no_command_is_an_error(text: str) -> None:
+def test_other_text_is_no_command(text: str) -> None:
     with pytest.raises(GenerateError, match="is no command"):
         canonical_command(text)
 
@@ -62,7 +62,7 @@ def test_what_is_no_command_is_an_error(text: str) -> None:
         ({"lines": ("set_param gaze=1",)}, "expected the spelling 'set_param gaze = 1'"),
     ],
 )
-def test_a_test_that_could_not_be_written_down_is_an_error(change: dict[str, object], message: str) -> None:
+def test_a_test_without_a_text_form_is_an_error(change: dict[str, object], message: str) -> None:
     good: dict[str, object] = {"id": "a", "suite": "s", "target": "x", "beliefs": (), "lines": ()}
     with pytest.raises(GenerateError, match=message):
         AbstractTest(**{**good, **change})  # type: ignore[arg-type]

@@ -65,7 +65,7 @@ def test_patterns_stand_for_every_combination(tmp_path: Path) -> None:
         ('[[aim]]\nbeliefs = ["hall"', "toml:2:1: .*"),
     ],
 )
-def test_errors_say_where(tmp_path: Path, text: str, message: str) -> None:
+def test_errors_name_file_line_and_column(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(GenerateError, match=message):
         read_belief_sets(_written(tmp_path, text), LAMPS)
 

@@ -36,7 +36,7 @@ def test_a_subset_has_one_order_whatever_order_it_was_chosen_in(beliefs: list[st
         (("not_bored",), "no-start-not_bored"),
     ],
 )
-def test_the_aim_is_the_start_belief_and_the_naming_groups(beliefs: tuple[str, ...], aim: str) -> None:
+def test_the_target_is_the_start_belief_and_the_naming_groups(beliefs: tuple[str, ...], aim: str) -> None:
     assert SPACE.target(beliefs) == aim
 
 
@@ -59,6 +59,6 @@ def test_the_aim_is_the_start_belief_and_the_naming_groups(beliefs: tuple[str, .
         (lambda: SPACE.subset(["leg1", "leg1"]), "'leg1' is given twice"),
     ],
 )
-def test_errors_say_what_is_wrong(make: Callable[[], object], message: str) -> None:
+def test_invalid_arguments_are_errors(make: Callable[[], object], message: str) -> None:
     with pytest.raises(GenerateError, match=message):
         make()

@@ -1,4 +1,4 @@
-"""Concretization: samplers, streams, variants."""
+"""Concretization: samplers, random streams, variants."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TEST = AbstractTest(id="t", suite="s", target="a", beliefs=(), lines=COMMANDS, s
 
 
 class Always(Random):
-    """A stream that always gives the same number."""
+    """A random stream that always gives the same number."""
 
     def __init__(self, value: float) -> None:
         super().__init__(0)
@@ -74,7 +74,7 @@ def test_a_chance_gives_its_value_or_zero(mark: float) -> None:
         (lambda: ConcreteTest.from_json("["), "not a concrete test"),
     ],
 )
-def test_errors_say_what_is_wrong(make: Callable[[], object], message: str) -> None:
+def test_invalid_arguments_are_errors(make: Callable[[], object], message: str) -> None:
     with pytest.raises(GenerateError, match=message):
         make()
 
@@ -89,7 +89,7 @@ def test_parameters_lie_in_their_ranges() -> None:
 
 
 @given(st.integers(0, 2**63 - 1), st.integers(0, 5))
-def test_the_test_and_k_decide_everything(seed: int, k: int) -> None:
+def test_concretization_is_a_function_of_the_test_and_k(seed: int, k: int) -> None:
     test = replace(TEST, seed=seed)
     assert concretize(test, CONCRETIZATION, k) == concretize(test, CONCRETIZATION, k)
     assert concretize(test, CONCRETIZATION, k) == concretize(variant(test, k), CONCRETIZATION)

@@ -30,7 +30,7 @@ SPACES = {
 
 
 def run_all_sets(runner: ModelRunner, plans: tuple[tuple[str, str], ...]) -> dict[tuple[tuple[str, ...], int], int]:
-    """Every run, by trying all sets -> the size of the smallest set."""
+    """Every distinct run, by running all sets -> the size of its smallest set."""
     found: dict[tuple[tuple[str, ...], int], int] = {}
     for size in range(len(runner.space.others) + 1):
         for start in runner.space.start:
@@ -55,7 +55,7 @@ def test_exploration_finds_exactly_the_runs_of_all_sets(space: BeliefSpace) -> N
 
 
 def test_the_table_is_explored_without_running_its_sets() -> None:
-    """Each leg has eight poses or none, the first one may be given up for boredom; of 4 * 2^34 sets no more differ."""
+    """Each leg has eight poses or none, and the human may get bored at the first; 4 * 2^34 sets give no other runs."""
     runner = ModelRunner(TABLE.model, TABLE.beliefs)
     found = explore_exhaustively(runner)
     assert found.complete

@@ -67,7 +67,7 @@ def test_recorded_runs_without_steps_are_left_out_and_counted(tmp_path: Path) ->
     assert suite.tests[0].name == "day one 1"
 
 
-def test_fewer_tests_are_evenly_spaced_and_more_are_refused_politely(tmp_path: Path) -> None:
+def test_fewer_tests_are_evenly_spaced_and_more_give_a_note(tmp_path: Path) -> None:
     path = tmp_path / "t.txt"
     path.write_text("\n\n".join(COMMANDS))
     few = Files(path).generate(replace(CONTEXT, tests=5))
@@ -96,7 +96,7 @@ def test_fewer_tests_are_evenly_spaced_and_more_are_refused_politely(tmp_path: P
         ("a.json", '{"x": [{"steps": null}]}', "no tests in it"),
     ],
 )
-def test_errors_say_where(tmp_path: Path, name: str, text: str, message: str) -> None:
+def test_errors_name_file_line_and_column(tmp_path: Path, name: str, text: str, message: str) -> None:
     (tmp_path / name).write_text(text)
     with pytest.raises(GenerateError, match=message):
         Files(tmp_path / name).generate(CONTEXT)

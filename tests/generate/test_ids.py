@@ -22,8 +22,8 @@ drafts = st.builds(
 BY_CONTENT: Callable[[Draft], object] = lambda draft: (draft.beliefs, draft.lines)  # noqa: E731
 
 
-def test_an_id_is_the_same_for_ever() -> None:
-    """If this fails, every id and every recorded seed has changed: raise GENERATOR_VERSION and say so in the log."""
+def test_ids_and_seeds_are_those_of_earlier_versions() -> None:
+    """If this fails, every id and recorded seed has changed: raise GENERATOR_VERSION and note it in the changelog."""
     (test,) = identify("by-hand", 0, [Draft("leg4", ("leg4", "m111l4"), ("tell leg", "receivesignal"))])
     assert (test.id, test.seed) == ("by-hand-leg4-5444b870", 8698345077810159687)
 
@@ -37,7 +37,7 @@ def test_ids_are_distinct_and_fit_for_a_command_line(listed: list[Draft], seed: 
 
 
 @given(st.lists(drafts, max_size=6, unique_by=BY_CONTENT), st.randoms())
-def test_order_does_not_matter(listed: list[Draft], random: object) -> None:
+def test_ids_do_not_depend_on_the_order(listed: list[Draft], random: object) -> None:
     mixed = list(listed)
     random.shuffle(mixed)  # type: ignore[attr-defined]
     assert set(identify("s", 1, mixed)) == set(identify("s", 1, listed))
@@ -49,7 +49,7 @@ def test_equal_texts_of_different_subsets_are_different_tests() -> None:
     assert one.seed != other.seed
 
 
-def test_equals_are_told_apart_by_their_occurrence() -> None:
+def test_equal_drafts_have_different_ids() -> None:
     draft = Draft("a", ("x",), ("bored",))
     first, second, third = identify("s", 0, [draft] * 3)
     assert len({first.id, second.id, third.id}) == len({first.seed, second.seed, third.seed}) == 3

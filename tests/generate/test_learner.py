@@ -14,15 +14,15 @@ from pytest_hricdv.generate.learner import LearningResult, boltzmann_choice, lea
 from pytest_hricdv.generate.qlearning import QLearning, WarmStart
 from pytest_hricdv.generate.rng import make_rng
 from tests.generate.table import SPACE
-from tests.generate.toy import Fake
+from tests.generate.toy import FakeRunner
 
 ONE_WAY = BeliefSpace(("s",), {"only": ("x",)})
 TWO = BeliefSpace(("s",), {"only": ("x", "y")})
 
 
 def test_one_cell_by_hand() -> None:
-    """Start s covers 2 plans, {s, x} covers 2 and 1: each time as many as ever, so r = 100 + 100 and Q goes to 200."""
-    fake = Fake(lambda subset: {"a": {"p", "q"}, "b": {"p"}})
+    """Start s covers 2 plans, {s, x} covers 2 and 1: each time the maximum, so r = 100 + 100 and Q goes to 200."""
+    fake = FakeRunner(lambda subset: {"a": {"p", "q"}, "b": {"p"}})
     learned = learn(fake, ONE_WAY, QLearning(iterations=3), seed=0)
     first = 0.1 * 200
     second = 0.91 * first + 0.09 * 200
@@ -34,7 +34,7 @@ def test_one_cell_by_hand() -> None:
 
 def test_two_steps_by_hand() -> None:
     """Three plans with all of s, x, y, else one: the second step reaches the maximum, the first falls two short."""
-    fake = Fake(lambda subset: {"a": {"1", "2", "3"} if len(subset) == 3 else {"1"}})
+    fake = FakeRunner(lambda subset: {"a": {"1", "2", "3"} if len(subset) == 3 else {"1"}})
     learned = learn(fake, TWO, QLearning(min_beliefs=3, max_beliefs=3, iterations=2), seed=3)
     assert [len(subset) for subset in fake.asked] == [1, 2, 3, 1, 2, 3]
     (first, second), (again, last) = fake.asked[2][1:], fake.asked[5][1:]
@@ -50,7 +50,7 @@ def test_two_steps_by_hand() -> None:
 
 
 def test_learning_stops_after_quiet_iterations_and_reports_the_first() -> None:
-    learned = learn(Fake(lambda subset: {"a": {"p"}}), ONE_WAY, QLearning(), seed=0)
+    learned = learn(FakeRunner(lambda subset: {"a": {"p"}}), ONE_WAY, QLearning(), seed=0)
     assert learned.converged_at is not None
     assert learned.iterations == learned.converged_at + 4 < 1000
     assert all(delta <= 1e-4 for delta in learned.q_delta[-5:])
@@ -65,25 +65,25 @@ def test_one_quiet_iteration_is_not_convergence() -> None:
         first = next(runs) < 4
         return {"a": {"p"}, "b": set() if first and len(subset) == 2 else {"p", "q", "r", "s"}}
 
-    learned = learn(Fake(plans), ONE_WAY, QLearning(), seed=0)
+    learned = learn(FakeRunner(plans), ONE_WAY, QLearning(), seed=0)
     assert learned.q_delta[0] == 0.0
     assert learned.converged_at is not None
     assert learned.converged_at > 50
 
 
-def test_learning_can_run_on_for_the_figure() -> None:
+def test_learning_can_continue_after_convergence() -> None:
     parameters = QLearning(iterations=200, stop_when_converged=False)
-    learned = learn(Fake(lambda subset: {"a": {"p"}}), ONE_WAY, parameters, seed=0)
+    learned = learn(FakeRunner(lambda subset: {"a": {"p"}}), ONE_WAY, parameters, seed=0)
     assert (learned.iterations, len(learned.q_delta)) == (200, 200)
     assert learned.converged_at is not None
 
 
 def test_learning_that_never_converges_has_no_iteration_of_convergence() -> None:
-    assert learn(Fake(lambda subset: {"a": {"p"}}), ONE_WAY, QLearning(iterations=4), seed=0).converged_at is None
+    assert learn(FakeRunner(lambda subset: {"a": {"p"}}), ONE_WAY, QLearning(iterations=4), seed=0).converged_at is None
 
 
 def test_only_the_first_belief_of_a_subset_is_a_start_belief() -> None:
-    fake = Fake(lambda subset: {"a": set(subset)})
+    fake = FakeRunner(lambda subset: {"a": set(subset)})
     learned = learn(fake, SPACE, QLearning(iterations=60), seed=1)
     for subset in fake.asked:
         assert subset[0] in SPACE.start
@@ -93,17 +93,17 @@ def test_only_the_first_belief_of_a_subset_is_a_start_belief() -> None:
     assert set(learned.q) == set(SPACE.beliefs)
 
 
-def test_a_subset_stops_growing_when_nothing_is_left() -> None:
-    fake = Fake(lambda subset: {"a": {"p"}})
+def test_a_subset_stops_growing_when_no_belief_is_left() -> None:
+    fake = FakeRunner(lambda subset: {"a": {"p"}})
     learn(fake, TWO, QLearning(iterations=50), seed=0)
     assert max(map(len, fake.asked)) == 3
 
 
 def _learned(seed: int) -> LearningResult:
-    return learn(Fake(lambda subset: {"a": set(subset)}), SPACE, QLearning(iterations=20), seed)
+    return learn(FakeRunner(lambda subset: {"a": set(subset)}), SPACE, QLearning(iterations=20), seed)
 
 
-def test_the_seed_decides() -> None:
+def test_the_same_seed_gives_the_same_result_and_another_one_does_not() -> None:
     assert _learned(5).q == _learned(5).q
     assert _learned(5).q != _learned(6).q
 
@@ -124,37 +124,37 @@ def test_the_boltzmann_choice_follows_its_probabilities() -> None:
 
 
 @pytest.mark.parametrize("runs", [1, 2, 7, 100])
-def test_runs_of_the_model_are_bounded_to_the_run(runs: int) -> None:
-    fake = Fake(lambda subset: {"a": set(subset)})
+def test_the_limit_of_model_runs_is_exact(runs: int) -> None:
+    fake = FakeRunner(lambda subset: {"a": set(subset)})
     learned = learn(fake, SPACE, QLearning(model_runs=runs, stop_when_converged=False), seed=2)
     assert learned.bdi_runs == len(fake.asked) == runs
 
 
 def test_the_last_iteration_with_a_new_plan_is_reported() -> None:
-    """Both orders of x and y bring a plan of their own: the second of them is the last new plan."""
+    """Only the first three different subsets execute a new plan."""
     seen: dict[frozenset[str], None] = {}
 
     def plans(subset: frozenset[str]) -> dict[str, set[str]]:
         seen[subset] = None
         return {"a": {f"p{len(seen)}" if len(seen) < 4 else "p3"}}
 
-    learned = learn(Fake(plans), TWO, QLearning(iterations=40, stop_when_converged=False), seed=0)
+    learned = learn(FakeRunner(plans), TWO, QLearning(iterations=40, stop_when_converged=False), seed=0)
     asked = [frozenset({"s", "x"}), frozenset({"s", "y"}), frozenset({"s", "x", "y"})]
     assert set(asked) <= set(seen)
     assert 1 <= learned.last_new_plan_at < 40
-    again = learn(Fake(plans), TWO, QLearning(iterations=40), seed=0, suite={("a", "p3"): 1})
+    again = learn(FakeRunner(plans), TWO, QLearning(iterations=40), seed=0, suite={("a", "p3"): 1})
     assert again.last_new_plan_at == 0
 
 
 def test_learning_continues_from_a_learned_table() -> None:
-    fake = Fake(lambda subset: {"a": {"p", "q"}, "b": {"p"}})
+    fake = FakeRunner(lambda subset: {"a": {"p", "q"}, "b": {"p"}})
     learned = learn(fake, ONE_WAY, QLearning(iterations=1), 0, start=WarmStart(q={"s": {"x": 100.0}}, maxima={"a": 3}))
     assert learned.q["s"]["x"] == pytest.approx(0.9 * 100 + 0.1 * (5 + 100))
     assert learned.maxima == {"a": 3, "b": 1}
 
 
 def test_belief_sets_of_a_warm_start_are_run_first() -> None:
-    fake = Fake(lambda subset: {"a": set(subset)})
+    fake = FakeRunner(lambda subset: {"a": set(subset)})
     start = WarmStart(subsets=(("s", "x", "y"), ("s", "y")))
     learned = learn(fake, TWO, QLearning(iterations=1, min_beliefs=2, max_beliefs=2, model_runs=2), 0, start=start)
     assert [len(subset) for subset in fake.asked] == [1, 2, 3, 1, 2, 1, 2]
@@ -165,4 +165,4 @@ def test_belief_sets_of_a_warm_start_are_run_first() -> None:
 
 def test_a_space_without_a_choice_is_an_error() -> None:
     with pytest.raises(GenerateError, match="start beliefs only"):
-        learn(Fake(lambda subset: {}), BeliefSpace(("s",), {}), QLearning(), 0)
+        learn(FakeRunner(lambda subset: {}), BeliefSpace(("s",), {}), QLearning(), 0)

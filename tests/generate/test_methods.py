@@ -57,7 +57,7 @@ def test_bdi_pseudorandom_has_one_belief_of_each_group(context: GenerationContex
     assert suite.tests[:5] == BdiPseudorandom(size=5).generate(context).tests
 
 
-def test_bdi_pseudorandom_says_when_there_are_no_more_subsets(context: GenerationContext) -> None:
+def test_bdi_pseudorandom_notes_that_there_are_no_more_subsets(context: GenerationContext) -> None:
     suite = BdiPseudorandom().generate(context)
     assert len(suite.tests) == 12
     assert suite.generation.notes == ("100 tests asked for, but only 12 distinct subsets were found of 12 that exist",)
@@ -74,7 +74,7 @@ def test_rl_learns_and_covers_the_small_model(context: GenerationContext) -> Non
     assert generation.notes[0].startswith("134 tests asked for, but the policy leads to ")
 
 
-def test_rl_says_when_it_has_not_converged(context: GenerationContext) -> None:
+def test_rl_notes_that_it_has_not_converged(context: GenerationContext) -> None:
     learning = replace(context.learning, iterations=3, suite_size=2)
     suite = ReinforcementLearning().generate(replace(context, learning=learning))
     assert len(suite.tests) == 2
@@ -94,7 +94,7 @@ def test_pseudorandom_draws_lengths_and_commands() -> None:
 
 
 @pytest.mark.parametrize("name", list(METHODS))
-def test_the_seed_decides(context: GenerationContext, name: str) -> None:
+def test_the_same_seed_gives_the_same_result_and_another_one_does_not(context: GenerationContext, name: str) -> None:
     context = replace(context, commands=COMMANDS)
     first = METHODS[name].generate(context)
     assert first == METHODS[name].generate(context)
@@ -105,13 +105,13 @@ def test_the_seed_decides(context: GenerationContext, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", list(METHODS))
-def test_a_method_says_what_it_misses(name: str) -> None:
+def test_a_method_without_its_inputs_is_an_error(name: str) -> None:
     with pytest.raises(GenerateError, match="but the testbench "):
         METHODS[name].generate(GenerationContext())
 
 
 @pytest.mark.parametrize(("options", "message"), [({"tests": 0}, "0 tests"), ({"lengths": (5, 4)}, "lengths")])
-def test_a_context_that_makes_no_sense_is_an_error(options: dict[str, object], message: str) -> None:
+def test_an_invalid_context_is_an_error(options: dict[str, object], message: str) -> None:
     with pytest.raises(GenerateError, match=message):
         GenerationContext(**options)  # type: ignore[arg-type]
 

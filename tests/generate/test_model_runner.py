@@ -1,4 +1,4 @@
-"""The runner: from a belief subset to an abstract test, and what it refuses."""
+"""The model runner: from a belief subset to an abstract test, and its errors."""
 
 from __future__ import annotations
 
@@ -89,6 +89,6 @@ def test_a_run_without_end_is_cut_off_and_noted(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "message"), [({"covered": ()}, "no covered"), ({"max_rounds": 0}, "max_rounds = 0")]
 )
-def test_a_model_of_nonsense_is_an_error(change: dict[str, object], message: str) -> None:
+def test_an_invalid_model_is_an_error(change: dict[str, object], message: str) -> None:
     with pytest.raises(GenerateError, match=message):
         Model(Path("x.mas2j"), **change)  # type: ignore[arg-type]

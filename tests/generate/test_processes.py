@@ -1,4 +1,4 @@
-"""The same bytes in every process, whatever its hash seed; and no more loaded than needed."""
+"""Suites are the same bytes in every process, and a replay loads no BDI engine."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ RUNS = st.lists(st.fixed_dictionaries({"a": PLANS, "b": PLANS}), min_size=1, max
 SUITE = st.dictionaries(st.tuples(st.sampled_from("ab"), st.sampled_from("pqrst")), st.integers(0, 50))
 
 
-def test_the_defaults_are_published() -> None:
+def test_the_defaults_are_those_of_the_paper() -> None:
     paper = QLearning()
     assert (paper.gamma, paper.alpha0, paper.alpha_decay, paper.temperature_kt) == (0.1, 0.1, 0.9, 10.0)
     assert (paper.max_beliefs, paper.iterations, paper.tolerance, paper.suite_size) == (11, 1000, 1e-4, 134)
@@ -91,7 +91,7 @@ def test_the_published_reward_is_added_over_agents_and_against_the_maxima() -> N
     assert reward.maxima == {"a": 5, "b": 1}
 
 
-def test_a_plan_that_no_test_executes_is_worth_most() -> None:
+def test_a_plan_that_no_test_executes_has_the_highest_value() -> None:
     reward = Uncovered(QLearning().tier, {("a", "p"): 1, ("a", "q"): 3}, {})
     reward.begin()
     assert reward.of(_executed(a="q")) == pytest.approx(100 / 16)
@@ -104,7 +104,7 @@ def test_a_plan_that_no_test_executes_is_worth_most() -> None:
 
 
 @given(SUITE, RUNS)
-def test_rewards_add_up_to_the_worth_of_the_last_run(
+def test_rewards_add_up_to_the_value_of_the_last_run(
     suite: Mapping[tuple[str, str], int], runs: list[Mapping[str, frozenset[str]]]
 ) -> None:
     *way, last = runs

@@ -35,7 +35,7 @@ def _is_inside(value: float, sampler: Sampler) -> bool:
 
 
 @given(SAMPLERS, st.integers(0, 999))
-def test_every_sampling_stays_inside_and_the_stream_decides(sampler: Sampler, seed: int) -> None:
+def test_samplings_stay_in_the_range_and_depend_on_the_random_stream_only(sampler: Sampler, seed: int) -> None:
     for sampling in (uniform, corners):
         drawn = [sampling(sampler, make_rng("x", seed)) for _ in range(2)]
         assert drawn[0] == drawn[1]
@@ -43,20 +43,20 @@ def test_every_sampling_stays_inside_and_the_stream_decides(sampler: Sampler, se
     assert all(_is_inside(value, sampler) for value in sampler.corners())
 
 
-def test_half_of_what_is_drawn_is_at_a_corner() -> None:
+def test_half_of_the_values_are_corners() -> None:
     sampler, random = Range(2.0, 3.0), make_rng("corners")
     drawn = [corners(sampler, random) for _ in range(4000)]
     assert drawn.count(2.0) / 4000 == pytest.approx(0.25, abs=0.03)
     assert drawn.count(3.0) / 4000 == pytest.approx(0.25, abs=0.03)
 
 
-def test_what_is_rare_comes_often_and_what_cannot_happen_never() -> None:
+def test_corners_make_rare_values_frequent_but_not_impossible_ones() -> None:
     random = make_rng("rare")
     assert [corners(Chance(0.02, Range(4.0, 14.0)), random) > 0 for _ in range(1000)].count(True) > 250
     assert [corners(Chance(0.0, Range(4.0, 14.0)), random) for _ in range(1000)].count(0.0) == 1000
 
 
-def test_tests_of_another_sampling_have_ids_and_seeds_of_their_own() -> None:
+def test_another_sampling_gives_other_ids_and_seeds() -> None:
     (plain,), (cornered,) = expand([TEST], 1), expand([TEST], 1, "corners")
     assert plain == TEST
     assert cornered.id == "t-corners"
@@ -97,25 +97,25 @@ def test_drawn_tests_of_given_commands_have_these(test: ConcreteTest) -> None:
     assert [action.command for action in test.actions] == ["tell leg", "bored"]
 
 
-def test_the_simplest_of_a_chance_is_that_it_does_not_happen() -> None:
+def test_values_of_a_chance_shrink_to_zero() -> None:
     assert find(values(Chance(0.1, Range(4.0, 14.0))), lambda value: True) == 0.0
     with pytest.raises(NoSuchExample):
         find(values(Chance(0.0, Range(4.0, 14.0))), bool, settings=settings(max_examples=50, database=None))
 
 
-class Own(Sampler):
-    """A sampler of one's own."""
+class Custom(Sampler):
+    """A custom sampler."""
 
     def sample(self, random: Random) -> float:
         """Always the same."""
         return 1.0
 
 
-def test_strategies_say_what_they_cannot_draw() -> None:
+def test_strategies_for_unknown_commands_and_samplers_are_errors() -> None:
     with pytest.raises(GenerateError, match="no ranges are declared for command 'tell legs'; nearest: tell leg"):
         concrete_tests(CONCRETIZATION, ["tell legs"])
     with pytest.raises(GenerateError, match="no strategy for"):
-        values(Own())
+        values(Custom())
 
 
 def test_the_plugin_loads_without_hypothesis() -> None:

@@ -1,4 +1,4 @@
-"""Tables of Q as files: what was saved is what learning goes on from, on the same model only."""
+"""Tables of Q in files: learning continues from a saved table, but only on the same model."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _learned(context: GenerationContext) -> Path:
     return context.save
 
 
-def test_learning_writes_the_same_bytes_again_and_leaves_nothing_aside(context: GenerationContext) -> None:
+def test_a_saved_table_has_the_same_bytes_again_and_no_temporary_file_remains(context: GenerationContext) -> None:
     first = _learned(context).read_bytes()
     assert _learned(context).read_bytes() == first
     assert [path.name for path in (context.save or Path()).parent.iterdir()] == ["q.json"]
@@ -60,7 +60,7 @@ def test_learning_writes_the_same_bytes_again_and_leaves_nothing_aside(context: 
     assert saved.maxima == {"guide": 2, "visitor": 2}
 
 
-def test_learning_goes_on_from_a_table_and_says_so(context: GenerationContext) -> None:
+def test_learning_continues_from_a_table_and_notes_it(context: GenerationContext) -> None:
     assert context.model is not None
     start = read_warm_start(_learned(context), context.model, LAMPS)
     cold, warm = context, replace(context, start=start)
@@ -70,7 +70,7 @@ def test_learning_goes_on_from_a_table_and_says_so(context: GenerationContext) -
     assert suite.generation.q_delta != ReinforcementLearning().generate(cold).generation.q_delta
 
 
-def test_where_it_is_saved_changes_nothing(context: GenerationContext) -> None:
+def test_the_file_of_the_table_has_no_effect_on_the_suite(context: GenerationContext) -> None:
     elsewhere = replace(context, save=None)
     assert ReinforcementLearning().generate(elsewhere) == ReinforcementLearning().generate(context)
     assert elsewhere.fingerprint("rl") == context.fingerprint("rl")
@@ -91,7 +91,7 @@ def test_learning_begins_with_belief_sets(context: GenerationContext, tmp_path: 
         read_warm_start(path, context.model, LAMPS)
 
 
-def test_a_table_of_another_model_is_refused_with_both_hashes(context: GenerationContext) -> None:
+def test_a_table_of_another_model_is_an_error_with_both_hashes(context: GenerationContext) -> None:
     assert context.model is not None
     path, before = _learned(context), context.model.sha256()
     (context.model.path.parent / "guide.asl").write_text(GUIDE.replace("switch.", "greet; switch."), encoding="utf-8")
@@ -102,7 +102,7 @@ def test_a_table_of_another_model_is_refused_with_both_hashes(context: Generatio
         read_warm_start(path, context.model, LAMPS)
 
 
-def test_the_hash_of_a_model_is_of_its_files_and_parts_wherever_they_lie(tmp_path: Path) -> None:
+def test_the_hash_of_a_model_depends_on_files_and_fields_but_not_on_folders(tmp_path: Path) -> None:
     for name in ("one", "other"):
         (tmp_path / name).mkdir()
     one, other = lamps(tmp_path / "one"), lamps(tmp_path / "other")
@@ -110,7 +110,7 @@ def test_the_hash_of_a_model_is_of_its_files_and_parts_wherever_they_lie(tmp_pat
     assert one.sha256() != replace(one, max_rounds=499).sha256()
 
 
-def test_a_table_of_other_groups_is_refused(context: GenerationContext) -> None:
+def test_a_table_of_other_groups_is_an_error(context: GenerationContext) -> None:
     assert context.model is not None
     other = BeliefSpace(LAMPS.start, {"mood": ("polite", "curt"), "wish": ("bright", "dim")}, naming=("mood",))
     with pytest.raises(GenerateError, match="a table of other belief groups: wish; learn anew"):
@@ -119,6 +119,10 @@ def test_a_table_of_other_groups_is_refused(context: GenerationContext) -> None:
 
 def _without_a_cell(data: dict[str, Any]) -> None:
     del data["q"]["hall"]["curt"]
+
+
+def _with_an_unknown_cell(data: dict[str, Any]) -> None:
+    data["q"]["hall"]["sad"] = 1.0
 
 
 def _infinite(data: dict[str, Any]) -> None:
@@ -134,11 +138,12 @@ def _infinite(data: dict[str, Any]) -> None:
         ),
         (lambda data: data.pop("maxima"), "not a saved table: KeyError"),
         (lambda data: data.update(q=3), "not a saved table: AttributeError"),
-        (_without_a_cell, "the row of 'hall' lacks 'curt', or has it too much; was it edited?"),
+        (_without_a_cell, "the row of 'hall' lacks 'curt'; was the file edited"),
+        (_with_an_unknown_cell, "the row of 'hall' has the unknown cell 'sad'; was the file edited"),
         (_infinite, "curt has the value inf"),
     ],
 )
-def test_what_was_edited_is_refused(
+def test_an_edited_table_is_an_error(
     context: GenerationContext, change: Callable[[dict[str, Any]], None], message: str
 ) -> None:
     assert context.model is not None
@@ -150,7 +155,7 @@ def test_what_was_edited_is_refused(
         read_warm_start(path, context.model, LAMPS)
 
 
-def test_other_files_are_refused(context: GenerationContext, tmp_path: Path) -> None:
+def test_other_files_are_no_table(context: GenerationContext, tmp_path: Path) -> None:
     assert context.model is not None
     cut = tmp_path / "cut.json"
     cut.write_text('{"schema": "hric')
@@ -162,7 +167,7 @@ def test_other_files_are_refused(context: GenerationContext, tmp_path: Path) -> 
         read_warm_start(tmp_path, context.model, LAMPS)
 
 
-def test_a_table_that_cannot_be_written_says_so(context: GenerationContext, tmp_path: Path) -> None:
+def test_a_table_that_cannot_be_written_is_an_error(context: GenerationContext, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(GenerateError, match=r"cannot write .*q.json: .*; choose another file"):
         ReinforcementLearning().generate(replace(context, save=tmp_path / "file" / "q.json"))

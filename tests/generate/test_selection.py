@@ -1,4 +1,4 @@
-"""Greedy selection of explorations: which are chosen, and that the heap chooses as a plain loop does."""
+"""Greedy selection of model runs: which are chosen, and that the heap chooses the same as a plain loop."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pytest_hricdv.generate.model import ModelRun
 from pytest_hricdv.generate.selection import GreedySelector
 
-explorations = st.lists(
+model_runs = st.lists(
     st.builds(
         lambda name, line, plans, other: ModelRun((name,), (line,), {"a": frozenset(plans), "b": frozenset(other)}),
         st.sampled_from("pqrstu"),
@@ -35,7 +35,7 @@ def _chosen(found: Sequence[ModelRun], count: int) -> list[ModelRun]:
 
 
 def _chosen_by_plain_loop(rounds: Sequence[tuple[Sequence[ModelRun], int]]) -> list[ModelRun]:
-    """The reference: each time look at all candidates that are left."""
+    """The reference: each step compares all remaining candidates."""
     executed: Counter[tuple[str, str]] = Counter()
     chosen: list[ModelRun] = []
 
@@ -56,34 +56,34 @@ def _chosen_by_plain_loop(rounds: Sequence[tuple[Sequence[ModelRun], int]]) -> l
     return chosen
 
 
-@given(st.lists(st.tuples(explorations, st.integers(0, 32)), max_size=3))
+@given(st.lists(st.tuples(model_runs, st.integers(0, 32)), max_size=3))
 def test_the_heap_chooses_the_same_as_a_plain_greedy_loop(rounds: list[tuple[list[ModelRun], int]]) -> None:
     selector = GreedySelector()
     for candidates, count in rounds:
         selector.choose(candidates, count)
-    # By identity: equal explorations at different places are different choices.
+    # By identity: equal runs at different places are different choices.
     assert [id(each) for each in selector.chosen] == [id(each) for each in _chosen_by_plain_loop(rounds)]
 
 
-def test_what_is_rare_is_kept() -> None:
+def test_runs_with_rare_plans_are_chosen() -> None:
     common = [_run(f"c{number}", "1") for number in range(20)]
     rare = [_run(f"r{number}", "12") for number in range(3)]
     assert set(_chosen([*common, *rare], 6)) > set(rare)
 
 
-def test_a_new_text_goes_before_a_known_one() -> None:
+def test_a_new_text_is_chosen_before_a_known_one() -> None:
     found = [_run("a", "1"), _run("b", "1"), _run("c", "1", "leave")]
     assert [each.beliefs for each in _chosen(found, 2)] == [("a",), ("c",)]
 
 
-@given(explorations, st.integers(0, 32))
-def test_a_selection_is_of_what_there_is(found: list[ModelRun], count: int) -> None:
+@given(model_runs, st.integers(0, 32))
+def test_a_selection_has_the_wanted_size_and_no_run_twice(found: list[ModelRun], count: int) -> None:
     chosen = _chosen(found, count)
     assert len(chosen) == min(count, len(found))
     assert not Counter(map(repr, chosen)) - Counter(map(repr, found))
 
 
-@given(explorations)
+@given(model_runs)
 def test_every_plan_is_covered_while_there_is_room(found: list[ModelRun]) -> None:
     plans = {(agent, plan) for each in found for agent, own in each.plans.items() for plan in own}
     covered = {(agent, plan) for each in _chosen(found, 7) for agent, own in each.plans.items() for plan in own}

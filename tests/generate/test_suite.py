@@ -92,26 +92,26 @@ def test_tests_that_came_from_no_beliefs() -> None:
 
 
 @given(st.dictionaries(st.text(max_size=3), st.integers(1, 99), min_size=1, max_size=30))
-def test_entropy_is_largest_where_all_are_used_alike(uses: dict[str, int]) -> None:
+def test_entropy_is_largest_for_equal_counts(uses: dict[str, int]) -> None:
     most = math.log2(len(uses))
     assert -1e-9 <= entropy_bits(Counter(uses)) <= most + 1e-9
     assert entropy_bits(Counter(dict.fromkeys(uses, 7))) == pytest.approx(most)
 
 
-def test_a_suite_that_is_mostly_repeats_says_so() -> None:
+def test_a_suite_of_mostly_repeated_texts_has_a_warning() -> None:
     same = [_draft(name, "go", "p") for name in "uvwxy"]
     assert diagnose(_suite(*same)).warning == "mostly repeats: only 1 of 5 tests differ as text"
     assert diagnose(_suite(*same[:2])).warning == ""
 
 
-def test_a_learned_suite_that_is_mostly_repeats_warns(tmp_path: Path) -> None:
+def test_a_learned_suite_of_mostly_repeated_texts_has_a_note(tmp_path: Path) -> None:
     suite = ReinforcementLearning().generate(GenerationContext(lamps(tmp_path), LAMPS))
     distinct = len({test.lines for test in suite.tests})
     assert suite.generation.notes[-1] == f"mostly repeats: only {distinct} of {len(suite.tests)} tests differ as text"
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_rewarding_what_is_uncovered_covers_all_plans_of_the_table_where_the_published_reward_does_not(
+def test_the_reward_uncovered_covers_all_plans_of_the_table_and_the_published_one_does_not(
     seed: int,
 ) -> None:
     context = replace(CONTEXT, seed=seed)

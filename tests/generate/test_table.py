@@ -1,4 +1,4 @@
-"""The four methods on the table assembly's own models: what the published suites are like, these are like."""
+"""The four methods on the models of the table assembly: the suites are similar to the published ones."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _suite(method: str, seed: int) -> Suite:
 
 
 def _offers(test: AbstractTest) -> list[tuple[str, ...]]:
-    """What the human does between being told that a leg is ready and saying so: sorted, per leg."""
+    """The human's actions between the signal for a leg and the answer, sorted, per leg."""
     asked = " ; ".join(test.lines).split("receivesignal ; ")[1:]
     return [tuple(sorted(re.findall(r"set_param \w+ = \d", leg))) for leg in asked]
 
@@ -34,7 +34,7 @@ def _with_a_ready_leg(suite: Suite) -> int:
 
 
 @pytest.mark.parametrize("method", list(SIZES))
-def test_suites_have_the_published_sizes_and_every_test_can_be_enacted(method: str) -> None:
+def test_suites_have_the_published_sizes_and_every_test_can_be_concretized(method: str) -> None:
     suite = _suite(method, 0)
     assert len(suite.tests) == SIZES[method]
     assert all(note.startswith("plans that no test executes: human: plan") for note in suite.generation.notes)

@@ -62,6 +62,6 @@ def test_a_test_without_commands_has_an_id() -> None:
         ("# id: x.y\n# suite: s\n# aim: a\n# seed: 1\nbored\n", "f.txt:1:1: test id 'x.y': expected letters"),
     ],
 )
-def test_errors_say_where(text: str, message: str) -> None:
+def test_errors_name_file_line_and_column(text: str, message: str) -> None:
     with pytest.raises(GenerateError, match=message):
         parse_tests(text, file="f.txt", suite="f", known=COMMANDS)

@@ -1,4 +1,4 @@
-"""A small interaction that is not the table: a visitor asks a guide to switch lamps. And a model that is no model."""
+"""A small interaction that is not the table: a visitor asks a guide to switch lamps. And a runner without a model."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def lamps(folder: Path, *, visitor: str = VISITOR, guide: str = GUIDE) -> Model:
     )
 
 
-class Fake:
-    """Stands in for an runner: the plans are a function of the subset, given by the test."""
+class FakeRunner:
+    """A model runner without a model: the plans are a function of the subset, given by the test."""
 
     def __init__(self, plans: Callable[[frozenset[str]], dict[str, set[str]]]) -> None:
         self.plans = plans

@@ -1,4 +1,4 @@
-"""The search for a violation: within its bounds, never worse than its start, the same for the same stream."""
+"""The search for a violation: within its budget, never worse than its starts, deterministic."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ PLACES = st.builds(reaching, *[st.floats(0.0, 1.0)] * 3)
 
 
 @given(starts=st.lists(PLACES, min_size=1, max_size=4), runs=st.integers(0, 40), seed=st.integers(0, 99))
-def test_it_is_never_worse_than_its_starts_and_keeps_to_its_budget(
+def test_the_result_is_never_worse_than_the_starts_and_within_the_budget(
     starts: list[ConcreteTest], runs: int, seed: int
 ) -> None:
     found = search(starts, runs, seed)
@@ -50,7 +50,7 @@ def test_it_is_never_worse_than_its_starts_and_keeps_to_its_budget(
     assert (again.test, again.evaluation, again.runs) == (found.test, found.evaluation, found.runs)
 
 
-def test_steering_finds_what_sampling_would_not() -> None:
+def test_the_search_finds_a_violation_that_sampling_hardly_finds() -> None:
     # The ball takes 0.08 ** 3 of the room: one sample in two thousand.
     found = [search([reaching(0.1, 0.2, 0.1)], runs=200, seed=seed).evaluation.violated for seed in range(10)]
     assert sum(found) >= 9
@@ -70,7 +70,7 @@ def test_a_neighbour_has_the_same_actions_and_parameters_in_their_ranges(
     assert is_inside(other.run["timeout_s"], SPACE.run["timeout_s"])
 
 
-def test_where_nothing_can_be_varied_nothing_is_run() -> None:
+def test_a_test_without_variable_parameters_is_not_run() -> None:
     still = ConcreteTest("t", "s", 7, (ConcreteAction("wait", {"s": 1.0}),))
 
     def run(test: ConcreteTest) -> Evaluation:
@@ -80,7 +80,7 @@ def test_where_nothing_can_be_varied_nothing_is_run() -> None:
     assert (found.test, found.ended) == (still, "runs")
 
 
-def test_without_a_margin_it_goes_on_looking() -> None:
+def test_the_search_continues_without_a_margin() -> None:
     def run(test: ConcreteTest) -> Evaluation:
         return Evaluation(None, violated=test.actions[0].parameters["x_m"] > 0.9)
 
@@ -90,7 +90,7 @@ def test_without_a_margin_it_goes_on_looking() -> None:
     assert found.evaluation.violated
 
 
-def test_ctrl_c_keeps_the_nearest_so_far() -> None:
+def test_ctrl_c_returns_the_best_test_so_far() -> None:
     calls: list[Evaluation] = []
 
     def run(test: ConcreteTest) -> Evaluation:

@@ -1,4 +1,4 @@
-"""Shrinking: never loses the failure, ends, keeps to its budget, and comes to the same end whenever it is asked."""
+"""Shrinking: the result fails, shrinking ends within its budget, and it is deterministic."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def contains(needed: list[str], above_m: float) -> Callable[[ConcreteTest], bool
 
 
 def odd_hash(test: ConcreteTest) -> bool:
-    """An unruly predicate: whether a test fails says nothing of its neighbours."""
+    """An irregular predicate: neighbours of a failing test may fail or not."""
     return sum(test.to_json().encode()) % 3 == 0
 
 
@@ -83,7 +83,7 @@ def shrunk(test: ConcreteTest, fails: Callable[[ConcreteTest], bool], runs: int 
 
 
 @given(test=TESTS, fails=FAILURES, runs=st.integers(0, 60))
-def test_the_failure_is_never_lost_nor_the_budget_exceeded(
+def test_the_result_fails_and_the_budget_is_not_exceeded(
     test: ConcreteTest, fails: Callable[[ConcreteTest], bool], runs: int
 ) -> None:
     if not fails(test):
@@ -103,9 +103,7 @@ def test_the_failure_is_never_lost_nor_the_budget_exceeded(
 
 
 @given(test=TESTS, fails=FAILURES)
-def test_shrinking_is_deterministic_and_what_is_shrunk_stays_as_it_is(
-    test: ConcreteTest, fails: Callable[[ConcreteTest], bool]
-) -> None:
+def test_shrinking_is_deterministic_and_idempotent(test: ConcreteTest, fails: Callable[[ConcreteTest], bool]) -> None:
     if not fails(test):
         return
     once = shrunk(test, fails)
@@ -138,7 +136,7 @@ def is_inside(value: float, sampler: object) -> bool:
 
 
 @given(test=TESTS)
-def test_a_cause_in_order_is_found_exactly(test: ConcreteTest) -> None:
+def test_exactly_the_needed_actions_remain(test: ConcreteTest) -> None:
     fails = contains(["ask", "pull"], -0.5)
     if not fails(test):
         return
@@ -166,7 +164,7 @@ def test_four_turns_become_one_action_in_a_few_runs() -> None:
     assert found.runs <= 20
 
 
-def test_what_the_middle_and_the_ends_are_too_simple_for_is_rounded() -> None:
+def test_other_values_than_the_middle_and_the_ends_are_rounded() -> None:
     def fails(test: ConcreteTest) -> bool:
         return any(0.03 <= action.parameters.get("rest_m", 1.0) < 0.05 for action in test.actions)
 
@@ -175,7 +173,7 @@ def test_what_the_middle_and_the_ends_are_too_simple_for_is_rounded() -> None:
 
 
 @pytest.mark.parametrize("after", [1, 3, 7])
-def test_ctrl_c_keeps_the_best_so_far(after: int) -> None:
+def test_ctrl_c_returns_the_shortest_test_so_far(after: int) -> None:
     calls = 0
     kept: list[ConcreteTest] = []
 
@@ -191,7 +189,7 @@ def test_ctrl_c_keeps_the_best_so_far(after: int) -> None:
     assert found.test == (kept[-1] if kept else turns(4))
 
 
-def test_no_run_is_begun_when_the_time_is_over() -> None:
+def test_no_run_starts_after_the_time_limit() -> None:
     clock = iter(range(1000))
     budget = Budget(PLENTY, seconds=5, clock=lambda: float(next(clock)))
     found = shrink(turns(4), SPACE, contains(["ask"], -0.1), budget)
@@ -199,7 +197,7 @@ def test_no_run_is_begun_when_the_time_is_over() -> None:
     assert found.runs == 4
 
 
-def test_a_parameter_that_nobody_declared_is_left_alone() -> None:
+def test_a_parameter_without_a_range_stays_as_it_is() -> None:
     test = ConcreteTest("t", "s", 7, (ConcreteAction("wave", {"height_m": 1.234}),), {"mood": 0.71})
     assert shrunk(test, lambda candidate: bool(candidate.actions)).test == test
 
