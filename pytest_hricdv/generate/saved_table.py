@@ -129,9 +129,8 @@ class SavedTable:
             cells = {belief for belief in space.others if belief != state}
             if (found := self.q.get(state, {}).keys()) != cells:
                 odd = sorted(found ^ cells)[0]
-                raise GenerateError(
-                    f"{where}: the row of {state!r} lacks {odd!r}, or should not have it; was the file edited?"
-                )
+                fault = "lacks" if odd in cells else "has the unknown cell"
+                raise GenerateError(f"{where}: the row of {state!r} {fault} {odd!r}; was the file edited?")
 
 
 def read_warm_start(path: Path, model: Model, space: BeliefSpace) -> WarmStart:
