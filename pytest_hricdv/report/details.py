@@ -20,6 +20,8 @@ from pytest_hricdv.results.model import (
 )
 
 TESTS_PER_PACK = 50
+FOLDER = "details"
+"""The folder beside the page that holds the packs of a large report."""
 
 
 def packs(report: Report) -> Iterator[str]:
@@ -28,6 +30,11 @@ def packs(report: Report) -> Iterator[str]:
         part = [details(report, test) for test in report.tests[start : start + TESTS_PER_PACK]]
         text = json.dumps(part, separators=(",", ":"), sort_keys=True)
         yield base64.b64encode(zlib.compress(text.encode("ascii"))).decode("ascii")
+
+
+def pack_name(number: int) -> str:
+    """The file of a pack, relative to the page."""
+    return f"{FOLDER}/{number:04d}.js"
 
 
 def details(report: Report, test: TestResult) -> dict[str, Any]:

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_hricdv import atomic_file
+from pytest_hricdv.report.details import FOLDER
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, canonical
 from pytest_hricdv.results.model import Report
 
 PAGE_NAME = "index.html"
-DETAILS = "details"
-"""The folder beside the page that holds the tests' details of a large report."""
 
 _OTHER_FOLDER = "choose another folder with --hri-report=DIR"
 _REMEDIES = {
@@ -56,7 +55,9 @@ def write(report: Report, directory: Path) -> tuple[Path, ...]:
             is written without one.
     """
     written = [write_text(directory / REPORT_NAME, canonical(report))]
-    written += [write_text(directory / name, text) for name, text in _pages(report).items()]
+    page, beside = _page(report)
+    files = {**beside, PAGE_NAME: page}  # the page last, so that what it loads is there
+    written += [write_text(directory / name, text) for name, text in files.items()]
     _remove_leftovers(directory, written)
     return tuple(written)
 
@@ -73,11 +74,11 @@ def write_text(path: Path, text: str) -> Path:
         raise _refused(path.parent, error) from error
 
 
-def _pages(report: Report) -> dict[str, str]:
-    from pytest_hricdv.report.html import pages  # jinja2 is loaded only where a page is made
+def _page(report: Report) -> tuple[str, dict[str, str]]:
+    from pytest_hricdv.report import html  # jinja2 is loaded only where a page is made
 
     try:
-        return pages(report)
+        return html.page(report)
     except Exception as error:  # an error in the page must not look as if the results were lost
         what = f"{type(error).__name__}: {error}"
         raise ReportError(f"{REPORT_NAME} is written, but {PAGE_NAME} could not be made of it: {what}") from error
@@ -86,9 +87,9 @@ def _pages(report: Report) -> dict[str, str]:
 def _remove_leftovers(directory: Path, written: Sequence[Path]) -> None:
     """Removes files of tests' details that a larger report left, as far as possible."""
     with contextlib.suppress(OSError):
-        for path in sorted(set((directory / DETAILS).glob("*.js")) - set(written)):
+        for path in sorted(set((directory / FOLDER).glob("*.js")) - set(written)):
             path.unlink()
-        (directory / DETAILS).rmdir()  # refused as long as anything is in it
+        (directory / FOLDER).rmdir()  # refused as long as anything is in it
 
 
 def _refused(directory: Path, error: OSError) -> ReportError:

@@ -11,7 +11,6 @@ import jinja2
 from markupsafe import Markup
 
 from pytest_hricdv.report import details, explanation, formatting, gaps, plot_data, totals
-from pytest_hricdv.report.files import DETAILS, PAGE_NAME
 from pytest_hricdv.report.requirement_view import margin_unit, requirement_view, triggers_over_time
 from pytest_hricdv.report.rerun import replay_command
 from pytest_hricdv.report.source_view import code_sources, model_sources
@@ -46,18 +45,14 @@ _OUTCOME_WORDS = {
 }
 
 
-def pages(report: Report) -> dict[str, str]:
-    """The page's files by name, the page itself last; equal reports give equal text."""
+def page(report: Report) -> tuple[str, dict[str, str]]:
+    """The page, and the files beside it: name relative to the page -> text. Equal reports give equal text."""
     packs = list(details.packs(report))
     embedded = sum(map(len, packs)) <= EMBEDDED_BYTES
-    beside = {} if embedded else {pack_name(n): f'hricdvPack({n},"{pack}")\n' for n, pack in enumerate(packs)}
     template = _environment(report.rerun.options).get_template("index.html.jinja")
-    return {**beside, PAGE_NAME: template.render(_context(report), packs=packs if embedded else [])}
-
-
-def pack_name(number: int) -> str:
-    """The file of a pack of tests' details, relative to the page."""
-    return f"{DETAILS}/{number:04d}.js"
+    text = template.render(_context(report), packs=packs if embedded else [])
+    beside = {details.pack_name(n): f'hricdvPack({n},"{pack}")\n' for n, pack in enumerate(packs)}
+    return text, {} if embedded else beside
 
 
 def _environment(options: Sequence[str]) -> jinja2.Environment:

@@ -8,9 +8,7 @@ import conftest
 from pytest_hricdv.case import CaseResult
 from pytest_hricdv.closure.results import measured
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.report import junit
-from pytest_hricdv.report.files import PAGE_NAME
-from pytest_hricdv.report.html import pages
+from pytest_hricdv.report import html, junit
 from sim.engine import SimulationError
 from tests.hri import bench
 from tests.report import sample
@@ -60,7 +58,7 @@ def test_the_fidelity_is_in_every_report(monkeypatch: pytest.MonkeyPatch) -> Non
     data["suites"][0]["fidelity"] = data["tests"][0]["fidelity"] = "kinematic"
     report = sample.typed(data)
     assert ("hri.fidelity", "kinematic") in junit.properties(report.tests[0])
-    page = pages(report)[PAGE_NAME]
+    page, _ = html.page(report)
     assert "kinematic simulation" in page
     assert [each["facts"]["Simulation"] for each in details(Page(page))] == ["kinematic"]
 

@@ -102,7 +102,7 @@ def test_a_page_that_cannot_be_made_does_not_lose_the_report(tmp_path: Path, mon
     def broken(report: object) -> str:
         raise ZeroDivisionError("no pixels")
 
-    monkeypatch.setattr("pytest_hricdv.report.html.pages", broken)
+    monkeypatch.setattr("pytest_hricdv.report.html.page", broken)
     with pytest.raises(ReportError, match=r"report\.json is written, but index\.html .*: ZeroDivisionError: no pixels"):
         write(sample.report(tests=2), tmp_path)
     assert load(tmp_path) == sample.report(tests=2)

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from pytest_hricdv.report import html
 from pytest_hricdv.report.files import PAGE_NAME, write
-from pytest_hricdv.report.html import pages
 from pytest_hricdv.report.source_view import count_bits
 from pytest_hricdv.results.model import Report
 from tests.report import sample
@@ -20,8 +20,9 @@ EVIL = "<script>alert(1)</script>\"'&\x1b[31m\u202e{{ 7 * 7 }}é漢"
 
 def render(report: dict[str, Any] | Report) -> str:
     """The page; its tests' details are in it."""
-    (page,) = pages(report if isinstance(report, Report) else sample.typed(report)).values()
-    return page
+    text, beside = html.page(report if isinstance(report, Report) else sample.typed(report))
+    assert not beside
+    return text
 
 
 def _page(report: dict[str, Any]) -> Page:

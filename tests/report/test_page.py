@@ -1,4 +1,4 @@
-"""The page in a browser: it needs no network, complains of nothing, and is legible."""
+"""The page in a browser: no network, no errors, and legible."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_every_view_is_legible_on_screens_of_any_kind(browser: Any, tmp_path: Pa
         assert page.evaluate(CUT_OFF) == [], f"{view} has to be scrolled sideways"
         assert page.evaluate(CONTRAST) == [], view
         page.screenshot(path=tmp_path / f"{view.replace('/', '-')}.png")
-    assert watched.quiet()
+    watched.assert_quiet()
     page.context.close()
 
 
@@ -70,7 +70,7 @@ def test_plots_have_axes_with_units_and_legends(watched: Watched, tmp_path: Path
     words = page.locator("[id='requirement/R1']").text_content()
     assert "simulated time (s) →" in words
     assert "margin (s) →" in words
-    assert watched.quiet()
+    watched.assert_quiet()
 
 
 def test_without_scripts_everything_but_plots_and_tests_can_be_read(browser: Any, tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_no_name_becomes_a_script(watched: Watched, tmp_path: Path) -> None:
     assert "<script>alert(1)</script>" in words
     assert "\u202e" not in words
     assert "\\u{202e}" in words
-    assert watched.quiet()
+    watched.assert_quiet()
 
 
 def _unmeasured() -> dict[str, Any]:
@@ -164,4 +164,4 @@ def test_reports_with_little_in_them_have_quiet_pages(watched: Watched, tmp_path
         watched.show("tests")
         page.locator("#tests td a").first.click()
         page.wait_for_selector("#test .facts")
-    assert watched.quiet()
+    watched.assert_quiet()

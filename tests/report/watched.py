@@ -41,11 +41,10 @@ class Watched:
         )
         self.page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
-    def quiet(self) -> bool:
-        """Whether there was no error or message, and no request but for files beside the page."""
+    def assert_quiet(self) -> None:
+        """Fail where there was an error or a message, or a request for anything but files beside the page."""
         assert self.errors == []
-        assert all(url.startswith(("file:", "data:", "blob:")) for url in self.requests), self.requests
-        return True
+        assert [url for url in self.requests if not url.startswith(("file:", "data:", "blob:"))] == []
 
 
 def listed(page: Any) -> Any:
