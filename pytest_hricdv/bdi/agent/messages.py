@@ -16,7 +16,6 @@ from pytest_hricdv.bdi.language.terms import (
     String,
     Structure,
     Term,
-    ground_structure,
     is_ground,
     source,
 )
@@ -38,8 +37,6 @@ def add_source(content: Term, sender: str) -> Term:
 
 def with_source(literal: Structure, sender: str) -> Structure:
     """A literal as it is received from an agent."""
-    if literal.ground and not literal.annots:
-        return ground_structure(literal.key, literal.args, (source(sender),))
     return literal.with_annotations((*literal.annots, source(sender)))
 
 

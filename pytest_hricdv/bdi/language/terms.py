@@ -28,7 +28,6 @@ class Structure:
         annots: its annotations, kept in term order as Jason keeps them.
         negated: whether it is strongly negated (``~p``).
         annots_tail: the variable after ``|`` in the annotations, if any.
-        known_ground: whether it is known to have no variables, which saves the check.
     """
 
     __slots__ = (
@@ -51,7 +50,6 @@ class Structure:
         annots: tuple[Term, ...] = (),
         negated: bool = False,
         annots_tail: Variable | None = None,
-        known_ground: bool = False,
     ) -> None:
         self.functor = functor
         self.args = args
@@ -59,12 +57,7 @@ class Structure:
         self.negated = negated
         self.annots_tail = annots_tail
         self.key: Key = (negated, functor, len(args))
-        ground = known_ground or annots_tail is None
-        if not known_ground:
-            for term in (*args, *annots) if annots else args:
-                kind = type(term)
-                if kind is not Number and kind is not String:
-                    ground = ground and is_ground(term)
+        ground = annots_tail is None and all(map(is_ground, args)) and all(map(is_ground, annots))
         self.ground = ground
         self.evaluable = not ground and (any(map(is_evaluable, args)) or any(map(is_evaluable, annots)))
         self._hash: int | None = None
@@ -231,11 +224,6 @@ def is_name(term: Term) -> bool:
     return isinstance(term, Structure) and not term.args and not term.annots and not term.negated and term.ground
 
 
-def atom(name: str) -> Structure:
-    """The atom of that name."""
-    return Structure(name)
-
-
 @lru_cache(maxsize=4096)
 def source(agent: str) -> Structure:
     """The annotation ``source(agent)``."""
@@ -244,24 +232,6 @@ def source(agent: str) -> Structure:
 
 SOURCE_SELF = source("self")
 SOURCE_PERCEPT = source("percept")
-EMPTY_LIST = ListTerm()
-
-
-_WHOLE = tuple(Number(each) for each in range(1000))
-
-
-def number_of(value: float) -> Number:
-    """A value as a term; the most frequent ones are made once."""
-    if 0.0 < value < 1000.0:
-        whole = int(value)
-        if whole == value:
-            return _WHOLE[whole]
-    return Number(value)
-
-
-def ground_structure(key: Key, args: tuple[Term, ...], annots: tuple[Term, ...]) -> Structure:
-    """A structure of ground arguments and ground, sorted annotations, without checking them."""
-    return Structure(key[1], args, annots, key[0], None, True)
 
 
 def sorted_terms(terms: tuple[Term, ...]) -> tuple[Term, ...]:
