@@ -69,7 +69,7 @@ def measure() -> Times:
                 learner,
                 model_runner,
                 policy,
-                selection,
+                rl,
                 suite,
             )
         space, parameters = testbench.beliefs, testbench.learning
@@ -80,7 +80,7 @@ def measure() -> Times:
         with timed("selection", times):
             count = parameters.suite_size * parameters.candidates
             subsets = policy.policy_subsets(learned.q, space, parameters, count, seed=0)
-            selector = selection.GreedySelector()
+            selector = rl.GreedySelector()
             selector.choose(map(runner.run, subsets), parameters.suite_size)
             drafts = [context.draft_of(run, space) for run in selector.chosen]
             suite.Suite.of_drafts("rl", 0, drafts, suite.Generation(declared_plans=runner.plan_labels))

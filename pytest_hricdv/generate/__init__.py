@@ -4,9 +4,9 @@
     model, model_runner             the BDI agents: their declaration, and running them with a subset
     exhaustive_exploration          all runs of a model
     qlearning, reward, learner      learning which beliefs cover many plans
-    policy, selection, saved_table  the subsets of the learned policy, the choice among their runs, a table in a file
+    policy, saved_table             the subsets of the learned policy, a table in a file
     context                         what suites are generated from, and the protocol of methods
-    methods, rl, files              the methods, and all of them by name
+    rl, files, methods              the methods (rl with the greedy selection of tests), and all of them by name
     abstract, text_format, ids      abstract tests as data and as text, their ids and seeds
     sampler, concrete               declared ranges, and tests with parameters sampled from them
     suite                           the generated suite, and its diagnosis

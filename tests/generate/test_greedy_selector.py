@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.generate.model import ModelRun
-from pytest_hricdv.generate.selection import GreedySelector
+from pytest_hricdv.generate.rl import GreedySelector
 
 model_runs = st.lists(
     st.builds(
