@@ -1,1 +1,1 @@
-"""The code under test: a robot that hands over table legs to a person. Its ports are passed in."""
+"""The code under test: a robot that hands over table legs to a person. It is handed its ports."""

@@ -8,9 +8,9 @@ from controller.waypoints import HOME, TO_RESUPPLY
 
 
 def release(robot: Robot) -> str:
-    """Open the hand and check that it is open; retry after a delay if it is not.
+    """Open the hand and make sure that it is open; try again after a while when it is not.
 
-    If all attempts fail the hand is closed, so that the leg does not fall on the way to the re-supply place.
+    A robot that gives up closes its hand, or the leg would fall on the way to the re-supply place.
     """
     for attempt in range(1, robot.settings.release_attempts + 1):
         if attempt > 1:

@@ -1,4 +1,4 @@
-"""The journal of a table: one entry for each turn, and the final report."""
+"""What the robot remembers of its work: one entry a turn, and the report on the table."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ class Journal:
         self.notes.clear()
 
     def note(self, now_s: float, text: str) -> None:
-        """Add a remark for readers of the journal."""
+        """Keep a remark for whoever reads the journal later."""
         self.notes.append(f"{now_s:.2f} s: {text}")
 
     def add(self, outcome: str, reason: str, began_s: float, now_s: float) -> Turn:
-        """Add a finished turn."""
+        """Count a turn that is over."""
         turn = Turn(len(self.turns) + 1, outcome, reason, began_s, now_s)
         self.turns.append(turn)
         return turn

@@ -1,4 +1,4 @@
-"""The handover state machine: thirteen states and the transition table."""
+"""The handover state machine: thirteen states, and the table of what follows what."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The controller's ports: the messages that it sends and receives, a clock, an arm and a hand.
+"""What the controller is handed: messages it sends and hears, a clock, an arm and a hand.
 
-In a test they are implemented by a simulated world, on the robot by drivers.
+Nothing here says how they are made: in a test they are ports of a simulated world, on the robot they are drivers.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class Subscription(Protocol[M_co]):
 
 
 class Bus(Protocol):
-    """Publishes and subscribes to messages."""
+    """Sends and hears messages."""
 
     def publish(self, message: object) -> None: ...
 
@@ -114,7 +114,7 @@ class Clock(Protocol):
 
 
 class Path(Protocol):
-    """A planned path of the arm."""
+    """A planned way of the arm."""
 
     @property
     def duration_s(self) -> float: ...
@@ -124,20 +124,20 @@ class Arm(Protocol):
     """Nine joints in the order of ARM_JOINTS."""
 
     def plan(self, waypoints: Sequence[JointPose], max_speed_rad_s: float) -> Path:
-        """A path from the arm's present pose through all `waypoints` (rad). Raises PlanningError."""
+        """A way from where the arm is now through all `waypoints` (rad). Raises PlanningError."""
 
     def follow(self, path: Path) -> bool:
-        """Move along `path`; blocks until the arm is at rest; True when it is at the end of the path."""
+        """Move along `path`; blocks until the arm stands; True when it stands at the end of the path."""
 
 
 class Hand(Protocol):
     """A hand of five fingers."""
 
     def close(self) -> bool:
-        """Close the fingers; blocks until they are at rest; True when something is held."""
+        """Close the fingers; blocks until they stand; True when something is held."""
 
     def open(self) -> bool:
-        """Open the fingers; blocks until they are at rest; True when they are measured to be open."""
+        """Open the fingers; blocks until they stand; True when they are seen to be open."""
 
     def holds(self) -> bool:
         """True while something is held."""

@@ -18,7 +18,7 @@ def receive1(robot: Robot) -> str:
 
 
 def timeout1(robot: Robot) -> str:
-    """No request: note it once for each table, and go on waiting."""
+    """Nobody asked: note it once a table, and go on waiting."""
     text = "nobody asks"
     if not any(text in note for note in robot.journal.notes):
         robot.note(text)
@@ -26,7 +26,7 @@ def timeout1(robot: Robot) -> str:
 
 
 def send1(robot: Robot) -> str:
-    """Tell the person that the leg is ready."""
+    """Tell the person that the leg is held out."""
     robot.readies.clear()
     robot.bus.publish(LegReady(robot.turn))
     return "told"

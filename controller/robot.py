@@ -1,4 +1,4 @@
-"""The robot as seen by its states: ports, received messages, and motions."""
+"""The robot as its states see it: the ports, what it heard, what it holds, and its motions."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Robot:
         return len(self.journal.turns) + 1
 
     def move(self, waypoints: Sequence[JointPose]) -> bool:
-        """Plan and follow a path through `waypoints`; False, with a note, if the arm does not arrive."""
+        """Plan and follow a way through `waypoints`; False, with a note, when the arm does not get there."""
         try:
             path = self.arm.plan(waypoints, self.settings.max_speed_rad_s)
         except PlanningError as error:  # unreachable: nothing stands in the arm's way in the simulated workshop
@@ -51,17 +51,17 @@ class Robot:
         self.journal.note(self.clock.now_s(), text)
 
     def listen(self) -> None:
-        """Listen for requests from now on: requests made while the robot was busy do not count."""
+        """Listen for requests from now on: what was spoken while the robot was busy does not count."""
         self.requests.clear()
 
     def begin_turn(self) -> None:
-        """Reset the memory of the last turn; unless set otherwise, the outcome is discarded."""
+        """Forget what belongs to the leg before; a turn in which nothing else is known ends as discarded."""
         self.turn_began_s = self.clock.now_s()
         self.reading = None
         self.outcome = DISCARDED
         self.reason = ""
 
     def end_turn(self) -> None:
-        """Record the turn and publish its outcome."""
+        """Count the turn and tell everybody how it ended."""
         turn = self.journal.add(self.outcome, self.reason, self.turn_began_s, self.clock.now_s())
         self.bus.publish(TurnDone(turn.number, turn.outcome))

@@ -1,4 +1,4 @@
-"""Settings of a handover, with the robot's values."""
+"""What can be set about a handover, with the values that the robot runs with."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import dataclass, fields
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of one run. Raises ValueError for an invalid number.
+    """Numbers of one run. Raises ValueError for a number that makes no sense.
 
-    `sensing_timeout_s` is drawn by the testbench for each run, from 10 to 100 s.
+    `sensing_timeout_s` is drawn once per run by whoever starts the controller, from 10 to 100 s.
     """
 
     turns: int = 4
@@ -35,5 +35,5 @@ class Settings:
 
 
 def unfit(name: str, value: object, expected: str) -> ValueError:
-    """The error for an invalid number."""
+    """The error for a number that makes no sense."""
     return ValueError(f"{name} is {value!r}: expected {expected}")  # unreachable: the testbench sets what makes sense

@@ -1,8 +1,8 @@
-"""Taught arm poses (rad, in the order of ARM_JOINTS): the paths between home, pickup, handover and re-supply.
+"""Taught arm poses (rad, in the order of ARM_JOINTS): the ways between home, pickup, handover and re-supply.
 
-Taught on the simulated BERT2 (tests/sim/test_waypoints.py checks its kinematics): a leg that stands upright at
+Taught on the simulated BERT2 (tests/sim/test_waypoints.py holds them to its kinematics): a leg that stands upright at
 the pickup place is grasped 0.09 m above its middle, hangs upright at the handover place, and stays upright on the way
-up from there within 2 degrees. Each path is a tuple of poses to be passed in order; a path may begin at the end
+up from there within 2 degrees. Each way is a tuple of poses to be passed in order; a way may begin at the end
 of any other.
 """
 

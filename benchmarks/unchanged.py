@@ -1,0 +1,79 @@
+"""Are results still the same? Stores what every suite gives at seeds 0 and 1, or compares with what was stored.
+
+    python -m benchmarks.unchanged store FILE
+    python -m benchmarks.unchanged compare FILE [--suite=NAME ...] [--seed=N ...]
+
+For a change that must not change results, such as a new structure: store first, compare at each step. Kept are the
+whole `report.json` without its times, so ids, texts, verdicts, margins, hashes of records, bits of coverage, bins.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gzip
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+SUITES = ("by-hand", "bdi-random", "rl", "pseudorandom")
+SEEDS = (0, 1)
+UNSTABLE = ("wall_s", "replay")
+"""Keys of `report.json` that hold measured times, or paths into the folder of the report."""
+
+
+def report_of(suite: str, seed: int) -> Any:
+    """The report of one suite, run on two workers, without what differs from run to run."""
+    with tempfile.TemporaryDirectory() as folder:
+        options = [f"--hri-suite={suite}", f"--hri-seed={seed}", f"--hri-report={folder}", "-n", "2", "-q"]
+        # Verdicts decide about the exit code; what is compared is the report.
+        subprocess.run([sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *options], capture_output=True)
+        return stable(json.loads((Path(folder) / "report.json").read_text(encoding="utf-8")))
+
+
+def stable(value: Any) -> Any:
+    """`value` without what differs from run to run."""
+    if isinstance(value, dict):
+        return {key: stable(each) for key, each in value.items() if key not in UNSTABLE}
+    return [stable(each) for each in value] if isinstance(value, list) else value
+
+
+def differences(stored: Any, found: Any, where: str = "") -> Iterator[str]:
+    """Where two reports differ, a line each."""
+    if isinstance(stored, dict) and isinstance(found, dict):
+        for key in sorted(stored.keys() | found.keys()):
+            yield from differences(stored.get(key), found.get(key), f"{where}.{key}")
+    elif isinstance(stored, list) and isinstance(found, list) and len(stored) == len(found):
+        for number, (before, after) in enumerate(zip(stored, found, strict=True)):
+            yield from differences(before, after, f"{where}[{number}]")
+    elif stored != found:
+        yield f"{where}: {str(stored)[:100]} became {str(found)[:100]}"
+
+
+def main() -> int:
+    """Stores or compares; returns 1 where something differs."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.unchanged", description=__doc__)
+    parser.add_argument("action", choices=("store", "compare"))
+    parser.add_argument("file", type=Path, help="gzipped JSON")
+    parser.add_argument("--suite", action="append", choices=SUITES, help="only these (repeatable)")
+    parser.add_argument("--seed", action="append", type=int, help="only these (repeatable)")
+    given = parser.parse_args()
+    chosen = [(suite, seed) for seed in given.seed or SEEDS for suite in given.suite or SUITES]
+    stored = {} if given.action == "store" else json.loads(gzip.decompress(given.file.read_bytes()))
+    found, faults = {}, 0
+    for suite, seed in chosen:
+        key = f"{suite} seed {seed}"
+        found[key] = report_of(suite, seed)
+        lines = list(differences(stored[key], found[key])) if stored else []
+        faults += len(lines)
+        print(f"{key}: {len(found[key]['tests'])} tests, {len(lines)} differences", *lines[:20], sep="\n  ", flush=True)
+    if given.action == "store":
+        given.file.write_bytes(gzip.compress(json.dumps(found, sort_keys=True).encode("ascii")))
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
