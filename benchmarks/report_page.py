@@ -11,7 +11,6 @@ group `test`, and Chromium.
 from __future__ import annotations
 
 import argparse
-import copy
 import json
 import os
 import shutil
@@ -22,11 +21,11 @@ import time
 from pathlib import Path
 from typing import Any
 
-from msgspec import convert
+from msgspec.structs import replace
 
-from pytest_hricdv.closure.closing import close
 from pytest_hricdv.report.files import write
-from pytest_hricdv.results.codec import canonical, load
+from pytest_hricdv.results.codec import load
+from pytest_hricdv.results.derivation import derive
 from pytest_hricdv.results.model import Report
 from studies.session import machine
 
@@ -47,11 +46,11 @@ def main() -> None:
     parser.add_argument("--tests", type=int, default=7000)
     parser.add_argument("--repeat", type=int, default=5)
     options = parser.parse_args()
-    report = grown(json.loads(canonical(load(options.report))), options.tests)
-    print(f"{machine()}; {len(report['tests'])} tests grown from {options.report}")
+    report = grown(load(options.report), options.tests)
+    print(f"{machine()}; {len(report.tests)} tests grown from {options.report}")
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
-        paths = write(convert(report, Report), Path(folder))
+        paths = write(report, Path(folder))
         print(f"written in            {time.perf_counter() - began:6.2f} s")
         for name, of in (("report.json", paths[:1]), ("index.html", paths[-1:]), ("details beside it", paths[1:-1])):
             print(f"{name:18} {sum(path.stat().st_size for path in of) / 1e6:9.2f} MB in {len(of)} files")
@@ -61,19 +60,17 @@ def main() -> None:
             print(f"{what:24} {statistics.median(found):5.2f} s ({min(found):.2f} to {max(found):.2f})")
 
 
-def grown(report: dict[str, Any], count: int) -> dict[str, Any]:
+def grown(report: Report, count: int) -> Report:
     """The report with its tests repeated under new names until there are `count`."""
-    tests: list[dict[str, Any]] = report["tests"]
+    tests = report.tests
     if not tests:
         sys.exit("the report has no tests to be repeated: run a suite first")
     more = []
     for number in range(count):
-        test = copy.copy(tests[number % len(tests)])
+        test = tests[number % len(tests)]
         copy_of = f"x{number // len(tests):04d}-"
-        test["id"] = copy_of + test["id"]
-        test["nodeid"] = test["nodeid"].replace("[", "[" + copy_of)
-        more.append(test)
-    return close({**report, "tests": more}, report["code_under_test"]["reason"])
+        more.append(replace(test, id=copy_of + test.id, nodeid=test.nodeid.replace("[", "[" + copy_of)))
+    return derive(replace(report, tests=tuple(more)))
 
 
 def opened(folder: Path) -> dict[str, float]:

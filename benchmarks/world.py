@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from pytest_hricdv.cover.measure import Measurement, choose
-from pytest_hricdv.cover.source import map_code
+from pytest_hricdv.coverage.code_map import map_code
+from pytest_hricdv.coverage.measurement import Measurement, choose
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.runtime import Recorder
 from sim import workshop

@@ -8,10 +8,9 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from pytest_hricdv.cover.cross import Bin
-from pytest_hricdv.cover.debugger import debugger
-from pytest_hricdv.cover.measure import Measurement
-from pytest_hricdv.cover.source import Bits, CoverError
+from pytest_hricdv.coverage.code_map import Bits, CoverageError
+from pytest_hricdv.coverage.cross_product import Bin
+from pytest_hricdv.coverage.measurement import Measurement, debugger
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, Concretization, concretize
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Verdict, Vocabulary, explained
@@ -95,7 +94,7 @@ def execute(
     Raises:
         KernelError: a node failed; the text names it and the simulated time.
         TestbenchError: the testbench's `run` returned no Outcome.
-        CoverError: the outcome has a bin that its cross product has not.
+        CoverageError: the outcome has a bin that its cross product has not.
     """
     recorder = Recorder()
     monitors = MonitorSet(requirements)
@@ -126,7 +125,7 @@ def _crossed(testbench: Testbench, outcome: Outcome, verdicts: tuple[Verdict, ..
     for name in outcome.cross:
         if name not in testbench.cross:
             known = ", ".join(testbench.cross) or "none"
-            raise CoverError(f"cross product: run told bins of {name!r}, but declared are: {known}")
+            raise CoverageError(f"cross product: run told bins of {name!r}, but declared are: {known}")
     judged = {verdict.requirement: verdict.verdict for verdict in verdicts}
     return {
         name: product.check(product.with_verdicts(outcome.cross.get(name, ()), judged), f"cross product {name!r}")

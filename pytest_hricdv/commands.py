@@ -4,29 +4,35 @@ from __future__ import annotations
 
 import argparse
 import datetime
-import json
 import os
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from pytest_hricdv.closure.closing import Entry
-from pytest_hricdv.closure.merging import MergeError, expected, merge, missing_shards, sessions_of
-from pytest_hricdv.closure.minimal import enough
-from pytest_hricdv.gates import baseline
-from pytest_hricdv.gates.allowance import Allowance, AllowanceError, allowances
-from pytest_hricdv.gates.baseline import BaselineError
-from pytest_hricdv.gates.bound import KINDS, Bound, BoundError, bound
-from pytest_hricdv.gates.gates import Gates
-from pytest_hricdv.gates.gating import Judgement, judge
+from msgspec import structs
+
 from pytest_hricdv.generate.text_format import dump_tests
 from pytest_hricdv.report.files import write, write_text
-from pytest_hricdv.results.codec import ReportError, canonical, load
+from pytest_hricdv.results import baseline
+from pytest_hricdv.results.baseline import Baseline, BaselineError
+from pytest_hricdv.results.building import minimal_tests
+from pytest_hricdv.results.codec import ReportError, load
+from pytest_hricdv.results.gates import (
+    KINDS,
+    Exemption,
+    ExemptionError,
+    Gates,
+    Threshold,
+    ThresholdError,
+    parse_exemptions,
+    parse_threshold,
+)
+from pytest_hricdv.results.judgement import Judgement, judge
+from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards, sessions_of
+from pytest_hricdv.results.model import GateResult, Report, TestResult
 from pytest_hricdv.session.exporting import write as export
 from pytest_hricdv.session.exports import FILES, Exports
-from pytest_hricdv.session.typed_results import typed_report
 
 OK, FAILED, USAGE = 0, 1, 2
 
@@ -73,7 +79,14 @@ def _parser() -> argparse.ArgumentParser:
 
 def _add_gates(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
-    add("--fail-under", action="append", type=_bound, default=[], metavar="KIND=PCT", help=f"KIND: {', '.join(KINDS)}")
+    add(
+        "--fail-under",
+        action="append",
+        type=_threshold,
+        default=[],
+        metavar="KIND=PCT",
+        help=f"KIND: {', '.join(KINDS)}",
+    )
     add("--fail-on-nc", action="store_true", help="fail when no test triggered a requirement")
     add(
         "--allow-nc",
@@ -86,26 +99,26 @@ def _add_gates(parser: argparse.ArgumentParser) -> None:
     add("--update-baseline", action="store_true", help="write the file of --baseline anew")
 
 
-def _bound(text: str) -> Bound:
+def _threshold(text: str) -> Threshold:
     try:
-        return bound(text)
-    except BoundError as error:
+        return parse_threshold(text)
+    except ThresholdError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _merge(options: argparse.Namespace) -> int:
-    reports = [(str(path), _relocated(_loaded(path), path, options.output)) for path in options.reports]
+    reports = [(str(path), _relocated(load(path), path, options.output)) for path in options.reports]
     merged = merge(reports)
-    held = _held(merged, options)
-    merged["gates"] = {"failed": list(held.failed), "improved": list(held.improved)}
-    write(typed_report(merged), options.output)
-    print(f"{options.output}: merged from {len(reports)} reports of {len(merged['sessions'])} runs")
-    return _told(merged, held)
+    judgement = _judged(merged, options)
+    merged = structs.replace(merged, gates=GateResult(failed=judgement.failed, improved=judgement.improved))
+    write(merged, options.output)
+    print(f"{options.output}: merged from {len(reports)} reports of {len(merged.sessions)} runs")
+    return _printed(merged, judgement)
 
 
 def _gate(options: argparse.Namespace) -> int:
-    report = _loaded(options.report)
-    return _told(report, _held(report, options))
+    report = load(options.report)
+    return _printed(report, _judged(report, options))
 
 
 def _export(options: argparse.Namespace) -> int:
@@ -121,47 +134,39 @@ def _export(options: argparse.Namespace) -> int:
 
 
 def _minimal(options: argparse.Namespace) -> int:
-    report = _loaded(options.report)
-    closure = report.get("closure")
-    if closure is None:
-        raise ReportError(f"{options.report}: it does not say what its tests cover; run the suite anew")
-    tests = enough(report)
+    report = load(options.report)
+    tests = minimal_tests(report)
     for suite in sorted({test.suite for test in tests}):
         mine = [test for test in tests if test.suite == suite]
         path = write_text(options.folder / f"{suite}.txt", dump_tests(mine))
         print(f"{path}: {len(mine)} tests")
-    steps = closure["minimal"]
+    closure, steps = report.closure, report.closure.minimal
     print(
-        f"{len(steps)} of {report['selected']} tests cover all {closure['points']} points in "
-        f"{steps[-1]['sim_s'] if steps else 0:.0f} of {closure['sim_s']:.0f} simulated s"
+        f"{len(steps)} of {report.selected} tests cover all {closure.points} points in "
+        f"{steps[-1].sim_s if steps else 0:.0f} of {closure.sim_s:.0f} simulated s"
     )
     return OK
 
 
-def _loaded(path: Path) -> Entry:
-    data: Entry = json.loads(canonical(load(path)))
-    return data
-
-
-def _told(report: Entry, held: Judgement) -> int:
-    print(f"expected {expected(report)}, merged {report['reported']}")
-    for text in held.improved:
+def _printed(report: Report, judgement: Judgement) -> int:
+    print(f"expected {expected(report)}, merged {report.reported}")
+    for text in judgement.improved:
         print(text)
-    for text in held.failed:
+    for text in judgement.failed:
         print(f"FAILED {text}")
-    return FAILED if held.failed else OK
+    return FAILED if judgement.failed else OK
 
 
-def _held(report: Entry, options: argparse.Namespace) -> Judgement:
-    """Hold a report against all gates; write the baseline where that was asked for."""
-    missing = expected(report) - report["reported"]
+def _judged(report: Report, options: argparse.Namespace) -> Judgement:
+    """Check a report against all gates; write the baseline where that was asked for."""
+    missing = expected(report) - report.reported
     failed = [f"shard {shard} is missing" for shard in missing_shards(report)]
     if missing > 0:
         failed.append(f"{missing} of {expected(report)} tests have no result: totals are lower bounds")
-    failed += [f"{test['id']}: {test['outcome']}" for test in report["tests"] if test["outcome"] in ("failed", "error")]
+    failed += [f"{test.id}: {test.outcome}" for test in report.tests if test.outcome in ("failed", "error")]
     old = _baseline(report, options)
-    gates = _gates(report, options, None if options.update_baseline else old)
-    judgement = judge(report, gates, datetime.datetime.now(datetime.UTC).date(), whole=True)
+    compared = None if options.update_baseline else old
+    judgement = judge(report, _gates(report, options), compared, datetime.datetime.now(datetime.UTC).date(), whole=True)
     if options.update_baseline and missing > 0:
         failed.append(f"{options.baseline} was not updated: tests are missing")
     elif options.update_baseline:
@@ -169,39 +174,43 @@ def _held(report: Entry, options: argparse.Namespace) -> Judgement:
     return replace(judgement, failed=(*failed, *judgement.failed))
 
 
-def _baseline(report: Entry, options: argparse.Namespace) -> dict[str, Any] | None:
+def _baseline(report: Report, options: argparse.Namespace) -> Baseline | None:
     if options.update_baseline and options.baseline is None:
         raise BaselineError("--update-baseline: say which file, with --baseline=FILE")
     if options.baseline is None or (options.update_baseline and not options.baseline.exists()):
         return None
-    return baseline.read(options.baseline, report["testbench"])
+    return baseline.read(options.baseline, report.testbench)
 
 
-def _gates(report: Entry, options: argparse.Namespace, old: dict[str, Any] | None) -> Gates:
-    days = report.get("known_until", {})
-    names = dict.fromkeys([*report.get("known_violations", {}), *days])
-    reasons = {name: report["known_violations"].get(name, "no longer known") for name in names}
+def _gates(report: Report, options: argparse.Namespace) -> Gates:
+    days = report.known_until
+    names = dict.fromkeys([*report.known_violations, *days])
+    reasons = {name: report.known_violations.get(name, "no longer known") for name in names}
     try:
         lines = [f"{name}{f' until {days[name]}' if name in days else ''}: {reasons[name]}" for name in names]
-        known = {} if report.get("strict") else allowances(lines)
-    except AllowanceError as error:
+        known = {} if report.strict else parse_exemptions(lines)
+    except ExemptionError as error:
         raise ReportError(f"known violations of the report: {error}") from None
     may_be_nc = {
-        name: Allowance(name, "named with --allow-nc") for each in options.allow_nc for name in each.split(",")
+        name: Exemption(name, "named with --allow-nc") for each in options.allow_nc for name in each.split(",")
     }
-    return Gates(tuple(options.fail_under), options.fail_on_nc, may_be_nc, known, old)
+    return Gates(tuple(options.fail_under), options.fail_on_nc, may_be_nc, known)
 
 
-def _relocated(report: Entry, path: Path, output: Path) -> Entry:
+def _relocated(report: Report, path: Path, output: Path) -> Report:
     """The report with the paths of its films, which are relative to its folder, relative to another one.
 
-    Its sessions are noted before: what they are does not depend on where a report lies.
+    Its sessions are noted before: their hashes do not depend on where a report lies.
     """
-    report["sessions"] = sessions_of(report)
     folder = path if path.is_dir() else path.parent
-    for test in report["tests"]:
-        film = test.get("film") or {}
-        for kind in ("video", "strip"):
-            if film.get(kind):
-                film[kind] = Path(os.path.relpath(folder / film[kind], output)).as_posix()
-    return report
+    tests = tuple(_with_film(test, folder, output) for test in report.tests)
+    return structs.replace(report, sessions=sessions_of(report), tests=tests)
+
+
+def _with_film(test: TestResult, folder: Path, output: Path) -> TestResult:
+    if test.film is None:
+        return test
+    video, strip = (
+        path and Path(os.path.relpath(folder / path, output)).as_posix() for path in (test.film.video, test.film.strip)
+    )
+    return structs.replace(test, film=structs.replace(test.film, video=video, strip=strip))

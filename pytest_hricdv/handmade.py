@@ -10,18 +10,17 @@ from typing import TYPE_CHECKING
 import pytest
 
 from pytest_hricdv.case import CaseResult, HriCase, execute
-from pytest_hricdv.closure.closing import Entry
-from pytest_hricdv.closure.results import describe, measured
-from pytest_hricdv.cover.measure import NoMeasurement
+from pytest_hricdv.coverage.measurement import NoMeasurement
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, concretize
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.text_format import parse_tests
 from pytest_hricdv.report import explanation
+from pytest_hricdv.results.building import build_result
+from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collecting import Collecting
 from pytest_hricdv.session.options import read_options
 from pytest_hricdv.session.running import Running
-from pytest_hricdv.session.typed_results import typed_result, typed_texts
 from pytest_hricdv.suggestion import nearest
 from pytest_hricdv.testbench import TestbenchError
 
@@ -51,7 +50,7 @@ class HriRun:
     def __init__(self, running: Running, item: pytest.Item) -> None:
         self._running = running
         self._item = item
-        self._entries: list[tuple[CaseResult, Entry]] = []
+        self._results: list[tuple[CaseResult, TestResult]] = []
 
     def __call__(
         self, test: str | Iterable[str] | ConcreteTest, /, *, seed: int = 0, **parameters: float
@@ -78,25 +77,25 @@ class HriRun:
         except GenerateError as error:
             raise GenerateError(str(error)) from None  # from here, so that only its author's line is shown
         result = execute(testbench, self._running.requirements, case.concrete, UNMEASURED, "handmade")
-        entry = describe(case, self._running.shown(self._item.nodeid))
-        entry |= measured(result, None, self._running.requirements)
-        self._entries.append((result, entry))
+        nodeid = self._running.shown(self._item.nodeid)
+        built = build_result(case, nodeid, result, requirements=self._running.requirements)
+        self._results.append((result, built))
         # pytest shows sections of tests that fail, for whatever reason.
-        self._item.add_report_section("call", "hri_run", explanation.course(typed_result(entry)))
+        self._item.add_report_section("call", "hri_run", explanation.course(built))
         return result
 
     def check(self, result: CaseResult) -> None:
         """Fail, with every violation explained, when a requirement failed that is not a known violation."""
-        entry = next((entry for known, entry in self._entries if known is result), None)
-        if entry is None:
+        built = next((built for known, built in self._results if known is result), None)
+        if built is None:
             raise ValueError(f"hri_run.check: expected what hri_run returned in this test, got {result!r:.60}")
         known = self._running.known
         if result.failed and all(requirement in known for requirement in result.failed):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in result.failed))
         if result.failed:
             units = self._running.collecting.testbench.units
-            texts = typed_texts(self._running.texts)
-            text = explanation.failure(typed_result(entry), texts, seed=None, known=known, units=units)
+            texts = self._running.texts
+            text = explanation.failure(built, texts, seed=None, known=known, units=units)
             pytest.fail(text, pytrace=False)
 
     def __repr__(self) -> str:

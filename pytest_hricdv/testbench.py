@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from pytest_hricdv.cover.cross import Bin, CrossProduct
+from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.film.film import Camera, Film
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization

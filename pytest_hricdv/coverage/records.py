@@ -1,4 +1,4 @@
-"""Coverage as a report holds it: the records of code, plans, cross products and gaps.
+"""Coverage as a report holds it: the records of code, plans, requirements, cross products and gaps.
 
 These are msgspec structs: frozen like frozen dataclasses, but they are also their own JSON codec. See
 `pytest_hricdv.results.model` for the rules that all records follow.
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from msgspec import Meta, Struct
+from msgspec import UNSET, Meta, Struct, UnsetType
 
 Number = int | float
 """A JSON number. Both types are named so that reading and writing a report keeps `0` and `0.0` apart."""
@@ -98,7 +98,7 @@ class SuiteCode(Record, frozen=True, kw_only=True):
     branches: CodeCoverage | None
 
 
-# Plans and requirements
+# Plans
 
 
 class PlanReach(Record, frozen=True, kw_only=True):
@@ -118,6 +118,47 @@ class PlanCoverage(Record, frozen=True, kw_only=True):
     total: Count
     declared: Names
     reached: Mapping[str, PlanReach]
+
+
+# Requirements
+
+
+class ReportedViolation(Record, frozen=True, kw_only=True):
+    """One violation of a requirement: when it was triggered and violated (s), with the values at that time."""
+
+    trigger_s: Number | None
+    time_s: Number | None
+    values: Mapping[str, bool | int | float]
+    margin: Number | None
+
+
+class ReportedNearMiss(Record, frozen=True, kw_only=True):
+    """When the antecedent of a requirement came nearest to holding (s), and which conjuncts were false.
+
+    `distance` says how far the only false one was from holding; None where it compares nothing.
+    """
+
+    time_s: Number
+    missing: Names
+    distance: Number | None
+
+
+class RequirementResult(Record, frozen=True, kw_only=True):
+    """The verdict on one requirement in one test, with the numbers of attempts.
+
+    `margin_time_s` and `nearest_miss` are UNSET where no run came to an end.
+    """
+
+    verdict: Literal["Passed", "Failed", "NC"]
+    triggers: Count
+    passes: Count
+    failures: Count
+    vacuous: Count
+    pending: Count
+    violations: tuple[ReportedViolation, ...]
+    margin: Number | None
+    margin_time_s: Number | UnsetType | None = UNSET
+    nearest_miss: ReportedNearMiss | UnsetType | None = UNSET
 
 
 class RequirementTally(Record, frozen=True, kw_only=True):
@@ -221,7 +262,7 @@ class PlannedBin(Record, frozen=True, kw_only=True):
     beliefs: Names
 
 
-class Exploration(Record, frozen=True, kw_only=True):
+class ExplorationRecord(Record, frozen=True, kw_only=True):
     """What exploring all runs of the model has shown; every field is None where nothing was explored.
 
     `plans` is agent -> plan -> the smallest belief set found that reaches it. `bins` is by cross product.
@@ -256,8 +297,11 @@ class MinimalStep(Record, frozen=True, kw_only=True):
     sim_s: NotNegative
 
 
-class Gap(Record, frozen=True, kw_only=True):
-    """Something that no test covers.
+GapKind = Literal["statements", "branches", "plans", "bins", "requirements"]
+
+
+class Gap(Record, frozen=True, omit_defaults=False):
+    """Something that no test covers. All of its fields are always written.
 
     Args:
         kind: of what is missing.
@@ -269,13 +313,13 @@ class Gap(Record, frozen=True, kw_only=True):
         beliefs: the belief set that is likely to cover it; may be empty.
     """
 
-    kind: Literal["statements", "branches", "plans", "bins", "requirements"]
+    kind: GapKind
     place: str
     items: Names
     reason: str
-    suggestion: str
-    test: str
-    beliefs: Names
+    suggestion: str = ""
+    test: str = ""
+    beliefs: Names = ()
 
 
 class Closure(Record, frozen=True, kw_only=True):

@@ -8,16 +8,11 @@ from typing import Any
 
 from msgspec import to_builtins
 
+from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.report import explanation
 from pytest_hricdv.report.formatting import natural, quantity, seconds
 from pytest_hricdv.report.rerun import instructions_of, replay_command
-from pytest_hricdv.results.model import (
-    ReplayComparison,
-    Report,
-    RequirementResult,
-    ShrunkTest,
-    TestResult,
-)
+from pytest_hricdv.results.model import ReplayComparison, Report, ShrunkTest, TestResult
 
 TESTS_PER_PACK = 50
 FOLDER = "details"

@@ -2,15 +2,10 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from pytest_hricdv.coverage.records import ReportedNearMiss, ReportedViolation, RequirementResult
 from pytest_hricdv.report.formatting import natural, plural, quantity, seconds, visible
 from pytest_hricdv.report.rerun import instructions
-from pytest_hricdv.results.model import (
-    ReportedNearMiss,
-    ReportedViolation,
-    RequirementResult,
-    RequirementText,
-    TestResult,
-)
+from pytest_hricdv.results.model import RequirementText, TestResult
 
 _MAX_VIOLATIONS = 3
 _MAX_ACTIONS = 14

@@ -5,15 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pytest_hricdv.coverage.records import ReportedNearMiss, RequirementResult
 from pytest_hricdv.report.formatting import natural
-from pytest_hricdv.results.model import (
-    Report,
-    ReportedNearMiss,
-    RequirementResult,
-    RequirementText,
-    SearchResult,
-    TestResult,
-)
+from pytest_hricdv.results.model import Report, RequirementText, SearchResult, TestResult
 
 SHOWN = 25
 """At most so many failures, tight passes and near misses are listed; the table of tests has the others."""

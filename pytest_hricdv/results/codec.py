@@ -106,7 +106,7 @@ def load(path: Path) -> Report:
             )
         return decode_located(text, Report)
     except MalformedError as error:
-        raise ReportError(f"{file}{error}") from None
+        raise ReportError(f"{file}{error}; run the suite again") from None
 
 
 def decode_located(text: str, kind: type[T]) -> T:

@@ -15,9 +15,9 @@ of it is needed in code. The rules:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, Literal
+from typing import ClassVar, Final, Literal
 
-from msgspec import UNSET, UnsetType, field
+from msgspec import field
 
 from pytest_hricdv.coverage.records import (
     Closure,
@@ -26,62 +26,22 @@ from pytest_hricdv.coverage.records import (
     Count,
     CrossCoverage,
     CurvePoint,
-    Exploration,
+    ExplorationRecord,
     Names,
     NotNegative,
     Number,
     PlanCoverage,
     ProductDeclaration,
     Record,
+    RequirementResult,
     RequirementTally,
     SuiteCode,
 )
 
-SCHEMA = "hricdv-report/1"
+SCHEMA: Final = "hricdv-report/1"
 TestOutcome = Literal["passed", "failed", "known-violation", "error", "not-run"]
 SearchEnd = Literal["done", "runs", "seconds", "interrupted"]
 """Why shrinking or searching ended: nothing left to do, or the budget of runs or seconds was used up, or Ctrl-C."""
-
-
-# Verdicts
-
-
-class ReportedViolation(Record, frozen=True, kw_only=True):
-    """One violation of a requirement: when it was triggered and violated (s), with the values at that time."""
-
-    trigger_s: Number | None
-    time_s: Number | None
-    values: Mapping[str, bool | int | float]
-    margin: Number | None
-
-
-class ReportedNearMiss(Record, frozen=True, kw_only=True):
-    """When the antecedent of a requirement came nearest to holding (s), and which conjuncts were false.
-
-    `distance` says how far the only false one was from holding; None where it compares nothing.
-    """
-
-    time_s: Number
-    missing: Names
-    distance: Number | None
-
-
-class RequirementResult(Record, frozen=True, kw_only=True):
-    """The verdict on one requirement in one test, with the numbers of attempts.
-
-    `margin_time_s` and `nearest_miss` are UNSET where no run came to an end.
-    """
-
-    verdict: Literal["Passed", "Failed", "NC"]
-    triggers: Count
-    passes: Count
-    failures: Count
-    vacuous: Count
-    pending: Count
-    violations: tuple[ReportedViolation, ...]
-    margin: Number | None
-    margin_time_s: Number | UnsetType | None = UNSET
-    nearest_miss: ReportedNearMiss | UnsetType | None = UNSET
 
 
 # Tests
@@ -368,7 +328,7 @@ class Report(Record, frozen=True, kw_only=True):
     code_under_test: CodeUnderTest
     models: Mapping[str, ModelSource]
     cross_products: Mapping[str, ProductDeclaration]
-    exploration: Exploration
+    exploration: ExplorationRecord
     suites: tuple[SuiteResult, ...]
     closure: Closure
     tests: tuple[TestResult, ...]

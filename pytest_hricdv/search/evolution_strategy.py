@@ -41,7 +41,7 @@ class Evaluation:
 
 
 @dataclass(frozen=True)
-class SearchResult:
+class SearchOutcome:
     """The best test of a search.
 
     Args:
@@ -79,7 +79,7 @@ def search_violation(
     run: Callable[[ConcreteTest], Evaluation],
     budget: Budget,
     rng: Random,
-) -> SearchResult:
+) -> SearchOutcome:
     """Search for a violation; ends at the first one.
 
     Args:
@@ -103,7 +103,7 @@ def search_violation(
     except KeyboardInterrupt:
         ended = "interrupted"
     best = min(population, key=lambda each: (each.evaluation.objective, each.start))
-    return SearchResult(best.test, best.evaluation, best.start, budget.used, budget.elapsed_s, ended)
+    return SearchOutcome(best.test, best.evaluation, best.start, budget.used, budget.elapsed_s, ended)
 
 
 def _turn(individual: _Individual) -> tuple[int, float, int]:

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.case import HriCase
-from pytest_hricdv.closure.selected import Selected
+from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session import replaying
 from pytest_hricdv.session.options import SESSION_DAY, Options
-from pytest_hricdv.session.replaying import Given
+from pytest_hricdv.session.replaying import ReplayInput
 from pytest_hricdv.session.suites import cases, from_text, selected_suites, to_text
 from pytest_hricdv.testbench import Testbench, TestbenchError, checked, lacking
 
@@ -62,7 +62,7 @@ class Collecting:
             raise pytest.UsageError(f"{_located(error)}{lacking(error)}") from error
 
     @cached_property
-    def selected(self) -> list[Selected]:
+    def selected(self) -> list[GeneratedSuite]:
         """The suites; generated at most once per session, and never in an xdist worker."""
         given = worker_input(self.config)
         if given is not None:
@@ -74,7 +74,7 @@ class Collecting:
         return selected_suites(self.options, root, self.testbench, cache, self.say)
 
     @cached_property
-    def replays(self) -> dict[str, Given]:
+    def replays(self) -> dict[str, ReplayInput]:
         """Test id -> the file that it came from, where the session replays files."""
         handed = worker_input(self.config)
         if handed is not None:

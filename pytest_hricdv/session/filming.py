@@ -11,10 +11,10 @@ from dataclasses import asdict, dataclass
 from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 from pytest_hricdv.case import CaseResult, execute
-from pytest_hricdv.cover.measure import NoMeasurement
+from pytest_hricdv.coverage.measurement import NoMeasurement
+from pytest_hricdv.coverage.records import ReportedViolation
 from pytest_hricdv.film.film import Film
 from pytest_hricdv.film.reel import Alarm, Filmed, Reel
 from pytest_hricdv.film.shooting import Shooting, key_moments, shooting
@@ -22,7 +22,7 @@ from pytest_hricdv.film.video import FRAMES_PER_S, Video, aside, video
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.report.explanation import violation
 from pytest_hricdv.report.formatting import plural
-from pytest_hricdv.results.model import ReportedViolation
+from pytest_hricdv.results.model import FilmResult
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
 from pytest_hricdv.testbench import Testbench, TestbenchError
@@ -61,8 +61,8 @@ class Filming:
         self._folder = folder
         self._filmed: Counter[str] = Counter()
 
-    def film(self, result: CaseResult) -> dict[str, Any]:
-        """Film the run that gave this result; returns the test's `film` in the report.
+    def film(self, result: CaseResult) -> FilmResult:
+        """Film the run that gave this result.
 
         Whatever goes wrong is said in its `note`: a failed test must be reported even when the disk is full.
         """
@@ -81,32 +81,32 @@ class Filming:
         except Exception as error:
             return _without(f"not filmed: {type(error).__name__}: {error}")
 
-    def _replay(self, result: CaseResult, path: Path) -> dict[str, Any]:
+    def _replay(self, result: CaseResult, path: Path) -> FilmResult:
         assert self._testbench.film is not None
         path.parent.mkdir(parents=True, exist_ok=True)
         film = video(path)
         try:
-            take = Take(self._testbench.film, result, film)
-            again = execute(self._testbench, self._requirements, result.test, UNMEASURED, "film", take.rolling)
-            if take.reel is None:
+            film_run = FilmRun(self._testbench.film, result, film)
+            again = execute(self._testbench, self._requirements, result.test, UNMEASURED, "film", film_run.rolling)
+            if film_run.reel is None:
                 raise TestbenchError("the testbench's run did not call run.go")
             film.finish()
             strip = path.with_name(path.name + ".png")
-            take.reel.strip().save(aside(strip), format="PNG")
+            film_run.reel.strip().save(aside(strip), format="PNG")
             aside(strip).replace(strip)
         finally:
             film.discard()
         same = again.record.sha256 == result.record.sha256
-        return {
-            "video": f"{FOLDER}/{film.path.name}",
-            "strip": f"{FOLDER}/{strip.name}",
-            "seconds": round(film.frames / FRAMES_PER_S, 2),
-            "frames": film.frames,
-            "note": "" if same else f"the replay went another way (record {again.record.sha256}): compare with care",
-        }
+        return FilmResult(
+            video=f"{FOLDER}/{film.path.name}",
+            strip=f"{FOLDER}/{strip.name}",
+            seconds=round(film.frames / FRAMES_PER_S, 2),
+            frames=film.frames,
+            note="" if same else f"the replay went another way (record {again.record.sha256}): compare with care",
+        )
 
 
-class Take:
+class FilmRun:
     """One run being filmed."""
 
     def __init__(self, film: Film, result: CaseResult, video: Video) -> None:
@@ -155,10 +155,10 @@ class Replayed:
         return self.monitors.so_far()
 
 
-def told(film: Mapping[str, Any], folder: Path) -> str:
+def film_text(film: FilmResult, folder: Path) -> str:
     """Where the film is, for the text of a failing test."""
-    lines = [f"film:  {folder / film['video']}", f"strip: {folder / film['strip']}"] if film["video"] else []
-    return "\n".join([*lines, *([film["note"]] if film["note"] else [])])
+    lines = [f"film:  {folder / film.video}", f"strip: {folder / film.strip}"] if film.video and film.strip else []
+    return "\n".join([*lines, *([film.note] if film.note else [])])
 
 
 def _events(record: Record) -> list[tuple[float, str]]:
@@ -186,5 +186,5 @@ def _alarms(verdicts: Sequence[Verdict]) -> list[Alarm]:
     return sorted(found, key=lambda alarm: alarm.time_s)
 
 
-def _without(note: str) -> dict[str, Any]:
-    return {"video": None, "strip": None, "seconds": None, "frames": 0, "note": note}
+def _without(note: str) -> FilmResult:
+    return FilmResult(video=None, strip=None, seconds=None, frames=0, note=note)

@@ -9,9 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.gates.allowance import Allowance, AllowanceError, allowances
-from pytest_hricdv.gates.bound import KINDS, Bound, BoundError, bound
-from pytest_hricdv.gates.gates import Gates
+from pytest_hricdv.results.gates import (
+    KINDS,
+    Exemption,
+    ExemptionError,
+    Gates,
+    Threshold,
+    ThresholdError,
+    parse_exemptions,
+    parse_threshold,
+)
 from pytest_hricdv.session import exports, learning
 from pytest_hricdv.session.learning import LearningOptions
 from pytest_hricdv.session.shard import Shard, ShardError, shard
@@ -191,7 +198,7 @@ def read_options(config: pytest.Config) -> Options:
         sampling=_sampling(config),
         report=config.invocation_params.dir / (_text(config, "report") or "hri-report"),
         gates=Gates(
-            bounds=_bounds(config),
+            thresholds=_thresholds(config),
             fail_on_nc=_flag(config, "fail_on_nc"),
             may_be_nc=_allowed(config, "allow_nc", "allow_nc"),
             known={} if _flag(config, "strict") else known,
@@ -272,18 +279,18 @@ def _integer(config: pytest.Config, name: str, default: int | None, least: int |
     return value
 
 
-def _bounds(config: pytest.Config) -> tuple[Bound, ...]:
+def _thresholds(config: pytest.Config) -> tuple[Threshold, ...]:
     named: Sequence[str] = config.getoption("hri_fail_under") or ()
     lines: list[tuple[str, bool]] = [(line, True) for line in named]
     lines += [(line, False) for line in config.getini("hri_fail_under")]
-    bounds: dict[str, Bound] = {}
+    thresholds: dict[str, Threshold] = {}
     for line, on_command_line in lines:
         try:
-            found = bound(line, named=on_command_line)
-        except BoundError as error:
+            found = parse_threshold(line, named=on_command_line)
+        except ThresholdError as error:
             raise pytest.UsageError(f"--hri-fail-under={error}") from None
-        bounds.setdefault(found.kind, found)
-    return tuple(bounds.values())
+        thresholds.setdefault(found.kind, found)
+    return tuple(thresholds.values())
 
 
 def _shard(config: pytest.Config) -> Shard | None:
@@ -294,14 +301,14 @@ def _shard(config: pytest.Config) -> Shard | None:
         raise pytest.UsageError(f"--hri-shard={error}") from None
 
 
-def _allowed(config: pytest.Config, option: str, ini: str) -> dict[str, Allowance]:
+def _allowed(config: pytest.Config, option: str, ini: str) -> dict[str, Exemption]:
     try:
-        found = allowances(config.getini(f"hri_{ini}"))
-    except AllowanceError as error:
+        found = parse_exemptions(config.getini(f"hri_{ini}"))
+    except ExemptionError as error:
         raise pytest.UsageError(f"hri_{ini}: {error}") from None
     for given in config.getoption(f"hri_{option}") or ():
         for name in map(str.strip, given.split(",")):
-            found.setdefault(name, Allowance(name, f"named with --hri-{option.replace('_', '-')}"))
+            found.setdefault(name, Exemption(name, f"named with --hri-{option.replace('_', '-')}"))
     return found
 
 

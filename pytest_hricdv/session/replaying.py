@@ -10,15 +10,16 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import pytest
+from msgspec import to_builtins
 
 from pytest_hricdv.case import HriCase
-from pytest_hricdv.closure.selected import Selected
-from pytest_hricdv.cover.source import CodeMap
+from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.generate.suite import Generation, Suite
+from pytest_hricdv.results.building import GeneratedSuite
+from pytest_hricdv.results.model import ReplayComparison, TestResult
 from pytest_hricdv.search.replay import Origin, Replay, ReplayError, differences, read, write
 from pytest_hricdv.session.suites import check_commands
 from pytest_hricdv.testbench import Testbench
@@ -29,14 +30,14 @@ LEAVE_A_FILE = ("failed", "known-violation", "error")
 
 
 @dataclass(frozen=True)
-class Given:
+class ReplayInput:
     """A replay file that the session was given: its name for people, and what is in it."""
 
     name: str
     replay: Replay
 
 
-def given(paths: Iterable[Path], testbench: Testbench, start: Path) -> tuple[Given, ...]:
+def given(paths: Iterable[Path], testbench: Testbench, start: Path) -> tuple[ReplayInput, ...]:
     """Read replay files, or folders of them.
 
     Args:
@@ -46,7 +47,7 @@ def given(paths: Iterable[Path], testbench: Testbench, start: Path) -> tuple[Giv
     Raises:
         pytest.UsageError: a file is missing, cut off, of another version, or speaks of what the testbench has not.
     """
-    found: dict[str, Given] = {}
+    found: dict[str, ReplayInput] = {}
     try:
         for path in _files(paths):
             name = os.path.relpath(path, start)
@@ -54,7 +55,7 @@ def given(paths: Iterable[Path], testbench: Testbench, start: Path) -> tuple[Giv
             _check_parameters(replay, testbench, name)
             if replay.test.id in found:
                 raise ReplayError(f"{found[replay.test.id].name} and {name} both have the test {replay.test.id}")
-            found[replay.test.id] = Given(name, replay)
+            found[replay.test.id] = ReplayInput(name, replay)
     except ReplayError as error:
         raise pytest.UsageError(f"--hri-replay: {error}") from None
     return tuple(found.values())
@@ -86,7 +87,7 @@ def _check_names(where: str, parameters: Mapping[str, float], declared: Mapping[
         raise ReplayError(f"{where} has the parameters {has}; the testbench declares {expected}")
 
 
-def suites(replays: Iterable[Given], testbench: Testbench) -> list[Selected]:
+def suites(replays: Iterable[ReplayInput], testbench: Testbench) -> list[GeneratedSuite]:
     """The tests of replay files, as suites with the names and seeds that they come from."""
     by_name: dict[str, list[Replay]] = {}
     for each in replays:
@@ -96,29 +97,29 @@ def suites(replays: Iterable[Given], testbench: Testbench) -> list[Selected]:
         tests = [replay.test for replay in group]
         suite = Suite.of_tests(name, group[0].suite_seed, tests, Generation(notes=("replayed",)))
         check_commands(suite, testbench)
-        made.append(Selected(suite, 0.0, cached=True))
+        made.append(GeneratedSuite(suite, 0.0, cached=True))
     return made
 
 
-def to_text(replays: Iterable[Given]) -> str:
+def to_text(replays: Iterable[ReplayInput]) -> str:
     """The files as text for xdist's `workerinput`."""
     return json.dumps([[each.name, each.replay.to_json()] for each in replays])
 
 
-def from_text(text: str) -> tuple[Given, ...]:
+def from_text(text: str) -> tuple[ReplayInput, ...]:
     """The files that `to_text` wrote."""
-    return tuple(Given(name, Replay.from_json(replay, name)) for name, replay in json.loads(text))
+    return tuple(ReplayInput(name, Replay.from_json(replay, name)) for name, replay in json.loads(text))
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class Provenance:
     """What a run depends on, beside its test: files of the code under test, and versions."""
 
     code: Mapping[str, str]
     made_with: Mapping[str, str]
 
     @classmethod
-    def now(cls, code: CodeMap, testbench: Testbench) -> Surroundings:
+    def now(cls, code: CodeMap, testbench: Testbench) -> Provenance:
         """Of this process."""
         hashes = {file.name: hashlib.sha256(file.path.read_bytes()).hexdigest() for file in code.files}
         made_with = {
@@ -129,48 +130,47 @@ class Surroundings:
         }
         return cls(hashes, made_with)
 
-    def replay(self, case: HriCase, entry: Mapping[str, Any], suite_seed: int, origin: Origin | None = None) -> Replay:
+    def replay(self, case: HriCase, result: TestResult, suite_seed: int, origin: Origin | None = None) -> Replay:
         """What to write of a test that was run here."""
         return Replay(
             test=case.abstract,
             concrete=case.concrete,
-            nodeid=entry["nodeid"],
+            nodeid=result.nodeid,
             suite_seed=suite_seed,
-            record_sha256=entry.get("record_sha256"),
-            requirements=entry["requirements"],
+            record_sha256=result.record_sha256,
+            requirements=to_builtins(result.requirements),
             code=self.code,
-            made_with=self._with_fidelity(entry),
+            made_with=self._with_fidelity(result.fidelity),
             origin=origin,
         )
 
-    def compared(self, given: Given, entry: Mapping[str, Any]) -> dict[str, Any]:
-        """How the run of a replayed test compares with the run that its file is of: the entry's `replayed`."""
-        expected, found = given.replay.record_sha256, entry.get("record_sha256")
-        return {
-            "file": given.name,
-            "expected_sha256": expected,
-            "same": expected == found,
-            "changed": differences(given.replay, self.code, self._with_fidelity(entry)),
-        }
+    def compared(self, given: ReplayInput, result: TestResult) -> ReplayComparison:
+        """How the run of a replayed test compares with the recorded one."""
+        expected = given.replay.record_sha256
+        return ReplayComparison(
+            file=given.name,
+            expected_sha256=expected,
+            same=expected == result.record_sha256,
+            changed=tuple(differences(given.replay, self.code, self._with_fidelity(result.fidelity))),
+        )
 
-    def note(self, given: Given) -> str:
+    def note(self, given: ReplayInput) -> str:
         """What to say of a file before its test runs: what is not as it was; empty where all is."""
         before = {name: text for name, text in given.replay.made_with.items() if name in self.made_with}
         changed = differences(replace(given.replay, made_with=before), self.code, self.made_with)
         return f"{given.name}: {', '.join(changed)}: its run need not be the same again" if changed else ""
 
-    def _with_fidelity(self, entry: Mapping[str, Any]) -> dict[str, str]:
-        fidelity = entry.get("fidelity")
+    def _with_fidelity(self, fidelity: str) -> dict[str, str]:
         return {**self.made_with, "fidelity": fidelity} if fidelity else dict(self.made_with)
 
 
-def strayed(replayed: Mapping[str, Any] | None) -> str:
+def replay_mismatch(replayed: ReplayComparison | None) -> str:
     """The text of a replay that should have been the same run and was not; empty where all is well, or no replay."""
-    if replayed is None or replayed["same"] or replayed["changed"]:
+    if replayed is None or replayed.same or replayed.changed:
         return ""
     return (
-        f"this run is not the one that {replayed['file']} is of: the hash of its record is not "
-        f"{replayed['expected_sha256']}\n"
+        f"this run is not the one that {replayed.file} is of: the hash of its record is not "
+        f"{replayed.expected_sha256}\n"
         "The code under test, the plugin and Python are as they were, so something else that the run depends on has "
         "changed:\nthe testbench, its world, or a library."
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import json
 import re
 import shutil
 import time
@@ -13,30 +12,29 @@ from dataclasses import replace
 from functools import cached_property
 from importlib.metadata import version
 
+import msgspec
 import pytest
 
 from pytest_hricdv.case import HriCase
-from pytest_hricdv.closure.closing import Entry
-from pytest_hricdv.closure.proving import Proof, prove
-from pytest_hricdv.closure.results import Rerun, Session, build_report
-from pytest_hricdv.cover.crossed import list_product
-from pytest_hricdv.cover.source import CoverError
+from pytest_hricdv.coverage.code_map import CoverageError
+from pytest_hricdv.coverage.reachability import Reachability, explore, unexplored
+from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.model import list_model
 from pytest_hricdv.report import files, findings, terminal
-from pytest_hricdv.results.codec import ReportError
-from pytest_hricdv.results.model import Report
+from pytest_hricdv.results.building import SessionInfo, build_report
+from pytest_hricdv.results.codec import ReportError, decode
+from pytest_hricdv.results.model import GateResult, ModelSource, Report, RerunOptions, SearchResult, TestResult
 from pytest_hricdv.session import filming
-from pytest_hricdv.session.absent import hint
-from pytest_hricdv.session.afterwards import Afterwards
 from pytest_hricdv.session.collecting import Collecting, case_of
-from pytest_hricdv.session.entries import Entries
-from pytest_hricdv.session.judging import Judging
+from pytest_hricdv.session.gate_check import GateCheck
+from pytest_hricdv.session.missing_items import hint
+from pytest_hricdv.session.post_session import PostSession
 from pytest_hricdv.session.replaying import LEAVE_A_FILE
 from pytest_hricdv.session.rerunning import Rerunning
+from pytest_hricdv.session.result_store import ResultStore
 from pytest_hricdv.session.running import ATTRIBUTE, Running
 from pytest_hricdv.session.suites import export
-from pytest_hricdv.session.typed_results import typed_report
 from pytest_hricdv.testbench import TestbenchError
 
 MARKUP: dict[str, dict[str, bool]] = {
@@ -50,14 +48,21 @@ MARKUP: dict[str, dict[str, bool]] = {
 _DIGEST = re.compile(r"-[0-9a-f]{8,16}(?:-corners)?(?:-k\d+)?(?=[-\]])")
 
 
+class _Head(msgspec.Struct):
+    """All that decides whether a result has to be decoded when it arrives."""
+
+    outcome: str
+
+
 class Reporting:
-    """Collects entries by node id, checks that none is lost, holds the gates, writes the report."""
+    """Collects results by node id, checks that none is lost and that the gates are passed, writes the report."""
 
     def __init__(self, collecting: Collecting, running: Running) -> None:
         self.collecting = collecting
         self.running = running
         self.options = collecting.options
-        self.entries = Entries()
+        self.results = ResultStore()
+        self._replays: dict[str, str] = {}
         self.reasons: dict[str, str] = {}
         self.chosen: dict[str, HriCase] = {}
         self.workers = 1
@@ -79,13 +84,13 @@ class Reporting:
 
     def _replay_header(self) -> list[str]:
         given = self.collecting.replays.values()
-        notes = [self.running.surroundings.note(each) for each in given]
+        notes = [self.running.provenance.note(each) for each in given]
         return [findings.replay_header(self.collecting.testbench.name, len(given)), *(note for note in notes if note)]
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionstart(self) -> None:
         """Finds what is wrong with the testbench, its files and the report folder before any test runs; exports."""
-        self._judging.check({requirement.id for requirement in self.running.requirements})
+        self._gate_check.check({requirement.id for requirement in self.running.requirements})
         _ = self.running.code
         self._check_replays()
         if self.options.film:
@@ -104,7 +109,7 @@ class Reporting:
 
     def _check_replays(self) -> None:
         """Refuse files whose runs cannot be expected to be the same, unless they are to be run anyway."""
-        notes = [self.running.surroundings.note(each) for each in self.collecting.replays.values()]
+        notes = [self.running.provenance.note(each) for each in self.collecting.replays.values()]
         changed = [note for note in notes if note]
         if changed and not self.options.replay_anyway:
             told = "\n  ".join(changed)
@@ -152,31 +157,43 @@ class Reporting:
         Not earlier: while workers start, it would take processor time from them and delay the first test.
         """
         if self._distributed:
-            _ = self._proof, self._models
+            _ = self._reachability, self._models
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Takes the entry off a report, wherever it was made; the same test twice counts once.
+        """Takes the result from a report, of whichever worker; the same test twice counts once.
 
-        A report without an entry says why there is none: skipped, a fixture that failed, a worker that crashed.
+        A report without a result says why there is none: skipped, a fixture that failed, a worker that crashed.
         """
         text = getattr(report, ATTRIBUTE, None)
         if isinstance(text, str):
-            self.entries.put(report.nodeid, self._kept(json.loads(text)))
+            self.results.put(report.nodeid, text)
+            self._keep_failure(text)
             delattr(report, ATTRIBUTE)  # pytest keeps reports to the end
         elif not report.passed:
             self.reasons[report.nodeid] = (
                 report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longreprtext
             )
 
-    def _kept(self, entry: Entry) -> Entry:
-        """The entry, with the name of its replay file, where it has one: that of a replayed test is there already."""
-        case = self.chosen.get(entry["nodeid"])
-        if "replay" not in entry and case is not None and entry["outcome"] in LEAVE_A_FILE:
-            replay = self.running.surroundings.replay(case, entry, self._rerunning.seeds[case.suite])
+    def _keep_failure(self, text: str) -> None:
+        """Writes the replay file of a failed test; that of a replayed test exists already."""
+        if msgspec.json.decode(text, type=_Head).outcome not in LEAVE_A_FILE:
+            return
+        result = decode(text)
+        case = self.chosen.get(result.nodeid)
+        if result.replay is None and case is not None:
+            replay = self.running.provenance.replay(case, result, self._rerunning.seeds[case.suite])
             name = self.running.failures.keep(replay)
             if name is not None:
-                entry["replay"] = name
-        return entry
+                self._replays[result.nodeid] = name
+
+    def _all_results(self) -> list[TestResult]:
+        """With the names of the replay files that were written here."""
+        return [
+            msgspec.structs.replace(result, replay=self._replays[result.nodeid])
+            if result.replay is None and result.nodeid in self._replays
+            else result
+            for result in self.results.results()
+        ]
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Iterator[None]:
@@ -201,14 +218,12 @@ class Reporting:
             # xdist says nothing of node ids that its workers did not find.
             self.absent = "" if self.chosen else hint(session.config.args, self.options)
             return
-        entries = self.entries.unpacked()
-        searched = self._afterwards(entries, stopped=stopped)
+        results, searched = self._post_session(self._all_results(), stopped=stopped)
         if self.running.failures.problem:
             self.problems.append(self.running.failures.problem)
-        built = self._build(entries) | searched
+        self.report = msgspec.structs.replace(self._build(results), search=searched)
         if not stopped:
-            self._judge(built)
-        self.report = typed_report(built)
+            self.report = self._judged(self.report)
         try:
             files.write(self.report, self.options.report)
         except ReportError as error:
@@ -216,38 +231,40 @@ class Reporting:
         if self.problems:
             session.testsfailed += 1
 
-    def _afterwards(self, entries: list[Entry], *, stopped: bool) -> Entry:
-        """Shrinks and searches, where asked to; returns what the report has of the search."""
+    def _post_session(
+        self, results: list[TestResult], *, stopped: bool
+    ) -> tuple[list[TestResult], dict[str, SearchResult]]:
+        """Shrinks and searches, where asked to; returns the results with what they were shrunk to, and the search."""
         options = self.options
         if self.interrupted or not (options.shrink or options.search):
-            return {}
+            return results, {}
         self.collecting.say("")  # ends the line of dots
-        after = Afterwards(self._rerunning, options, self.chosen, self.collecting.say)
+        after = PostSession(self._rerunning, options, self.chosen, self.collecting.say)
         if options.shrink:
-            after.shrink(entries)
-        found = after.search(entries) if options.search and not stopped else {}
+            results = after.shrink(results)
+        found = after.search(results) if options.search and not stopped else {}
         self.interrupted = after.interrupted
         self.problems += after.problems
-        return {"search": found} if found else {}
+        return results, found
 
     @property
     def _rerunning(self) -> Rerunning:
         running, selected = self.running, self.collecting.selected
         seeds = {each.suite.name: each.suite.seed for each in selected}
-        return Rerunning(self.collecting.testbench, running.requirements, running.surroundings, running.failures, seeds)
+        return Rerunning(self.collecting.testbench, running.requirements, running.provenance, running.failures, seeds)
 
-    def _build(self, entries: list[Entry]) -> Entry:
-        """The report; without the code's closure, and with a problem, when a waiver in the code is wrong."""
-        session = self._session(entries)
+    def _build(self, results: list[TestResult]) -> Report:
+        """The report; without the code's coverage, and with a problem, when a waiver in the code is wrong."""
+        session = self._session(results)
         try:
-            return build_report(session, entries, self.chosen, self.reasons)
-        except CoverError as error:
+            return build_report(session, results, self.chosen, self.reasons)
+        except CoverageError as error:
             self.problems.append(str(error))
-            return build_report(replace(session, code=None, unmeasured=str(error)), entries, self.chosen, self.reasons)
+            return build_report(replace(session, code=None, unmeasured=str(error)), results, self.chosen, self.reasons)
 
     def _loss(self) -> list[str]:
-        """Tests that left no trace: whatever took them away, the session must not look as if all were well."""
-        lost = len(self.chosen.keys() - self.entries.nodeids() - self.reasons.keys())
+        """Tests without a result or a reason: the session must not look as if all were well."""
+        lost = len(self.chosen.keys() - self.results.nodeids() - self.reasons.keys())
         return [f"{lost} of {len(self.chosen)} tests left no result: a worker or a plugin lost them"] if lost else []
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
@@ -267,13 +284,13 @@ class Reporting:
         for problem in self.problems:
             terminalreporter.write_line(f"FAILED {problem}", red=True, bold=True)
 
-    def _session(self, entries: list[Entry]) -> Session:
+    def _session(self, results: list[TestResult]) -> SessionInfo:
         measured = self.options.coverage
-        reasons = [entry["unmeasured"] for entry in entries if entry["unmeasured"]]
-        return Session(
+        reasons = [result.unmeasured for result in results if result.unmeasured]
+        return SessionInfo(
             testbench=self.collecting.testbench,
             requirements=self.running.requirements,
-            selected=tuple(self.collecting.selected),
+            suites=tuple(self.collecting.selected),
             code=self.running.code,
             unmeasured=reasons[0] if reasons else "no test was measured" if measured else "switched off",
             known=self.options.known,
@@ -284,38 +301,40 @@ class Reporting:
             workers=self.workers,
             sizes=Counter(case.suite for case in self.collecting.everything),
             shard=str(self.options.shard or ""),
-            rerun=Rerun(self.options.suites, self.options.again),
+            rerun=RerunOptions(suite=self.options.suites, options=self.options.again),
             models=self._models,
-            products=self._proof.products,
-            exploration=self._proof.exploration,
+            reachability=self._reachability,
         )
 
     @cached_property
-    def _proof(self) -> Proof:
-        """What the model makes impossible. Of replayed tests nobody asks what else there is."""
+    def _reachability(self) -> Reachability:
+        """What the model makes impossible. For replayed tests the model is not explored."""
         testbench = self.collecting.testbench
         if not self.collecting.replays:
+            commands = tuple(testbench.concretization.commands)
+            context = GenerationContext(model=testbench.model, space=testbench.beliefs, commands=commands)
             try:
-                return prove(testbench, getattr(self.collecting.config, "cache", None))
-            except CoverError as error:
+                return explore(context, testbench.cross, getattr(self.collecting.config, "cache", None))
+            except CoverageError as error:
                 self.problems.append(str(error))
-        return Proof({}, {name: list_product(each, {}, {}) for name, each in testbench.cross.items()})
+        return unexplored(testbench.cross)
 
     @cached_property
-    def _models(self) -> Entry:
-        """The models' text. A suite that came from files does without them, and says nothing when they are broken."""
+    def _models(self) -> dict[str, ModelSource]:
+        """The models' text. A suite that came from files needs none, so a broken model is not reported here."""
         try:
-            return list_model(self.collecting.testbench.model, self.collecting.config.rootpath)
+            listed = list_model(self.collecting.testbench.model, self.collecting.config.rootpath)
         except GenerateError:
             return {}
+        return msgspec.convert(listed, dict[str, ModelSource])
 
     @cached_property
-    def _judging(self) -> Judging:
-        return Judging(self.options, self.collecting.testbench.name)
+    def _gate_check(self) -> GateCheck:
+        return GateCheck(self.options, self.collecting.testbench.name)
 
     @property
     def _is_empty_shard(self) -> bool:
-        """No test has fallen to this shard: nobody's fault, and its report is wanted for the merge all the same."""
+        """This shard has no test; its report is still needed for the merge."""
         return self.options.shard is not None and bool(self.collecting.everything) and not self.collecting.cases
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
@@ -323,19 +342,21 @@ class Reporting:
         if self._is_empty_shard and session.exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
             session.exitstatus = pytest.ExitCode.OK
 
-    def _judge(self, report: Entry) -> None:
-        """Holds the gates of a run that came to its end, and writes into the report what came of them.
+    def _judged(self, report: Report) -> Report:
+        """The report of a session that came to its end, with the result of its gates.
 
-        A shard is held to none: they are for the merged report.
+        A shard has no gates: they apply to the merged report.
         """
         if self.options.shard is not None:
             self.problems += self._loss()
-            return
+            return report
         ids = {case.abstract.id for case in self.chosen.values()}
         whole = not self.collecting.replays and ids == {case.abstract.id for case in self.collecting.cases}
-        judgement = self._judging.judge(report, whole=whole)
+        judgement = self._gate_check.judge(report, whole=whole)
         self.problems += [*self._loss(), *judgement.failed]
-        report["gates"] = {"failed": list(self.problems), "improved": list(judgement.improved)}
+        return msgspec.structs.replace(
+            report, gates=GateResult(failed=tuple(self.problems), improved=judgement.improved)
+        )
 
 
 def _case_named(nodeid: str, by_id: dict[str, HriCase]) -> HriCase | None:

@@ -1,4 +1,4 @@
-"""Running tests beside the suite: unmeasured, in the controlling process, after the last test of the session."""
+"""Runs tests beside the suite: unmeasured, in the controlling process, after the last test of the session."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from pytest_hricdv.case import CaseResult, HriCase, execute
-from pytest_hricdv.closure.closing import Entry
-from pytest_hricdv.closure.results import describe, measured
-from pytest_hricdv.cover.measure import NoMeasurement
+from pytest_hricdv.coverage.measurement import NoMeasurement
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.ids import slug
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.monitor import Requirement
+from pytest_hricdv.results.building import build_result
 from pytest_hricdv.search.replay import Origin
-from pytest_hricdv.session.replaying import Failures, Surroundings
+from pytest_hricdv.session.replaying import Failures, Provenance
 from pytest_hricdv.testbench import Testbench
 
 UNMEASURED = NoMeasurement("not a test of the suite")
@@ -29,14 +28,14 @@ class Rerunning:
     Args:
         testbench: of the session.
         requirements: of the testbench.
-        surroundings: what runs depend on in this process.
+        provenance: what runs depend on in this process.
         failures: keeps files.
         seeds: suite -> the seed that it was generated from.
     """
 
     testbench: Testbench
     requirements: tuple[Requirement, ...]
-    surroundings: Surroundings
+    provenance: Provenance
     failures: Failures
     seeds: Mapping[str, int]
 
@@ -49,7 +48,7 @@ class Rerunning:
             return None
 
     def keep(self, case: HriCase, result: CaseResult, nodeid: str, origin: Origin) -> tuple[HriCase, str | None]:
-        """Keep a test made from `case`, and what came of it; returns it, and the name of its file if it has one."""
+        """Keep a test made from `case` with its result; returns it, and the name of its replay file if it has one."""
         test = replace(
             case.abstract,
             id=result.test.id,
@@ -60,13 +59,13 @@ class Rerunning:
         )
         made = HriCase(case.suite, test, case.ranges, fixed=result.test)
         path, bracket, _ = nodeid.partition(f"[{case.abstract.id}")
-        entry: Entry = describe(made, f"{path}[{test.id}]" if bracket else nodeid)
-        entry |= measured(result, None, self.requirements)
-        return made, self.failures.keep(self.surroundings.replay(made, entry, self.seeds[case.suite], origin))
+        new_nodeid = f"{path}[{test.id}]" if bracket else nodeid
+        built = build_result(made, new_nodeid, result, requirements=self.requirements)
+        return made, self.failures.keep(self.provenance.replay(made, built, self.seeds[case.suite], origin))
 
 
 def named(test: ConcreteTest, what: str) -> ConcreteTest:
-    """The test with an id of its own: of what it is, and of its content, so that equal tests have equal ids."""
+    """The test with a new id, made from what it is and from its content, so that equal tests have equal ids."""
     actions = [[action.command, sorted(action.parameters.items())] for action in test.actions]
     content = digest("made", test.suite, test.seed, actions, sorted(test.run.items()))
     return replace(test, id=f"{slug(test.suite)}-{slug(what)}-{content[:8]}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Generator, Iterator, Mapping
 from functools import cached_property
@@ -10,27 +9,27 @@ from pathlib import Path
 from typing import TypedDict
 
 import pytest
+from msgspec.structs import replace
 
 from pytest_hricdv.case import CaseResult, HriCase, execute
-from pytest_hricdv.closure.closing import Entry
-from pytest_hricdv.closure.results import describe, measured
-from pytest_hricdv.cover.debugger import debugger
-from pytest_hricdv.cover.measure import Measurement, NoMeasurement, choose
-from pytest_hricdv.cover.source import CodeMap, CoverError, map_code
+from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
+from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
 from pytest_hricdv.monitor import Requirement, RequirementError, load_requirements
 from pytest_hricdv.report import explanation, junit
+from pytest_hricdv.results.building import build_result, requirement_texts
+from pytest_hricdv.results.codec import encode
+from pytest_hricdv.results.model import RequirementText, TestOutcome, TestResult
 from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.session.collecting import Collecting, case_of
-from pytest_hricdv.session.filming import Filming, told
-from pytest_hricdv.session.replaying import Failures, Surroundings, strayed
-from pytest_hricdv.session.typed_results import typed_result, typed_texts
+from pytest_hricdv.session.filming import Filming, film_text
+from pytest_hricdv.session.replaying import Failures, Provenance, replay_mismatch
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 ATTRIBUTE = "hricdv"
 
 
-class Again(TypedDict):
+class RerunInfo(TypedDict):
     """How a test can be run again."""
 
     seed: int
@@ -46,6 +45,7 @@ class Running:
         self.collecting = collecting
         self.options = collecting.options
         self._used: Measurement = NoMeasurement("nothing has run")
+        self._built: tuple[HriCase, CaseResult | None, TestResult] | None = None
 
     @cached_property
     def requirements(self) -> tuple[Requirement, ...]:
@@ -62,16 +62,16 @@ class Running:
         return {} if self.options.strict else self.options.known
 
     @property
-    def texts(self) -> dict[str, dict[str, str]]:
-        """Requirement -> what people read of it."""
-        return {each.id: {"title": each.title, "source": each.source, "text": each.text} for each in self.requirements}
+    def texts(self) -> dict[str, RequirementText]:
+        """Requirement -> its texts for people."""
+        return requirement_texts(self.requirements)
 
     @cached_property
     def code(self) -> CodeMap:
         """What can be covered. Raises pytest.UsageError for code that is not there or a waiver without reason."""
         try:
             return map_code(self.collecting.testbench.code, Path(self.collecting.config.rootpath))
-        except CoverError as error:
+        except CoverageError as error:
             raise pytest.UsageError(str(error)) from None
 
     @property
@@ -93,9 +93,9 @@ class Running:
         return choose(self.code, contexts_by_test=by_test)
 
     @cached_property
-    def surroundings(self) -> Surroundings:
+    def provenance(self) -> Provenance:
         """What runs depend on, as it is in this process."""
-        return Surroundings.now(self.code, self.collecting.testbench)
+        return Provenance.now(self.code, self.collecting.testbench)
 
     @cached_property
     def failures(self) -> Failures:
@@ -133,29 +133,32 @@ class Running:
             self._see_that_it_was_checked(case)
         finally:
             case.runner = case.judge = None
-            entry, label = self._entry(case, item.nodeid), self.collecting.testbench.outcome_label
-            item.user_properties.extend(junit.properties(typed_result(entry), label))
+            result, label = self._result(case, item.nodeid), self.collecting.testbench.outcome_label
+            item.user_properties.extend(junit.properties(result, label))
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self, item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
-        """Attaches the entry to the report of the call: a string, the one kind of data that crosses xdist safely."""
+        """Attaches the result to the report of the call: as a string, which xdist can send."""
         report: pytest.TestReport = yield  # type: ignore[assignment]
         case = case_of(item)
         skipped = report.skipped and not hasattr(report, "wasxfail")  # then it has no result: it was not run
         if case is not None and call.when == "call" and not skipped:
-            entry = self._entry(case, item.nodeid)
-            entry |= {"outcome": _outcome(report, case), "wall_s": call.duration, "failure": _text(report)}
-            self._film(case, entry, report)
-            setattr(report, ATTRIBUTE, json.dumps(entry))
+            outcome = _outcome(report, case)
+            result = replace(
+                self._result(case, item.nodeid), outcome=outcome, wall_s=call.duration, failure=_text(report)
+            )
+            setattr(report, ATTRIBUTE, encode(self._filmed(case, result, report)))
+            self._built = None
         return report  # type: ignore[return-value]
 
-    def _film(self, case: HriCase, entry: Entry, report: pytest.TestReport) -> None:
-        """Film what failed: here the test's time is taken already, and what it patched is still as it was."""
-        if self.filming is None or case.result is None or entry["outcome"] not in ("failed", "known-violation"):
-            return
-        entry["film"] = self.filming.film(case.result)
+    def _filmed(self, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
+        """The result with its film, if the test failed: its duration is taken already, its patches still hold."""
+        if self.filming is None or case.result is None or result.outcome not in ("failed", "known-violation"):
+            return result
+        film = self.filming.film(case.result)
         folder = os.path.relpath(self.options.report, self.collecting.config.invocation_params.dir)
-        report.sections.append(("film", told(entry["film"], Path(folder))))
+        report.sections.append(("film", film_text(film, Path(folder))))
+        return replace(result, film=film)
 
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
         testbench, self._used = self.collecting.testbench, self.measurement
@@ -165,8 +168,8 @@ class Running:
             # The author's own exception, from his own line, says more than that a node failed.
             failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error
             what = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
-        started = typed_result(describe(case, self.shown(nodeid)) | measured(None, None, ()))
-        failure.add_note("\n" + explanation.aborted(started, what, **self._again(case)))
+        shown = self._shown_result(case, nodeid)
+        failure.add_note("\n" + explanation.aborted(shown, what, **self._rerun_info(case)))
         raise failure
 
     def _see_that_it_was_checked(self, case: HriCase) -> None:
@@ -177,17 +180,19 @@ class Running:
 
     def _judge(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
         failed, known = result.failed, self.known
-        replayed = strayed(self._entry(case, nodeid).get("replayed"))
-        amiss = "\n".join(filter(None, [replayed, *result.illegal(self.collecting.testbench)]))
-        if not failed and not amiss:
+        mismatch = replay_mismatch(self._result(case, nodeid).replayed)
+        faults = "\n".join(filter(None, [mismatch, *result.illegal(self.collecting.testbench)]))
+        if not failed and not faults:
             return
-        if not amiss and all(requirement in known for requirement in failed):
+        if not faults and all(requirement in known for requirement in failed):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed))
-        entry = self._entry(case, nodeid) | {"nodeid": self.shown(nodeid), "failure": amiss}
-        units = self.collecting.testbench.units
-        texts = typed_texts(self.texts)
-        text = explanation.failure(typed_result(entry), texts, known=known, units=units, **self._again(case))
+        shown = replace(self._shown_result(case, nodeid), failure=faults)
+        texts, units = self.texts, self.collecting.testbench.units
+        text = explanation.failure(shown, texts, known=known, units=units, **self._rerun_info(case))
         pytest.fail(text, pytrace=False)
+
+    def _shown_result(self, case: HriCase, nodeid: str) -> TestResult:
+        return replace(self._result(case, nodeid), nodeid=self.shown(nodeid))
 
     def shown(self, nodeid: str) -> str:
         """The node id as it can be given to pytest in the folder where the run was started."""
@@ -195,25 +200,33 @@ class Running:
         path, colons, rest = nodeid.partition("::")
         return os.path.relpath(config.rootpath / path, config.invocation_params.dir) + colons + rest
 
-    def _again(self, case: HriCase) -> Again:
+    def _rerun_info(self, case: HriCase) -> RerunInfo:
         given = self.collecting.replays.get(case.abstract.id)
         file = given.name if given else self.failures.name(case.abstract.id)
         options = self.options
         return {"seed": options.seed, "suite": options.suites, "more": options.again, "file": file}
 
-    def _entry(self, case: HriCase, nodeid: str) -> Entry:
-        result = case.result
-        entry = describe(case, nodeid) | measured(result, self.code, self.requirements)
-        unmeasured = result is not None and (result.code is None or result.code.branches is None)
-        entry["unmeasured"] = self._used.reason if unmeasured else ""
-        given = self.collecting.replays.get(case.abstract.id)
-        if given is not None:
-            entry["replay"] = given.name
-            entry["replayed"] = self.surroundings.compared(given, entry)
-        return entry
+    def _result(self, case: HriCase, nodeid: str) -> TestResult:
+        """The test's result, without what pytest says of it; built once for a run."""
+        run = case.result
+        if self._built is None or self._built[0] is not case or self._built[1] is not run:
+            unmeasured = run is not None and (run.code is None or run.code.branches is None)
+            result = build_result(
+                case,
+                nodeid,
+                run,
+                code=self.code,
+                requirements=self.requirements,
+                unmeasured=self._used.reason if unmeasured else "",
+            )
+            given = self.collecting.replays.get(case.abstract.id)
+            if given is not None:
+                result = replace(result, replay=given.name, replayed=self.provenance.compared(given, result))
+            self._built = (case, run, result)
+        return self._built[2]
 
 
-def _outcome(report: pytest.TestReport, case: HriCase) -> str:
+def _outcome(report: pytest.TestReport, case: HriCase) -> TestOutcome:
     if report.outcome == "passed":
         return "passed" if case.result is not None else "error"
     if case.result is None:

@@ -1,19 +1,18 @@
-"""Shrinking: when all tests have run, the shortest failing one of each requirement is made as short as it can be.
+"""Shrinking: when all tests have run, the shortest failing one of each requirement is made as short as possible.
 
-It is done by one process at the end, not by each worker as tests fail: which test is shrunk, and to what, then does not
-depend on how tests were spread over workers, and no requirement is shrunk twice.
+One process does it at the end, not each worker when a test fails: so the result does not depend on how tests were
+distributed over workers, and no requirement is shrunk twice.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 from pytest_hricdv.case import CaseResult, HriCase
-from pytest_hricdv.closure.closing import Entry
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Requirement
+from pytest_hricdv.results.model import ShrunkTest, TestResult
 from pytest_hricdv.search.budget import Budget
 from pytest_hricdv.search.failure_signature import FailureSignature, failure_signature, has_signature
 from pytest_hricdv.search.replay import Origin
@@ -24,14 +23,14 @@ HOW = "shrunk"
 ELSEWHERE = "it did not fail again outside of its test function: does a fixture change what the run depends on?"
 
 
-def worst(entries: Iterable[Entry], requirements: Iterable[Requirement]) -> dict[str, Entry]:
-    """Requirement -> the entry of the shortest test that failed it, by actions and then by id; where one did."""
+def shortest_failures(results: Iterable[TestResult], requirements: Iterable[Requirement]) -> dict[str, TestResult]:
+    """Requirement -> the shortest test that failed it, by actions and then by id; where one did."""
     found = {}
-    by_length = sorted(entries, key=lambda entry: (len(entry["abstract"]), entry["id"], entry["nodeid"]))
+    by_length = sorted(results, key=lambda result: (len(result.abstract), result.id, result.nodeid))
     for requirement in requirements:
-        failed = (entry for entry in by_length if entry["requirements"][requirement.id]["verdict"] == "Failed")
-        if (entry := next(failed, None)) is not None:
-            found[requirement.id] = entry
+        failed = (result for result in by_length if result.requirements[requirement.id].verdict == "Failed")
+        if (result := next(failed, None)) is not None:
+            found[requirement.id] = result
     return found
 
 
@@ -55,17 +54,17 @@ class Shrinking:
         self._wanted: FailureSignature | None = None
         self._best: CaseResult | None = None
 
-    def shrink(self, budget: Budget) -> dict[str, Any]:
-        """Shrink it; returns what the report has under the test's `shrunk`. Keeps the result as a replay file."""
+    def shrink(self, budget: Budget) -> ShrunkTest:
+        """Shrink it; keeps the result as a replay file."""
         try:
             if budget.runs > 0:
                 budget.spend()
                 self._learn_reason()
         except KeyboardInterrupt:
-            return self._told(Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "interrupted"))
+            return self._record(Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "interrupted"))
         if self._best is None:
-            return self._told(Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "done"), ELSEWHERE)
-        return self._told(shrink(self.case.concrete, self.case.ranges, self._fails, budget))
+            return self._record(Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "done"), ELSEWHERE)
+        return self._record(shrink(self.case.concrete, self.case.ranges, self._fails, budget))
 
     def _learn_reason(self) -> None:
         result = self._run(self.case.concrete)
@@ -87,21 +86,20 @@ class Shrinking:
         # Under the id that the test will have: a run is a function of all of its test.
         return self.rerunning.run(named(test, f"{self.requirement.id}-{HOW}"))
 
-    def _told(self, found: Shrunk, note: str = "") -> dict[str, Any]:
-        told: dict[str, Any] = {
-            "id": None,
-            "replay": None,
-            "abstract": [action.command for action in found.test.actions],
-            "concrete": list(self.case.ranges.shown(found.test)),
-            "actions_before": len(self.case.concrete.actions),
-            "runs": found.runs,
-            "wall_s": round(found.wall_s, 3),
-            "ended": found.ended,
-            "reason": list(self._wanted or ()),
-            "note": note,
-        }
+    def _record(self, found: Shrunk, note: str = "") -> ShrunkTest:
+        made, replay = None, None
         if self._best is not None and found.test != self.case.concrete:
             origin = Origin(HOW, self.case.abstract.id, self.requirement.id, found.runs)
-            made, told["replay"] = self.rerunning.keep(self.case, self._best, self.nodeid, origin)
-            told["id"] = made.abstract.id
-        return told
+            made, replay = self.rerunning.keep(self.case, self._best, self.nodeid, origin)
+        return ShrunkTest(
+            id=None if made is None else made.abstract.id,
+            replay=replay,
+            abstract=tuple(action.command for action in found.test.actions),
+            concrete=tuple(self.case.ranges.shown(found.test)),
+            actions_before=len(self.case.concrete.actions),
+            runs=found.runs,
+            wall_s=round(found.wall_s, 3),
+            ended=found.ended,
+            reason=tuple(self._wanted or ()),
+            note=note,
+        )

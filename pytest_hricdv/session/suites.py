@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.case import HriCase
-from pytest_hricdv.closure.selected import Selected
 from pytest_hricdv.generate.concrete import UNIFORM, expand
 from pytest_hricdv.generate.context import GenerationContext, Method
 from pytest_hricdv.generate.error import GenerateError
@@ -20,6 +19,7 @@ from pytest_hricdv.generate.files import Files
 from pytest_hricdv.generate.methods import select_methods
 from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.generate.text_format import dump_tests
+from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session import learning
 from pytest_hricdv.session.options import Options
 from pytest_hricdv.testbench import Testbench
@@ -29,7 +29,7 @@ CACHE_FOLDER = "hricdv"
 
 def selected_suites(
     options: Options, root: Path, testbench: Testbench, cache: Any | None, say: Callable[[str], None]
-) -> list[Selected]:
+) -> list[GeneratedSuite]:
     """Generate, or take from the cache, every suite that was asked for.
 
     Args:
@@ -78,15 +78,17 @@ def _context(options: Options, testbench: Testbench, *, learns: bool) -> Generat
     )
 
 
-def _generate(method: Method, context: GenerationContext, cache: Any | None, say: Callable[[str], None]) -> Selected:
+def _generate(
+    method: Method, context: GenerationContext, cache: Any | None, say: Callable[[str], None]
+) -> GeneratedSuite:
     if isinstance(method, Files):  # reading files is as quick as reading the cache
-        return Selected(method.generate(context), 0.0, cached=False)
+        return GeneratedSuite(method.generate(context), 0.0, cached=False)
     key = f"{CACHE_FOLDER}/{context.fingerprint(method.name)}"
     text = cache.get(key, None) if cache is not None else None
     learned_anew = method.name == learning.METHOD and context.save is not None  # the cache keeps suites, not tables
     if isinstance(text, str) and not learned_anew:
         try:
-            return Selected(Suite.from_json(text), 0.0, cached=True)
+            return GeneratedSuite(Suite.from_json(text), 0.0, cached=True)
         except GenerateError:
             pass  # written by another version, or cut off: generate again
     say(f"hricdv: generating suite {method.name} (seed {context.seed}) ...")
@@ -95,7 +97,7 @@ def _generate(method: Method, context: GenerationContext, cache: Any | None, say
     wall_s = time.perf_counter() - began
     if cache is not None:
         cache.set(key, suite.to_json())
-    return Selected(suite, wall_s, cached=False)
+    return GeneratedSuite(suite, wall_s, cached=False)
 
 
 def check_commands(suite: Suite, testbench: Testbench) -> None:
@@ -109,7 +111,7 @@ def check_commands(suite: Suite, testbench: Testbench) -> None:
 
 
 def cases(
-    selected: Iterable[Selected], testbench: Testbench, concretizations: int, sampling: str = UNIFORM
+    selected: Iterable[GeneratedSuite], testbench: Testbench, concretizations: int, sampling: str = UNIFORM
 ) -> list[HriCase]:
     """One case for each concrete test."""
     ranges = testbench.concretization
@@ -120,17 +122,17 @@ def cases(
     ]
 
 
-def to_text(selected: Iterable[Selected]) -> str:
+def to_text(selected: Iterable[GeneratedSuite]) -> str:
     """The suites as text for xdist's `workerinput`."""
     return json.dumps([[each.suite.to_json(), each.wall_s, each.cached] for each in selected])
 
 
-def from_text(text: str) -> list[Selected]:
+def from_text(text: str) -> list[GeneratedSuite]:
     """The suites that `to_text` wrote."""
-    return [Selected(Suite.from_json(suite), wall_s, cached) for suite, wall_s, cached in json.loads(text)]
+    return [GeneratedSuite(Suite.from_json(suite), wall_s, cached) for suite, wall_s, cached in json.loads(text)]
 
 
-def export(selected: Iterable[Selected], folder: Path) -> list[Path]:
+def export(selected: Iterable[GeneratedSuite], folder: Path) -> list[Path]:
     """Write each suite as a text file that `--hri-suite=FOLDER` reads back with its ids unchanged.
 
     Each file is written aside and renamed. Raises pytest.UsageError where the folder cannot be written.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from pytest_hricdv.cover.crossed import possible
 from studies.experiment.comparison import Method, RequestStatistics
 from studies.original.published import LEARNING_S
 from studies.page import duration, interval, percent, table
@@ -107,7 +106,7 @@ def closure(methods: Methods) -> str:
     def bins(name: str) -> Callable[[Method], str]:
         def shown(method: Method) -> str:
             product = method.suite["cross"]["products"][name]
-            return f"{product['hit']} of {possible(product)}"
+            return f"{product['hit']} of {product['bins'] - product['impossible'] - product['illegal']}"
 
         return shown
 

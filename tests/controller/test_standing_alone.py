@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from pytest_hricdv.cover.source import map_code
+from pytest_hricdv.coverage.code_map import map_code
 
 ROOT = Path(__file__).parents[2]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import conftest
 from pytest_hricdv.case import CaseResult, execute
-from pytest_hricdv.cover.measure import Measurement, NoMeasurement
+from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.generate.context import GenerationContext

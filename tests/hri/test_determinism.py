@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from pytest_hricdv.cover.measure import Measurement, choose
-from pytest_hricdv.cover.source import map_code
+from pytest_hricdv.coverage.code_map import map_code
+from pytest_hricdv.coverage.measurement import Measurement, choose
 from pytest_hricdv.generate.concrete import ConcreteTest
 from tests.hri import bench
 from tests.hri.user import HOST, pytest_run

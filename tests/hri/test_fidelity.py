@@ -5,10 +5,11 @@ from __future__ import annotations
 import pytest
 
 import conftest
-from pytest_hricdv.case import CaseResult
-from pytest_hricdv.closure.results import measured
+from pytest_hricdv.case import CaseResult, HriCase
+from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import html, junit
+from pytest_hricdv.results.building import build_result
 from sim.engine import SimulationError
 from tests.hri import bench
 from tests.report import sample
@@ -51,9 +52,10 @@ def test_a_kinematic_run_is_the_same_again(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_the_fidelity_is_in_every_report(monkeypatch: pytest.MonkeyPatch) -> None:
-    entry = measured(kinematic(BORED, monkeypatch), None, bench.requirements())
-    assert entry["fidelity"] == "kinematic"
-    assert measured(bench.run(BORED), None, bench.requirements())["fidelity"] == "dynamic"
+    abstract = AbstractTest(BORED.id, BORED.suite, "a test", (), tuple(action.command for action in BORED.actions))
+    case = HriCase(BORED.suite, abstract, bench.testbench().concretization, fixed=BORED)
+    for fidelity, run in {"kinematic": kinematic(BORED, monkeypatch), "dynamic": bench.run(BORED)}.items():
+        assert build_result(case, "", run, requirements=bench.requirements()).fidelity == fidelity
     data = sample.data(tests=1)
     data["suites"][0]["fidelity"] = data["tests"][0]["fidelity"] = "kinematic"
     report = sample.typed(data)

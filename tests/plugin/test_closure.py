@@ -103,10 +103,10 @@ def test_a_report_without_tests_is_closed_too(lamps: pytest.Pytester) -> None:
     assert (done.returncode, done.stdout) == (0, "0 of 0 tests cover all 0 points in 0 of 0 simulated s\n")
 
 
-def test_a_report_of_before_is_told_when_it_lacks_the_closure(lamps: pytest.Pytester) -> None:
+def test_a_report_without_closure_is_refused(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand", "-q")
     path = lamps.path / "hri-report" / "report.json"
     path.write_text(path.read_text(encoding="utf-8").replace('"closure"', '"closing"'), encoding="utf-8")
     done = command(lamps.path, "minimal", "hri-report", "small")
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("error: hri-report: it does not say what its tests cover")
+    assert done.stderr.startswith("error: hri-report/report.json: Object missing required field `closure`")

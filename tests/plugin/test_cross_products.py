@@ -103,7 +103,7 @@ def test_the_proof_is_the_same_from_the_cache_and_without_one(crossed: pytest.Py
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ('"yes" if', '"often" if', "planned told ('often', '10'), but 'greets' has no bin 'often'"),
+        ('"yes" if', '"often" if', "planned returned ('often', '10'), but 'greets' has no bin 'often'"),
         (
             'levels[0] if levels else "none")]',
             '"0", "Passed", "more")]',
@@ -117,7 +117,7 @@ def test_a_plan_for_no_bin_is_told_and_fails_the_run(crossed: pytest.Pytester, o
     result = crossed.runpytest_inprocess(SUITE)
     assert result.ret == 1
     (failed,) = report(crossed.path)["gates"]["failed"]
-    assert failed.startswith("cross product 'greeting': planned told (")
+    assert failed.startswith("cross product 'greeting': planned returned (")
     assert told in failed
 
 
@@ -125,4 +125,4 @@ def test_bins_of_a_product_that_nobody_declared_are_told(lamps: pytest.Pytester)
     change(lamps.path, "conftest.py", 'cross={"light": [', 'cross={"lights": [')
     result = lamps.runpytest_inprocess(SUITE)
     assert result.ret == 1
-    result.stdout.fnmatch_lines(["*CoverError: cross product: run told bins of 'lights', but declared are: light"])
+    result.stdout.fnmatch_lines(["*CoverageError: cross product: run told bins of 'lights', but declared are: light"])

@@ -173,8 +173,14 @@ def test_a_crashed_run_and_its_repetition_make_a_whole(lamps: pytest.Pytester) -
     [
         (lambda text: text[:5000], "not JSON, perhaps cut off"),
         (lambda text: text.replace("hricdv-report/1", "hricdv-report/9"), "expected schema 'hricdv-report/1', found"),
-        (lambda text: text.replace('"outcome"', '"result"'), "missing required field `outcome`"),
-        (lambda text: text.replace('"map"', '"plan"'), "'map' is missing: another version of the plugin wrote it"),
+        (
+            lambda text: text.replace('"outcome"', '"result"'),
+            "missing required field `outcome` - at `$.tests[0]`",
+        ),
+        (
+            lambda text: text.replace('"map"', '"plan"'),
+            "`map` - at `$.code_under_test`; run the suite again",
+        ),
         (lambda text: "", "not JSON"),
     ],
 )

@@ -7,9 +7,10 @@ import pytest
 from msgspec import convert
 from msgspec.structs import replace
 
+from pytest_hricdv.coverage.records import ReportedNearMiss
 from pytest_hricdv.report.explanation import failure, nearest_miss
 from pytest_hricdv.report.rerun import generate_command
-from pytest_hricdv.results.model import ReportedNearMiss, TestResult
+from pytest_hricdv.results.model import TestResult
 from tests.report import sample
 
 REQUIREMENTS = sample.report(tests=0).requirements

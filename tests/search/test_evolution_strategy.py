@@ -9,7 +9,7 @@ from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concre
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.generate.sampler import Constant, Range
 from pytest_hricdv.search.budget import Budget
-from pytest_hricdv.search.evolution_strategy import Evaluation, SearchResult, mutate, search_violation
+from pytest_hricdv.search.evolution_strategy import Evaluation, SearchOutcome, mutate, search_violation
 from tests.search.test_shrink import SPACE, TESTS, is_inside
 
 PLACE = {name: Range(0.0, 1.0, "m") for name in ("x_m", "y_m", "z_m")}
@@ -28,7 +28,7 @@ def distance(test: ConcreteTest) -> Evaluation:
     return Evaluation(away - 0.04, violated=away < 0.04)
 
 
-def search(starts: list[ConcreteTest], runs: int, seed: int = 0) -> SearchResult:
+def search(starts: list[ConcreteTest], runs: int, seed: int = 0) -> SearchOutcome:
     return search_violation(
         [(test, distance(test)) for test in starts], REACH, distance, Budget(runs), make_rng("test", seed)
     )

@@ -1,1 +1,0 @@
-"""What the tests reached: code, plans, assertions, cross products, and the closure over all of them."""

@@ -1,0 +1,116 @@
+"""Cross-product coverage: named coordinates with named bins; a hit is one bin of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import product
+from math import prod
+
+from pytest_hricdv.coverage.code_map import CoverageError
+
+Bin = tuple[str, ...]
+
+ANY = "*"
+MAX_BINS = 100_000
+"""More bins would be neither covered nor read."""
+
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
+
+@dataclass(frozen=True)
+class CrossProduct:
+    """A declared cross product.
+
+    A coordinate that has the name of a requirement (with bins among Passed, Failed, NC) is filled in from the
+    requirement's verdict on the run; the others are reported by the testbench's `run`.
+
+    Args:
+        coordinates: name -> its bins, for instance {"gpl": ("000", ...), "outcome": ("released", ...)}.
+        impossible: combinations that cannot occur, each with the reason; "*" stands for any bin of a coordinate.
+        illegal: combinations that must not occur, each with the reason: a test that hits one fails. "*" as above.
+        planned: from the lines of an abstract test, the combinations of the first coordinates that it aims at.
+            What no beliefs make the model plan is then impossible, as far as the model is small enough to explore.
+
+    Raises:
+        CoverageError: no or an empty coordinate, a bin twice, too many bins, or a combination that is not a bin.
+    """
+
+    coordinates: Mapping[str, tuple[str, ...]]
+    impossible: Mapping[Bin, str] = field(default_factory=dict)
+    illegal: Mapping[Bin, str] = field(default_factory=dict)
+    planned: Callable[[Sequence[str]], Iterable[Bin]] | None = None
+
+    def __post_init__(self) -> None:
+        if not self.coordinates:
+            raise CoverageError("cross product: it has no coordinates")
+        for name, bins in self.coordinates.items():
+            if not bins:
+                raise CoverageError(f"cross product: coordinate {name!r} has no bins")
+            if len(set(bins)) != len(bins) or ANY in bins:
+                raise CoverageError(f"cross product: coordinate {name!r} has a bin twice, or one named {ANY!r}: {bins}")
+        if prod(map(len, self.coordinates.values())) > MAX_BINS:
+            raise CoverageError(f"cross product of {', '.join(self.coordinates)}: more than {MAX_BINS} bins")
+        for what, patterns in (("impossible", self.impossible), ("illegal", self.illegal)):
+            for pattern in patterns:
+                if not any(True for _ in self._matching(pattern)):
+                    raise CoverageError(f"cross product: {pattern} is declared {what} but is no bin of it")
+
+    def bins(self) -> tuple[Bin, ...]:
+        """All combinations, impossible ones included."""
+        return tuple(product(*self.coordinates.values()))
+
+    @cached_property
+    def ruled_out(self) -> dict[Bin, str]:
+        """Every bin that is declared impossible -> the reason."""
+        return self._spread(self.impossible)
+
+    @cached_property
+    def forbidden(self) -> dict[Bin, str]:
+        """Every bin that is declared illegal -> the reason."""
+        return self._spread(self.illegal)
+
+    def check(self, hits: Iterable[Bin], name: str = "cross product") -> tuple[Bin, ...]:
+        """The hits in order. Raises CoverageError for a hit that is no bin or was declared impossible."""
+        found = sorted(tuple(hit) for hit in hits)
+        kinds = tuple(self.coordinates.values())
+        for hit in found:
+            if len(hit) != len(kinds) or any(each not in bins for each, bins in zip(hit, kinds, strict=True)):
+                raise CoverageError(f"{name}: {hit} is no bin; coordinates are {', '.join(self.coordinates)}")
+            if hit in self.ruled_out:
+                raise CoverageError(f"{name}: {hit} was hit but is declared impossible: {self.ruled_out[hit]}")
+        return tuple(found)
+
+    def with_verdicts(self, hits: Iterable[Bin], verdicts: Mapping[str, str]) -> tuple[Bin, ...]:
+        """The hits that a run reported, with the verdict at every coordinate that is named after a requirement.
+
+        Raises:
+            CoverageError: a hit has not as many bins as there are other coordinates.
+        """
+        judged = [verdicts.get(name) for name in self.coordinates]
+        reported = judged.count(None)
+        completed = []
+        for hit in hits:
+            if len(hit) != reported:
+                names = ", ".join(name for name in self.coordinates if name not in verdicts)
+                raise CoverageError(f"cross product: {hit} is no bin; coordinates are {names}")
+            rest = iter(hit)
+            completed.append(tuple(next(rest) if verdict is None else verdict for verdict in judged))
+        return tuple(completed)
+
+    def _spread(self, patterns: Mapping[Bin, str]) -> dict[Bin, str]:
+        found: dict[Bin, str] = {}
+        for pattern, reason in patterns.items():
+            for each in self._matching(pattern):
+                found.setdefault(each, reason)
+        return found
+
+    def _matching(self, pattern: Bin) -> Iterable[Bin]:
+        kinds = tuple(self.coordinates.values())
+        if len(pattern) != len(kinds):
+            return ()
+        allowed = [
+            bins if each == ANY else (each,) if each in bins else () for each, bins in zip(pattern, kinds, strict=True)
+        ]
+        return product(*allowed)

@@ -1,0 +1,188 @@
+"""Gaps: what no test covers, each with the reason or with what is likely to close it."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from pytest_hricdv.coverage.code_map import Arc, Bits, CodeMap, SourceFile
+from pytest_hricdv.coverage.cross_product import Bin
+from pytest_hricdv.coverage.records import ExplorationRecord, Gap, ProductDeclaration, RequirementResult
+from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage
+
+MODULE = "the module"
+
+
+def code_gaps(code: CodeMap, total: Bits, runs: Iterable[RunCoverage]) -> Iterator[Gap]:
+    """Lines and branches that no test ran, by function; waived ones with the waiver's reason."""
+    measured = [(run.id, run.code) for run in runs if run.code is not None]
+    first = 0
+    for file, lines, arcs in code.uncovered(total):
+        part = _FileGaps(file, {line: first + place for place, line in enumerate(file.statements)}, measured)
+        first += len(file.statements)
+        waived = {waiver.line: waiver.reason for waiver in file.waivers}
+        yield from _waived(file, waived)
+        inner_first = functions(file.text)
+        for function in inner_first:
+            mine = [line for line in lines if line not in waived and _innermost(inner_first, line) == function]
+            open_arcs = [
+                arc for arc in arcs if not set(arc) & {*lines, *waived} and _innermost(inner_first, arc[0]) == function
+            ]
+            if mine:
+                yield part.lines(function, mine, arcs)
+            yield from (part.branch(function, arc) for arc in open_arcs)
+
+
+@dataclass(frozen=True)
+class _FileGaps:
+    """Gaps of one file, from the bits of its statements and the tests that were measured."""
+
+    file: SourceFile
+    bits: Mapping[int, int]
+    measured: Sequence[tuple[str, Bits]]
+
+    def lines(self, function: Function, lines: Sequence[int], arcs: Sequence[Arc]) -> Gap:
+        """Lines of a function that no test runs."""
+        near = self._nearest([line for line in self.bits if line in function])
+        items = tuple(map(str, lines))
+        if not near:
+            return Gap("statements", self._where(function), items, "no test comes to this function")
+        into = [arc for arc in arcs if arc[1] == lines[0] and arc[0] not in lines]
+        how = f": {self._turn(into[0])}" if into else ""
+        reason = "the function is run, this part of it is not"
+        return Gap("statements", self._where(function), items, reason, f"vary {near}{how}", near)
+
+    def branch(self, function: Function, arc: Arc) -> Gap:
+        """A branch that no test takes, between lines that are run."""
+        near = self._nearest([arc[0]])
+        target = "exit" if arc[1] < 0 else str(arc[1])
+        reason = f"line {arc[0]} runs, but never goes on to {target}"
+        how = f"vary {near}: {self._turn(arc)}" if near else ""
+        return Gap("branches", self._where(function), (f"{arc[0]}->{target}",), reason, how, near)
+
+    def _where(self, function: Function) -> str:
+        return self.file.name if function.name == MODULE else f"{self.file.name} {function.name}"
+
+    def _nearest(self, lines: Sequence[int]) -> str:
+        """The test that ran most of these lines; empty where none ran any."""
+        mask = sum(1 << self.bits[line] for line in lines if line in self.bits)
+        best = max(self.measured, key=lambda test: ((test[1].statements & mask).bit_count(), test[0]), default=None)
+        return best[0] if best is not None and best[1].statements & mask else ""
+
+    def _turn(self, arc: Arc) -> str:
+        text = self.file.text.splitlines()[arc[0] - 1 : arc[0]] or [""]
+        target = "the exit" if arc[1] < 0 else f"line {arc[1]}"
+        return f"line {arc[0]} has to go on to {target} (`{text[0].strip()}`)"
+
+
+def _waived(file: SourceFile, waived: Mapping[int, str]) -> Iterator[Gap]:
+    reasons: dict[str, list[int]] = {}
+    for line, reason in waived.items():
+        reasons.setdefault(reason, []).append(line)
+    for reason, lines in reasons.items():
+        yield Gap("statements", file.name, tuple(map(str, lines)), f"waived as unreachable: {reason}")
+
+
+def _innermost(inner_first: Sequence[Function], line: int) -> Function | None:
+    """The innermost function that a line is in."""
+    return next((function for function in inner_first if line in function), None)
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function, or the module itself: its name as in `Robot.move`, and the lines of its body."""
+
+    name: str
+    first: int
+    last: int
+
+    def __contains__(self, line: int) -> bool:
+        return self.first <= line <= self.last
+
+
+def functions(source: str) -> tuple[Function, ...]:
+    """All functions, inner ones before outer ones, and the module last. Of text that is no Python: only the module."""
+    lines = source.count("\n") + 1
+    try:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError):
+        tree = ast.Module([], [])
+    found = sorted(_found(tree, ""), key=lambda function: (function.last - function.first, function.first))
+    return (*found, Function(MODULE, 1, max(lines, 1)))
+
+
+def _found(node: ast.AST, prefix: str) -> Iterator[Function]:
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield Function(f"{prefix}{child.name}", child.body[0].lineno, child.end_lineno or child.lineno)
+        named = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)
+        yield from _found(child, f"{prefix}{child.name}." if named else prefix)  # type: ignore[attr-defined]
+
+
+def plan_gaps(
+    declared: Mapping[str, Iterable[str]], runs: Sequence[RunCoverage], exploration: ExplorationRecord
+) -> Iterator[Gap]:
+    """Plans that no test's beliefs triggered, of the declared ones by agent."""
+    known = exploration.plans or {}
+    for agent, labels in declared.items():
+        covered = {label for run in runs for label in run.plans.get(agent, ())}
+        for label in labels:
+            if label in covered:
+                continue
+            beliefs = known.get(agent, {}).get(label, ())
+            if beliefs:
+                suggestion = f"the beliefs {' '.join(beliefs)} reach it"
+                yield Gap("plans", agent, (label,), "no test has beliefs that trigger it", suggestion, "", beliefs)
+            else:
+                yield Gap("plans", agent, (label,), _unreached(exploration))
+
+
+def _unreached(exploration: ExplorationRecord) -> str:
+    if exploration.status == "proven":
+        return f"no set of beliefs triggers it: all {exploration.runs} runs of the model were explored"
+    why = f" ({exploration.reason})" if exploration.reason else ""
+    return f"no test triggers it; whether any beliefs do is not proven{why}"
+
+
+def bin_gaps(
+    products: Mapping[str, ProductDeclaration], missing: Mapping[str, Iterable[Bin]], exploration: ExplorationRecord
+) -> Iterator[Gap]:
+    """Bins that no test hit and that are possible."""
+    for name, bins in missing.items():
+        planned = {each.bin: each.beliefs for each in (exploration.bins or {}).get(name, ())}
+        size = max(map(len, planned), default=0)
+        explored = products[name].proof.status is not None
+        reason = "not hit yet" if explored else "not hit yet; the model does not say whether it can be"
+        for each in bins:
+            beliefs = planned.get(each[:size], ()) if size else ()
+            suggestion = f"the beliefs {' '.join(beliefs)} aim at {_part(each, size)}" if beliefs else ""
+            yield Gap("bins", name, (" x ".join(each),), reason, suggestion, "", beliefs)
+
+
+def _part(bins: Bin, size: int) -> str:
+    return "it" if len(bins) == size else f"{' x '.join(bins[:size])}; the rest is up to the run"
+
+
+def requirement_gaps(requirements: Iterable[str], tests: Sequence[TestCoverage]) -> Iterator[Gap]:
+    """Requirements that no test triggered, with the test that came nearest."""
+    for name in requirements:
+        if any(test.requirements[name].triggers for test in tests):
+            continue
+        test, missing = nearest_miss((test.id, test.requirements[name]) for test in tests)
+        suggestion = f"vary {test}, which lacked {' & '.join(missing)}" if test else ""
+        yield Gap("requirements", name, (), "no test triggers it", suggestion, test)
+
+
+def nearest_miss(results: Iterable[tuple[str, RequirementResult]]) -> tuple[str, tuple[str, ...]]:
+    """The test that came nearest to triggering a requirement, and the conditions that were false then: the fewest.
+
+    Args:
+        results: ids of tests, each with the test's result for the requirement.
+
+    Returns:
+        Empty where no test came near.
+    """
+    misses = [(len(miss.missing), test, miss.missing) for test, result in results if (miss := result.nearest_miss)]
+    _, test, missing = min(misses, default=(0, "", ()))
+    return test, missing

@@ -1,0 +1,135 @@
+"""Reachability: what the model makes impossible, and which beliefs lead to what is not covered yet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import islice
+from typing import Any
+
+from pytest_hricdv.coverage.code_map import CoverageError
+from pytest_hricdv.coverage.cross_closure import declare
+from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
+from pytest_hricdv.coverage.records import ExplorationRecord, PlannedBin, ProductDeclaration, Proof
+from pytest_hricdv.generate.context import GenerationContext
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.exhaustive_exploration import Exploration, explore_exhaustively
+
+CACHE_KEY = "hricdv/survey-{}"
+
+
+@dataclass(frozen=True)
+class Reachability:
+    """What exploring the model has shown: a report's `exploration` and `cross_products`."""
+
+    exploration: ExplorationRecord = field(default_factory=ExplorationRecord)
+    products: Mapping[str, ProductDeclaration] = field(default_factory=dict)
+
+
+def explore(context: GenerationContext, products: Mapping[str, CrossProduct], cache: Any | None) -> Reachability:
+    """Explore a model, or take its exploration from the cache, and compare the cross products with it.
+
+    Args:
+        context: the model, its belief space, and the human's commands.
+        products: as declared by the testbench.
+        cache: `config.cache`, or None where the cache plugin is off.
+
+    Raises:
+        CoverageError: a cross product's `planned` returned what is no bin of its first coordinates.
+    """
+    try:
+        exploration = _explored(context, cache)
+    except GenerateError as error:
+        exploration = Exploration(reason=f"the model cannot be explored: {error}")
+    planned = {name: _planned(name, product, exploration) for name, product in products.items() if product.planned}
+    proof = Proof(
+        status="proven" if exploration.complete else "not proven", reason=exploration.reason, runs=len(exploration.runs)
+    )
+    declared = {
+        name: declare(
+            product, proof if product.planned else Proof(), _impossible(product, planned.get(name), exploration)
+        )
+        for name, product in products.items()
+    }
+    bins = {
+        name: tuple(PlannedBin(bin=each, beliefs=beliefs) for each, beliefs in sorted(found.items()))
+        for name, found in planned.items()
+    }
+    record = ExplorationRecord(
+        status=proof.status, reason=proof.reason, runs=proof.runs, plans=_plans(exploration), bins=bins
+    )
+    return Reachability(record, declared)
+
+
+def unexplored(products: Mapping[str, CrossProduct]) -> Reachability:
+    """The cross products as declared, where the model was not explored."""
+    return Reachability(products={name: declare(each, Proof(), {}) for name, each in products.items()})
+
+
+def _explored(context: GenerationContext, cache: Any | None) -> Exploration:
+    key = CACHE_KEY.format(context.fingerprint("survey"))
+    kept = cache.get(key, None) if cache is not None else None
+    if kept is not None:
+        try:
+            return Exploration.from_json(kept)
+        except GenerateError:
+            pass  # written by another version, or cut off: explore again
+    found = explore_exhaustively(context.model_runner())
+    if cache is not None:
+        cache.set(key, found.to_json())
+    return found
+
+
+def _plans(exploration: Exploration) -> dict[str, dict[str, tuple[str, ...]]]:
+    """Agent -> plan -> the smallest belief set found that triggers it; runs come with small sets first."""
+    plans: dict[str, dict[str, tuple[str, ...]]] = {}
+    seen = 0
+    for run in exploration.runs:
+        if not run.plans & ~seen:
+            continue
+        beliefs = exploration.belief_set(run.beliefs)
+        for place, (agent, label) in enumerate(exploration.plans):
+            if (run.plans & ~seen) >> place & 1:
+                plans.setdefault(agent, {})[label] = beliefs
+        seen |= run.plans
+    return plans
+
+
+def _planned(name: str, product: CrossProduct, exploration: Exploration) -> dict[Bin, tuple[str, ...]]:
+    """Bins that abstract tests aim at -> the smallest belief set found that leads to it."""
+    assert product.planned is not None
+    found: dict[Bin, tuple[str, ...]] = {}
+    size: int | None = None
+    for run in exploration.runs:
+        for each in product.planned(run.lines):
+            planned = tuple(each)
+            if planned not in found:
+                size = len(planned) if size is None else size
+                _check(name, product, planned, size)
+                found[planned] = exploration.belief_set(run.beliefs)
+    return found
+
+
+def _check(name: str, product: CrossProduct, planned: Bin, size: int) -> None:
+    kinds = [*islice(product.coordinates.items(), len(planned))]
+    if len(planned) != size or not 0 < len(planned) <= len(product.coordinates):
+        raise CoverageError(
+            f"cross product {name!r}: planned returned {planned}; expected a bin of each of the same coordinates"
+        )
+    for part, (coordinate, bins) in zip(planned, kinds, strict=True):
+        if part not in bins:
+            raise CoverageError(
+                f"cross product {name!r}: planned returned {planned}, but {coordinate!r} has no bin {part!r}"
+            )
+
+
+def _impossible(
+    product: CrossProduct, planned: Mapping[Bin, tuple[str, ...]] | None, exploration: Exploration
+) -> dict[Bin, str]:
+    """The bins that no run of the model aims at; none unless the exploration is complete."""
+    if planned is None or not exploration.complete:
+        return {}
+    size = max(map(len, planned), default=0)
+    names = " x ".join(islice(product.coordinates, size))
+    reason = f"none of the model's {len(exploration.runs)} runs has this {names}"
+    return {each: reason for each in product.bins() if each[:size] not in planned}

@@ -1,0 +1,210 @@
+"""What tests covered, one by one and as a suite: code, plans and requirements, of what is reachable."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, reduce
+
+from pytest_hricdv.coverage.code_map import Bits, CodeMap, CoverageError, percent
+from pytest_hricdv.coverage.cross_product import Bin
+from pytest_hricdv.coverage.records import (
+    CodeCoverage,
+    CurvePoint,
+    FileCoverage,
+    PlanCoverage,
+    PlanReach,
+    RequirementResult,
+    RequirementTally,
+    SuiteCode,
+)
+
+
+@dataclass(frozen=True)
+class RunCoverage:
+    """What one run of a test covered.
+
+    Args:
+        id: of the test.
+        code: None where it was not measured.
+        plans: agent -> labels of the plans that the test's beliefs triggered.
+        beliefs: that the test was generated from.
+        cross: cross product -> bins, one for each hit.
+        requirements: requirement -> verdict.
+    """
+
+    id: str
+    code: Bits | None
+    plans: Mapping[str, frozenset[str]]
+    beliefs: tuple[str, ...] = ()
+    cross: Mapping[str, tuple[Bin, ...]] = field(default_factory=dict)
+    requirements: Mapping[str, RequirementResult] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class TestCoverage:
+    """What all runs of a test covered: one run, or, in a merged report, several that differ; the first stands for it.
+
+    Args:
+        nodeid: of the pytest item.
+        runs: at least one.
+        sim_s: simulated time of the first run (s).
+        was_run: whether the test was run at all.
+    """
+
+    __test__ = False
+
+    nodeid: str
+    runs: tuple[RunCoverage, ...]
+    sim_s: float = 0.0
+    was_run: bool = True
+
+    @property
+    def id(self) -> str:
+        """Of the test."""
+        return self.runs[0].id
+
+    @property
+    def beliefs(self) -> tuple[str, ...]:
+        """That the test was generated from."""
+        return self.runs[0].beliefs
+
+    @property
+    def requirements(self) -> Mapping[str, RequirementResult]:
+        """The verdicts that count: those of the first run."""
+        return self.runs[0].requirements
+
+    @cached_property
+    def code(self) -> Bits | None:
+        """What any run covered; None where none was measured."""
+        return union(self.runs)
+
+    @cached_property
+    def plans(self) -> Mapping[str, frozenset[str]]:
+        """What any run covered."""
+        plans: dict[str, frozenset[str]] = {}
+        for run in self.runs:
+            for agent, labels in run.plans.items():
+                plans[agent] = plans.get(agent, frozenset()) | labels
+        return plans
+
+
+def union(tests: Iterable[TestCoverage | RunCoverage]) -> Bits | None:
+    """All measured bits together, in any order; None when nothing was measured."""
+    measured = [test.code for test in tests if test.code is not None]
+    return reduce(lambda a, b: a | b, measured) if measured else None
+
+
+def code_coverage(code: CodeMap, bits: Bits | None) -> SuiteCode:
+    """Raw and reachable coverage of statements and branches; None for what was not measured.
+
+    Reachable is all but the waived statements; it does not depend on what tests covered.
+
+    Raises:
+        CoverageError: a waived statement ran: the waiver is wrong and must go.
+    """
+    if bits is None:
+        return SuiteCode(statements=None, branches=None)
+    waived = code.waived()
+    refuse_broken_waivers(code, bits)
+    assert waived.branches is not None
+    branches = None
+    if bits.branches is not None:
+        branches = _covered(bits.branches, code.branches, waived.branches)
+    return SuiteCode(statements=_covered(bits.statements, code.statements, waived.statements), branches=branches)
+
+
+def refuse_broken_waivers(code: CodeMap, bits: Bits) -> None:
+    """Raises CoverageError when a statement ran that carries `# unreachable`."""
+    uncovered = {(file.name, line) for file, lines, _ in code.uncovered(bits) for line in lines}
+    for waiver in code.waivers:
+        if (waiver.file, waiver.line) not in uncovered:
+            raise CoverageError(
+                f"{waiver.file}:{waiver.line}: ran, though it is waived as unreachable ({waiver.reason}): "
+                "remove the waiver"
+            )
+
+
+def _covered(bits: int, total: int, waived: int) -> CodeCoverage:
+    covered, reachable = bits.bit_count(), total - waived.bit_count()
+    return CodeCoverage(
+        covered=covered,
+        total=total,
+        reachable=reachable,
+        percent=percent(covered, total),
+        percent_reachable=percent((bits & ~waived).bit_count(), reachable),
+    )
+
+
+def file_coverage(code: CodeMap, bits: Bits | None) -> tuple[FileCoverage, ...]:
+    """Per file of the code under test: statements, covered, and what is missing; empty when unmeasured."""
+    if bits is None:
+        return ()
+    return tuple(
+        FileCoverage(
+            file=file.name,
+            statements=len(file.statements),
+            covered=len(file.statements) - len(lines),
+            missing_lines=lines,
+            missing_branches=arcs,
+        )
+        for file, lines, arcs in code.uncovered(bits)
+    )
+
+
+def plan_coverage(tests: Sequence[TestCoverage], declared: Mapping[str, Sequence[str]]) -> dict[str, PlanCoverage]:
+    """Per agent: the plans that the tests' beliefs triggered, in source order, and those that none did."""
+    coverage = {}
+    for agent, plans in declared.items():
+        by_plan = {plan: [test for test in tests if plan in test.plans.get(agent, ())] for plan in plans}
+        coverage[agent] = PlanCoverage(
+            covered=tuple(plan for plan in plans if by_plan[plan]),
+            missing=tuple(plan for plan in plans if not by_plan[plan]),
+            total=len(plans),
+            declared=tuple(plans),
+            reached={plan: _reach(reaching) for plan, reaching in by_plan.items() if reaching},
+        )
+    return coverage
+
+
+def _reach(tests: Sequence[TestCoverage]) -> PlanReach:
+    first = min(tests, key=lambda test: (len(test.beliefs) or math.inf, test.beliefs, test.id))
+    return PlanReach(
+        tests=len(tests),
+        belief_sets=len({test.beliefs for test in tests if test.beliefs}),
+        shortest=first.beliefs,
+        test=first.id,
+    )
+
+
+def tally(requirement: str, tests: Iterable[TestCoverage]) -> RequirementTally:
+    """Assertion coverage: how often one requirement was checked by the tests of a suite, and with which verdicts."""
+    results = [test.requirements[requirement] for test in tests]
+    verdicts = Counter(result.verdict for result in results)
+    return RequirementTally(
+        passed=verdicts["Passed"],
+        failed=verdicts["Failed"],
+        nc=verdicts["NC"],
+        triggers=sum(result.triggers for result in results),
+        passes=sum(result.passes for result in results),
+        failures=sum(result.failures for result in results),
+        vacuous=sum(result.vacuous for result in results),
+        pending=sum(result.pending for result in results),
+    )
+
+
+def curve(tests: Iterable[TestCoverage]) -> tuple[CurvePoint, ...]:
+    """Cumulative coverage after 1, 2, ... tests in the order of their ids, so that it does not depend on scheduling."""
+    points = []
+    code: Bits | None = None
+    plans: set[tuple[str, str]] = set()
+    for number, test in enumerate(sorted(tests, key=lambda test: test.id), 1):
+        if test.code is not None:
+            code = test.code if code is None else code | test.code
+        plans |= {(agent, plan) for agent, labels in test.plans.items() for plan in labels}
+        statements = code.statements.bit_count() if code else 0
+        branches = (code.branches or 0).bit_count() if code else 0
+        points.append(CurvePoint(tests=number, statements=statements, branches=branches, plans=len(plans)))
+    return tuple(points)

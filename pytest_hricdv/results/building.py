@@ -1,0 +1,294 @@
+"""From runs to results: the result of a test is built where it ran, the report where all results meet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypedDict
+
+from pytest_hricdv.case import CaseResult, HriCase
+from pytest_hricdv.coverage.code_map import CodeMap
+from pytest_hricdv.coverage.reachability import Reachability
+from pytest_hricdv.coverage.records import CodeUnderTest, ReportedNearMiss, ReportedViolation, RequirementResult
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate.suite import Suite, diagnose
+from pytest_hricdv.monitor import Requirement, Verdict
+from pytest_hricdv.results.codec import ReportError
+from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
+from pytest_hricdv.results.model import (
+    SCHEMA,
+    ActionParameters,
+    ConcreteParameters,
+    Diagnosis,
+    GenerationResult,
+    LastNewPlan,
+    ModelSource,
+    Report,
+    RequirementText,
+    RerunOptions,
+    SuiteResult,
+    TestOutcome,
+    TestResult,
+)
+from pytest_hricdv.results.timeline import timeline
+from pytest_hricdv.testbench import Testbench
+
+
+class Ending(TypedDict):
+    """What pytest says of a test: how it ended, its duration (s), and the text of its failure."""
+
+    outcome: TestOutcome
+    wall_s: float
+    failure: str
+
+
+NOT_RUN = Ending(outcome="not-run", wall_s=0.0, failure="")
+
+
+def build_result(
+    case: HriCase,
+    nodeid: str,
+    result: CaseResult | None,
+    *,
+    code: CodeMap | None = None,
+    requirements: Sequence[Requirement],
+    unmeasured: str = "",
+    ending: Ending = NOT_RUN,
+) -> TestResult:
+    """The result of a test.
+
+    Args:
+        result: of its run; None where it was not run, or came to no end: then nothing is checked or covered.
+        code: under test; None where it is not measured.
+        requirements: of the testbench.
+        unmeasured: why the run was not measured.
+        ending: what pytest says of the test.
+    """
+    test = case.abstract
+    actions = (ActionParameters(command=a.command, parameters=dict(a.parameters)) for a in case.concrete.actions)
+    outcome = result and result.outcome
+    return TestResult(
+        nodeid=nodeid,
+        suite=case.suite,
+        id=test.id,
+        aim=test.target,
+        name=test.name,
+        beliefs=test.beliefs,
+        abstract=test.lines,
+        concrete=ConcreteParameters(actions=tuple(actions), run=dict(case.concrete.run)),
+        seed=test.seed,
+        plans=dict(test.plans) if result else {},
+        sim_s=result.sim_s if result else 0.0,
+        skipped_s=outcome.skipped_s if outcome else 0.0,
+        fidelity=outcome.fidelity if outcome else "",
+        ended=outcome.ended if outcome else "",
+        outcomes=tuple(outcome.outcomes) if outcome else (),
+        requirements=_requirements(result, requirements),
+        code=result.code.share(code.statements) if result and result.code and code else None,
+        timeline=timeline(result.record, result.verdicts, result.sim_s) if result else None,
+        unmeasured=unmeasured,
+        acted_s=tuple(round(time_s, 3) for time_s in result.acted_s) if result else None,
+        cross={name: tuple(map(tuple, hits)) for name, hits in result.cross.items()} if result else None,
+        record_sha256=result.record.sha256 if result else None,
+        **ending,
+    )
+
+
+def _requirements(result: CaseResult | None, requirements: Sequence[Requirement]) -> dict[str, RequirementResult]:
+    if result is None:
+        return {requirement.id: UNCHECKED for requirement in requirements}
+    return {verdict.requirement: requirement_result(verdict) for verdict in result.verdicts}
+
+
+UNCHECKED = RequirementResult(
+    verdict="NC", triggers=0, passes=0, failures=0, vacuous=0, pending=0, violations=(), margin=None
+)
+"""Of a test without a run."""
+
+
+def requirement_result(verdict: Verdict) -> RequirementResult:
+    """The record of a monitor's verdict."""
+    miss = verdict.nearest_miss
+    return RequirementResult(
+        verdict=verdict.verdict,
+        triggers=verdict.attempts,
+        passes=verdict.passes,
+        failures=verdict.failures,
+        vacuous=verdict.vacuous,
+        pending=verdict.pending,
+        margin=verdict.margin,
+        margin_time_s=verdict.margin_time_s,
+        nearest_miss=None
+        if miss is None
+        else ReportedNearMiss(time_s=miss.time_s, missing=tuple(miss.missing), distance=miss.distance),
+        violations=tuple(
+            ReportedViolation(trigger_s=v.trigger_s, time_s=v.time_s, values=dict(v.values), margin=v.margin)
+            for v in verdict.violations
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class GeneratedSuite:
+    """A suite with the wall time that generating it took (s; 0 and `cached` when it came from the cache)."""
+
+    suite: Suite
+    wall_s: float
+    cached: bool
+
+
+@dataclass(frozen=True)
+class SessionInfo:
+    """What a report is made of, beside the results of the tests."""
+
+    testbench: Testbench
+    requirements: tuple[Requirement, ...]
+    suites: tuple[GeneratedSuite, ...]
+    code: CodeMap | None
+    unmeasured: str
+    known: Mapping[str, str]
+    until: Mapping[str, str]
+    strict: bool
+    version: str
+    wall_s: float
+    workers: int
+    rerun: RerunOptions
+    models: Mapping[str, ModelSource]
+    reachability: Reachability
+    sizes: Mapping[str, int]
+    """Suite -> its tests, selected or not."""
+    shard: str = ""
+
+
+def requirement_texts(requirements: Sequence[Requirement]) -> dict[str, RequirementText]:
+    """Requirement -> its texts for people."""
+    return {each.id: RequirementText(title=each.title, source=each.source, text=each.text) for each in requirements}
+
+
+def build_report(
+    session: SessionInfo, results: Sequence[TestResult], chosen: Mapping[str, HriCase], reasons: Mapping[str, str]
+) -> Report:
+    """The report of a session.
+
+    Args:
+        session: what was run, on what, how.
+        results: of the tests that were reported.
+        chosen: node id -> test, of all that were selected: those without a result were not run.
+        reasons: node id -> why it has no result, where that is known.
+
+    Raises:
+        CoverageError: a waived statement ran.
+    """
+    code, testbench = session.code, session.testbench
+    report = Report(
+        schema=SCHEMA,
+        version=session.version,
+        testbench=testbench.name,
+        selected=0,
+        reported=0,
+        not_run=0,
+        not_run_tests=(),
+        wall_s=round(session.wall_s, 3),
+        workers=session.workers,
+        known_violations=dict(session.known),
+        known_until=dict(session.until),
+        strict=session.strict,
+        shard=session.shard,
+        rerun=session.rerun,
+        requirements=requirement_texts(session.requirements),
+        units=dict(testbench.units),
+        outcome_label=testbench.outcome_label,
+        state=testbench.film.state if testbench.film else "",
+        code_under_test=CodeUnderTest(
+            packages=tuple(testbench.code),
+            sha256=code.sha256 if code else "",
+            waivers=code.waivers if code else (),
+            map=code.listed if code else (),
+            measured=False,
+            reason=session.unmeasured,
+            files=(),
+        ),
+        models=session.models,
+        cross_products=session.reachability.products,
+        exploration=session.reachability.exploration,
+        suites=tuple(_suite(each, session.sizes[each.suite.name], session.models) for each in session.suites),
+        closure=NO_CLOSURE,
+        tests=(*results, *_not_run(session, results, chosen, reasons)),
+    )
+    return derive(report)
+
+
+def _not_run(
+    session: SessionInfo, results: Sequence[TestResult], chosen: Mapping[str, HriCase], reasons: Mapping[str, str]
+) -> Iterator[TestResult]:
+    for nodeid in sorted(chosen.keys() - {result.nodeid for result in results}):
+        ending = Ending(outcome="not-run", wall_s=0.0, failure=reasons.get(nodeid, ""))
+        yield build_result(chosen[nodeid], nodeid, None, requirements=session.requirements, ending=ending)
+
+
+def _suite(generated: GeneratedSuite, size: int, models: Mapping[str, ModelSource]) -> SuiteResult:
+    generation = generated.suite.generation
+    return declare_suite(
+        name=generated.suite.name,
+        seed=generated.suite.seed,
+        size=size,
+        generation=GenerationResult(
+            wall_s=round(generated.wall_s, 3),
+            cached=generated.cached,
+            bdi_runs=generation.bdi_runs,
+            iterations=generation.iterations,
+            converged_at=generation.converged_at,
+            q_delta=generation.q_delta,
+            distinct_texts=generation.distinct_texts,
+            reward=generation.reward,
+            diagnosis=_diagnosis(generated.suite),
+            notes=generation.notes,
+        ),
+        plans=_declared_plans(generated.suite, models),
+    )
+
+
+def _diagnosis(suite: Suite) -> Diagnosis:
+    found = diagnose(suite)
+    return Diagnosis(
+        distinct_subsets=found.distinct_subsets,
+        belief_entropy_bits=found.belief_entropy_bits,
+        belief_entropy_most_bits=found.belief_entropy_most_bits,
+        plans_executed={agent: len(labels) for agent, labels in found.plans.items()},
+        last_new_plan=LastNewPlan(iteration=suite.generation.last_new_plan_at, test=found.last_new_plan_at),
+    )
+
+
+def _declared_plans(suite: Suite, models: Mapping[str, ModelSource]) -> dict[str, tuple[str, ...]]:
+    """The plans to cover. Tests that a model generated and that were read from a file are still compared with it."""
+    if suite.generation.declared_plans or not any(test.plans for test in suite.tests):
+        return {agent: tuple(labels) for agent, labels in suite.generation.declared_plans.items()}
+    return {agent: tuple(model.plans) for agent, model in models.items()}
+
+
+def minimal_tests(report: Report) -> list[AbstractTest]:
+    """The minimal suite of a report as abstract tests, in the order of their ids, each once.
+
+    Raises:
+        ReportError: a test of the report cannot be written as text.
+    """
+    wanted = {step.nodeid for step in report.closure.minimal}
+    chosen = {test.id: test for test in report.tests if test.nodeid in wanted}
+    try:
+        return [_abstract_test(chosen[name]) for name in sorted(chosen)]
+    except GenerateError as error:
+        raise ReportError(f"the report's tests cannot be written: {error}") from None
+
+
+def _abstract_test(test: TestResult) -> AbstractTest:
+    return AbstractTest(
+        id=test.id,
+        suite=test.suite,
+        target=test.aim or "minimal",
+        beliefs=test.beliefs,
+        lines=test.abstract,
+        plans=test.plans,
+        seed=test.seed,
+        name=test.name,
+    )

@@ -1,0 +1,92 @@
+"""Judges a report by gates and a baseline: what fails the session, and what improved."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from pytest_hricdv.coverage.gaps import nearest_miss
+from pytest_hricdv.results.baseline import Baseline, compare
+from pytest_hricdv.results.derivation import percentages
+from pytest_hricdv.results.gates import KINDS, Exemption, Gates, Threshold
+from pytest_hricdv.results.model import Report
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What fails a session, and what improved, a sentence each."""
+
+    failed: tuple[str, ...] = ()
+    improved: tuple[str, ...] = ()
+
+
+def judge(report: Report, gates: Gates, baseline: Baseline | None, today: datetime.date, *, whole: bool) -> Judgement:
+    """Check a report against gates, and compare it with a baseline where there is one.
+
+    Args:
+        today: the day on which exemptions are checked.
+        whole: all tests of the suites were selected. For a part only thresholds of the command line, expired
+            exemptions of violations that occurred, and new failures are checked.
+    """
+    failed = [*_expired(report, gates, today, whole=whole), *_below(report, gates.thresholds, whole=whole)]
+    if whole and gates.fail_on_nc:
+        failed += _unchecked(report, gates.may_be_nc, today)
+    improved = list(_needless(report, gates)) if whole else []
+    if baseline is not None:
+        comparison = compare(report, baseline, whole=whole)
+        failed += comparison.worse
+        improved += comparison.better
+    return Judgement(tuple(failed), tuple(improved))
+
+
+def _below(report: Report, thresholds: tuple[Threshold, ...], *, whole: bool) -> Iterator[str]:
+    for threshold in sorted(thresholds, key=lambda threshold: KINDS.index(threshold.kind)):
+        if not (threshold.named or whole):
+            continue
+        for suite, percent in percentages(report, threshold.kind):
+            if percent is None:
+                yield f"suite {suite}: {threshold.kind} unmeasured, at least {threshold.percent:g} % asked for"
+            elif percent < threshold.percent:
+                yield f"suite {suite}: {threshold.kind} {percent:.2f} %, at least {threshold.percent:g} % asked for"
+
+
+def _expired(report: Report, gates: Gates, today: datetime.date, *, whole: bool) -> Iterator[str]:
+    for name, known in gates.known.items():
+        if known.expired(today) and (whole or _violations(report, name)):
+            yield (
+                f"the known violation of {name} ({known.reason}) was accepted until {known.until}, which is over: "
+                "mend it, or agree on another day in hri_known_violations"
+            )
+
+
+def _unchecked(report: Report, exemptions: Mapping[str, Exemption], today: datetime.date) -> Iterator[str]:
+    for name in _untriggered(report):
+        exemption = exemptions.get(name)
+        if exemption is None:
+            test, missing = nearest_miss((test.id, test.requirements[name]) for test in report.tests)
+            near = f"nearest was {test}, which lacked {' & '.join(missing)}" if test else "nor came near"
+            yield f"{name} was not checked: no test triggered it; {near}"
+        elif exemption.expired(today):
+            yield f"{name} was not checked, which was accepted until {exemption.until} ({exemption.reason})"
+
+
+def _untriggered(report: Report) -> list[str]:
+    return [
+        name for name in report.requirements if not any(suite.requirements[name].triggers for suite in report.suites)
+    ]
+
+
+def _needless(report: Report, gates: Gates) -> Iterator[str]:
+    """Exemptions that are no longer needed."""
+    untriggered = _untriggered(report)
+    for name, known in gates.known.items():
+        if not _violations(report, name) and name not in untriggered and known.reason:
+            yield f"{name} is a known violation ({known.reason}), but no test violated it"
+    for name, exemption in gates.may_be_nc.items():
+        if gates.fail_on_nc and name not in untriggered:
+            yield f"{name} need not be checked ({exemption.reason}), but was"
+
+
+def _violations(report: Report, requirement: str) -> int:
+    return sum(test.requirements[requirement].verdict == "Failed" for test in report.tests)

@@ -1,0 +1,250 @@
+"""Merging reports: of shards of a suite, of other suites, of repeated runs.
+
+A merge is a union of tests, and all that follows from the tests is computed anew by `derive`. So it is commutative,
+associative and idempotent: the same reports give the same bytes, in any order and however often they are given.
+
+A test that several reports have counts once. Where they disagree (the same node id and seed, another run), the worst
+run stands for the test, and the others are kept in its `repeats`; what any of them covered is covered.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+from msgspec.structs import replace
+
+from pytest_hricdv.coverage.code_map import CoverageError
+from pytest_hricdv.coverage.records import CodeShare
+from pytest_hricdv.results.codec import canonical
+from pytest_hricdv.results.derivation import declare_suite, derive
+from pytest_hricdv.results.model import (
+    GenerationResult,
+    Report,
+    RerunOptions,
+    SearchResult,
+    SessionSummary,
+    SuiteResult,
+    TestResult,
+)
+
+_EQUAL = ("version", "testbench", "requirements", "known_violations", "known_until", "strict", "state", "outcome_label")
+_WORST_FIRST = ("failed", "error", "known-violation", "passed", "not-run")
+
+
+class MergeError(Exception):
+    """Reports that do not belong together; the text says which, in what they differ, and what to do."""
+
+
+def merge(reports: Sequence[tuple[str, Report]]) -> Report:
+    """One report of several.
+
+    Args:
+        reports: each with what to call it in errors.
+
+    Raises:
+        MergeError: there is none, or they are of different code, testbenches, requirements, models or suites.
+    """
+    if not reports:
+        raise MergeError("nothing to merge: expected at least one report")
+    first_name, first = reports[0]
+    for name, report in reports[1:]:
+        _refuse_others(first_name, first, name, report)
+    all_reports = [report for _, report in reports]
+    sessions = _sessions(all_reports)
+    reasons = sorted({report.code_under_test.reason for report in all_reports} - {""})
+    merged = replace(
+        first,
+        code_under_test=replace(first.code_under_test, reason=reasons[0] if reasons else ""),
+        wall_s=round(math.fsum(each.wall_s for each in sessions), 3),
+        workers=max(each.workers for each in sessions),
+        rerun=_rerun(all_reports),
+        sessions=sessions,
+        exploration=max((report.exploration for report in all_reports), key=canonical),
+        models=max((report.models for report in all_reports), key=canonical),
+        suites=_suites(reports),
+        tests=_tests(all_reports),
+        search=_search(all_reports),
+        units=None,
+        shard="",
+        gates=None,
+    )
+    try:
+        return derive(merged)
+    except CoverageError as error:
+        raise MergeError(f"the merged report is wrong: {error}") from None
+
+
+def expected(report: Report) -> int:
+    """How many tests a merged report should have: of shards all tests of their suites, else those that it lists."""
+    if any(session.shard for session in report.sessions):
+        return max(report.selected, sum(suite.size for suite in report.suites))
+    return report.selected
+
+
+def missing_shards(report: Report) -> tuple[str, ...]:
+    """The shards without a session, as `2/3`; of sessions with different numbers of shards, of the most."""
+    if not report.sessions or any(not session.shard for session in report.sessions):
+        return ()
+    shards = [tuple(map(int, session.shard.split("/"))) for session in report.sessions]
+    of = max(shard[1] for shard in shards)
+    present = {shard[0] for shard in shards if shard[1] == of}
+    return tuple(f"{index}/{of}" for index in range(1, of + 1) if index not in present)
+
+
+def _refuse_others(first_name: str, first: Report, name: str, report: Report) -> None:
+    both = f"{first_name} and {name}"
+    for key in _EQUAL:
+        if getattr(first, key) != getattr(report, key):
+            raise MergeError(f"{both}: different {key.replace('_', ' ')}: {_difference(first, report, key)}")
+    if first.code_under_test.sha256 != report.code_under_test.sha256:
+        raise MergeError(f"{both}: different code under test: {_changed_files(first, report)}; run both anew")
+    if first.cross_products != report.cross_products:
+        raise MergeError(f"{both}: the testbench declared different cross products; run both anew")
+    if first.models and report.models and first.models != report.models:
+        raise MergeError(f"{both}: different BDI models; run both anew")
+
+
+def _difference(first: Report, report: Report, key: str) -> str:
+    one, other = getattr(first, key), getattr(report, key)
+    if isinstance(one, dict) and isinstance(other, dict):
+        return ", ".join(_unequal_keys(one, other))
+    return f"{one!r} and {other!r}"
+
+
+def _changed_files(first: Report, report: Report) -> str:
+    one, other = ({file.file: file for file in each.code_under_test.map} for each in (first, report))
+    return ", ".join(_unequal_keys(one, other)) or "one of them does not say which"
+
+
+def _unequal_keys(one: Mapping[str, object], other: Mapping[str, object]) -> list[str]:
+    return sorted(name for name in one.keys() | other.keys() if one.get(name) != other.get(name))
+
+
+def sessions_of(report: Report) -> tuple[SessionSummary, ...]:
+    """The sessions that a report is of: its own, or, of a merged one, those that it was merged from."""
+    if report.sessions:
+        return report.sessions
+    session = SessionSummary(
+        sha256=hashlib.sha256(canonical(report).encode("ascii")).hexdigest(),
+        wall_s=report.wall_s,
+        workers=report.workers,
+        selected=report.selected,
+        reported=report.reported,
+        shard=report.shard,
+    )
+    return (session,)
+
+
+def _sessions(reports: Iterable[Report]) -> tuple[SessionSummary, ...]:
+    """Of all reports; two reports with the same content are one session."""
+    found = {session.sha256: session for report in reports for session in sessions_of(report)}
+    return tuple(found[key] for key in sorted(found))
+
+
+def _rerun(reports: Iterable[Report]) -> RerunOptions:
+    given = [report.rerun for report in reports]
+    suites = {name for each in given for name in each.suite.split(",")} - {""}
+    options = {option for each in given for option in each.options}
+    return RerunOptions(suite=",".join(sorted(suites)), options=tuple(sorted(options)))
+
+
+def _suites(reports: Sequence[tuple[str, Report]]) -> tuple[SuiteResult, ...]:
+    found: dict[str, tuple[str, SuiteResult]] = {}
+    for where, report in reports:
+        for suite in report.suites:
+            plans = {agent: plans.declared for agent, plans in suite.plans.items()}
+            declared = declare_suite(suite.name, suite.seed, suite.size, suite.generation, plans)
+            before = found.get(suite.name)
+            found[suite.name] = (where, _same_suite(*before, where, declared) if before else declared)
+    return tuple(found[name][1] for name in sorted(found))
+
+
+def _same_suite(where: str, one: SuiteResult, there: str, other: SuiteResult) -> SuiteResult:
+    timeless = [replace(each, generation=_timeless(each.generation)) for each in (one, other)]
+    if timeless[0] != timeless[1]:
+        what = "another seed" if one.seed != other.seed else "other tests or options"
+        raise MergeError(
+            f"{where} and {there}: two suites have the name {one.name!r} but {what}; merge runs of one and "
+            "the same suite, or rename one"
+        )
+    return min(one, other, key=lambda each: (-each.generation.wall_s, canonical(each)))
+
+
+def _timeless(generation: GenerationResult) -> GenerationResult:
+    return replace(generation, wall_s=0, cached=False)
+
+
+def _tests(reports: Iterable[Report]) -> tuple[TestResult, ...]:
+    runs: dict[str, dict[str, TestResult]] = {}
+    for report in reports:
+        for test in report.tests:
+            for run in test.runs:
+                alone = replace(run, repeats=())
+                same_test = runs.setdefault(run.nodeid, {})
+                key = _content(alone)
+                same_test[key] = _united(same_test[key], alone) if key in same_test else alone
+    return tuple(_with_repeats([*same_test.values()]) for same_test in runs.values())
+
+
+def _content(run: TestResult) -> str:
+    """Equal for two runs exactly where everything is that a run determines: verdicts, record, plans, bins.
+
+    Left out is what can differ between two reports of one run; `_united` decides about each of these fields.
+    """
+    same = replace(
+        run, wall_s=None, code=None, failure="", unmeasured="", film=None, replay=None, replayed=None, shrunk={}
+    )
+    return canonical(same)
+
+
+def _united(one: TestResult, other: TestResult) -> TestResult:
+    """One run, reported twice: the shorter time, what either measured, and of texts and files the first by content."""
+    times = [run.wall_s for run in (one, other) if run.wall_s is not None]
+    return replace(
+        one,
+        wall_s=min(times, default=None),
+        code=_most_measured(one.code, other.code),
+        **{name: _first(getattr(one, name), getattr(other, name)) for name in _ANY_OF},
+    )
+
+
+_ANY_OF = ("failure", "unmeasured", "film", "replay", "replayed", "shrunk")
+
+
+def _first(one: object, other: object) -> object:
+    """The first of two values by content; an empty one only where both are."""
+    return min(filter(None, (one, other)), key=_text, default=one)
+
+
+def _text(value: object) -> str:
+    return canonical({"value": value})
+
+
+def _most_measured(one: CodeShare | None, other: CodeShare | None) -> CodeShare | None:
+    """What the run covered, by the report that measured most of it."""
+    measured = [each for each in (one, other) if each is not None]
+    return max(measured, key=lambda each: (each.bits[1] is not None, each.statements, canonical(each)), default=None)
+
+
+def _with_repeats(runs: list[TestResult]) -> TestResult:
+    """The worst run, with the others; one that was not run stands for a test only where there is no other."""
+    done = [run for run in runs if run.outcome != "not-run"] or runs[:]
+    done.sort(key=lambda run: (_WORST_FIRST.index(run.outcome), _text(run)))
+    if done[0].outcome == "not-run":
+        done = done[:1]
+    return replace(done[0], repeats=tuple(done[1:]))
+
+
+def _search(reports: Iterable[Report]) -> dict[str, SearchResult]:
+    """For each requirement the search that came nearest to violating it."""
+    found: dict[str, list[SearchResult]] = {}
+    for report in reports:
+        for name, searched in report.search.items():
+            found.setdefault(name, []).append(searched)
+    return {name: min(searches, key=_nearness) for name, searches in found.items()}
+
+
+def _nearness(searched: SearchResult) -> tuple[float, str]:
+    return (math.inf if searched.margin is None else searched.margin, canonical(searched))

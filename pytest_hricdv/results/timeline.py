@@ -1,0 +1,80 @@
+"""The timeline of a run: messages, signals and attempts of monitors, as short text that can be drawn.
+
+A record holds thousands of changes of each signal; what a picture can show of them is kept, extremes included.
+"""
+
+from __future__ import annotations
+
+import json
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Sequence
+
+from pytest_hricdv.monitor import Attempt, Verdict
+from pytest_hricdv.results.model import Timeline
+from pytest_hricdv.runtime import Record
+from pytest_hricdv.runtime.record import RecordedMessage
+
+SPANS = 80
+"""A signal's run is cut into so many spans of time; of each span its least and its greatest value are kept."""
+
+_MARKS = {"passed": "", "failed": "!", "pending": "?"}
+
+
+def timeline(record: Record, verdicts: Iterable[Verdict], end_s: float) -> Timeline:
+    """The timeline of a run.
+
+    Args:
+        record: of the run.
+        verdicts: of its monitors.
+        end_s: when it ended (s of simulated time).
+    """
+    return Timeline(
+        end_s=round(end_s, 3),
+        messages=tuple(map(_message, record.messages)),
+        signals={name: _signal(*series, end_s) for name, series in sorted(record.signals.items())},
+        attempts={each.requirement: " ".join(map(_attempt, each.history)) for each in verdicts if each.history},
+    )
+
+
+def _message(message: RecordedMessage) -> str:
+    fields = json.dumps(dict(message.fields), separators=(",", ":"))
+    return "\t".join([_time(message.time_s), message.sender.replace("\t", " "), message.topic, fields])
+
+
+def _attempt(attempt: Attempt) -> str:
+    return f"{_time(attempt.begin_s)}-{_time(attempt.end_s)}{_MARKS[attempt.outcome]}"
+
+
+def _signal(times: Sequence[float], values: Sequence[float], end_s: float) -> str:
+    return " ".join(f"{_time(times[n])} {values[n]:.4g}" for n in thinned(times, values, end_s))
+
+
+def thinned(times: Sequence[float], values: Sequence[float], end_s: float) -> Iterator[int]:
+    """The places of the changes that are kept, in order: the first and the last, and each span's least and greatest.
+
+    Args:
+        times: of the changes, ascending (s).
+        values: as many.
+        end_s: when the run ended (s).
+    """
+    if len(times) <= 2 * SPANS:
+        yield from range(len(times))
+        return
+    start = 0
+    width_s = (max(end_s, times[-1]) - times[0]) / SPANS
+    for span in range(1, SPANS + 1):
+        stop = bisect_left(times, times[0] + span * width_s, start) if span < SPANS else len(times)
+        part = values[start:stop]
+        if part:
+            ends = {start + part.index(min(part)), start + part.index(max(part))}
+            if start == 0:
+                ends.add(0)
+            if stop == len(times):
+                ends.add(stop - 1)
+            yield from sorted(ends)
+        start = stop
+
+
+def _time(time_s: float) -> str:
+    """Milliseconds are finer than any picture."""
+    return f"{time_s:.3f}".rstrip("0").rstrip(".")

@@ -1,0 +1,89 @@
+"""Cross products: what is a bin, what is ruled out, and what a suite hit of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.coverage.code_map import CoverageError
+from pytest_hricdv.coverage.cross_closure import cross_closure, declare
+from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
+from pytest_hricdv.coverage.records import Proof
+from pytest_hricdv.coverage.suite_coverage import RunCoverage
+
+KINDS = {"reading": ("1", "0", "none"), "outcome": ("kept", "given")}
+
+
+def test_a_hit_is_a_bin_that_is_not_ruled_out() -> None:
+    cross = CrossProduct(KINDS, {("none", "*"): "nothing was read", ("0", "given"): "forbidden by R2"})
+    assert len(cross.bins()) == 6
+    assert cross.ruled_out.keys() == {("none", "kept"), ("none", "given"), ("0", "given")}
+    assert cross.check([("1", "given"), ("1", "given"), ("0", "kept")]) == (
+        ("0", "kept"),
+        ("1", "given"),
+        ("1", "given"),
+    )
+    with pytest.raises(CoverageError, match=r"'x': .* declared impossible: forbidden by R2"):
+        cross.check([("0", "given")], "'x'")
+    for no_bin in (("2", "given"), ("1",), ("1", "given", "given")):
+        with pytest.raises(CoverageError, match="is no bin; coordinates are reading, outcome"):
+            cross.check([no_bin])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (({},), "has no coordinates"),
+        (({"empty": ()},), "'empty' has no bins"),
+        (({"twice": ("a", "a")},), "'twice' has a bin twice"),
+        (({"star": ("*",)},), "'star' has a bin twice, or one named"),
+        (({str(n): ("a", "b") for n in range(17)},), "more than 100000 bins"),
+        ((KINDS, {("1", "lost"): "?"}), "declared impossible but is no bin"),
+        ((KINDS, {("1",): "?"}), "declared impossible but is no bin"),
+        ((KINDS, {}, {("*", "lost"): "?"}), "declared illegal but is no bin"),
+    ],
+)
+def test_a_product_that_makes_no_sense_is_refused(arguments: tuple[Any, ...], message: str) -> None:
+    with pytest.raises(CoverageError, match=message):
+        CrossProduct(*arguments)
+
+
+def test_coordinates_named_after_requirements_get_their_verdicts() -> None:
+    cross = CrossProduct({"R1": ("Passed", "NC"), "outcome": ("kept", "given"), "R2": ("Passed", "Failed")})
+    verdicts = {"R1": "NC", "R2": "Failed", "R3": "Passed"}
+    assert cross.with_verdicts([("kept",), ("given",)], verdicts) == (
+        ("NC", "kept", "Failed"),
+        ("NC", "given", "Failed"),
+    )
+    with pytest.raises(CoverageError, match=r"is no bin; coordinates are outcome$"):
+        cross.with_verdicts([("NC", "kept", "Failed")], verdicts)
+
+
+hits = st.lists(st.lists(st.sampled_from(CrossProduct(KINDS).bins()), max_size=4), max_size=5)
+
+
+@given(hits)
+def test_every_bin_is_hit_missing_impossible_or_illegal(runs: list[list[Bin]]) -> None:
+    product = CrossProduct(KINDS, illegal={("0", "given"): "forbidden"})
+    declared = {"turn": declare(product, Proof(), {("none", "given"): "the model never does"})}
+    covered = cross_closure(declared, [RunCoverage("t", None, {}, cross={"turn": tuple(run)}) for run in runs])
+    turn = covered.products["turn"]
+    assert turn.hit + len(turn.missing) == covered.possible == turn.bins - turn.impossible - turn.illegal
+    assert turn.bins == 6
+    assert turn.illegal == 1
+    seen = {hit for run in runs for hit in run}
+    assert turn.impossible == (("none", "given") not in seen)
+    assert {hit.bin for hit in turn.hits} == seen
+    assert sum(hit.hits for hit in turn.hits) == sum(map(len, runs))
+    assert all(hit.tests <= hit.hits for hit in turn.hits)
+
+
+def test_several_products_are_added_up_by_name() -> None:
+    declared = {name: declare(CrossProduct(KINDS), Proof(), {}) for name in ("first", "second")}
+    runs = [RunCoverage("a", None, {}, cross={"first": (("1", "kept"),)}), RunCoverage("b", None, {})]
+    covered = cross_closure(declared, runs)
+    assert (covered.bins, covered.hit, len(covered.missing)) == (12, 1, 11)
+    assert covered.missing[0] == "first: 1 x given"

@@ -1,0 +1,105 @@
+"""Measuring inside a greenlet: alone, beside a user's own measurement, and not at all. Each in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.coverage.project import write_package
+
+SCRIPT = """
+import json, sys
+from pathlib import Path
+from greenlet import greenlet
+from pytest_hricdv.coverage.measurement import choose
+from pytest_hricdv.coverage.code_map import map_code
+
+{before}
+import graded
+graded.grade(1)
+code = map_code(["graded"], Path.cwd())
+measurement = choose(code, contexts_by_test=False)
+
+def use(number):
+    def body():
+        import graded
+        graded.grade(number)
+        pause.switch()
+    return body
+
+pause = greenlet.getcurrent()
+found = dict()
+nodes = [(str(number), greenlet(measurement.measured(f"hricdv|{{number}}", use(number)))) for number in (5, 0)]
+for name, node in nodes:
+    node.switch()          # runs to the pause; other code runs before it ends
+    {between}
+    node.switch()
+    bits = measurement.take("hricdv|" + name)
+    found[name] = None if bits is None else [list(lines) for _, lines, _ in code.uncovered(bits)][0]
+{after}
+print(json.dumps([measurement.reason, found]))
+"""
+
+
+def run(folder: Path, before: str = "", between: str = "", after: str = "") -> tuple[str, dict[str, list[int] | None]]:
+    write_package(folder, "graded")
+    script = folder / "script.py"
+    script.write_text(SCRIPT.format(before=before, between=between, after=after), encoding="utf-8")
+    process = subprocess.run([sys.executable, str(script)], cwd=folder, capture_output=True, text=True, timeout=60)
+    assert process.returncode == 0, process.stderr
+    reason, found = json.loads(process.stdout.splitlines()[-1])
+    return reason, found
+
+
+MISSING = {"5": [9, 10, 11, 15], "0": [8, 11, 15]}
+JOIN = 'import coverage; user = coverage.Coverage(data_file=None, include=["*/graded/*"], branch=True); user.start()'
+
+
+def test_each_test_gets_its_own_lines_and_those_of_importing(tmp_path: Path) -> None:
+    assert run(tmp_path) == ("", MISSING)
+
+
+def test_what_other_greenlets_run_meanwhile_is_not_counted(tmp_path: Path) -> None:
+    assert run(tmp_path, between="graded.grade(1)") == ("", MISSING)
+
+
+def test_other_greenlets_are_not_even_traced(tmp_path: Path) -> None:
+    assert run(tmp_path, between="assert sys.gettrace() is None") == ("", MISSING)
+
+
+def test_a_running_measurement_is_joined_and_goes_on(tmp_path: Path) -> None:
+    # The user's own figures must be complete: line 11 ran outside of our greenlets, line 15 after them.
+    after = "graded.never(); user.stop(); f = str(code.files[0].path)\n"
+    after += "assert set(user.get_data().lines(f)) >= {8, 10, 11, 15}"
+    assert run(tmp_path, before=JOIN, between="assert sys.gettrace() is not None", after=after) == ("", MISSING)
+
+
+def test_a_measurement_of_something_else_is_reported_as_unmeasured(tmp_path: Path) -> None:
+    before = JOIN.replace("*/graded/*", "*/elsewhere/*")
+    reason, found = run(tmp_path, before=before)
+    assert "does not look at the code under test" in reason
+    assert found == {"5": None, "0": None}
+
+
+def test_a_debugger_is_left_alone(tmp_path: Path) -> None:
+    reason, found = run(tmp_path, before="sys.settrace(lambda *_: None)")
+    assert "debugger" in reason
+    assert found == {"5": None, "0": None}
+
+
+@pytest.mark.parametrize("source", ["raise RuntimeError('broken on import')\n"])
+def test_code_that_cannot_be_imported_is_unmeasured_with_the_reason(tmp_path: Path, source: str) -> None:
+    from pytest_hricdv.coverage.code_map import CoverageError, map_code
+    from pytest_hricdv.coverage.import_coverage import import_bits
+
+    write_package(tmp_path, "broken_on_import", source)
+    sys.path.insert(0, str(tmp_path))
+    try:
+        with pytest.raises(CoverageError, match="RuntimeError: broken on import"):
+            import_bits(map_code(["broken_on_import"], tmp_path))
+    finally:
+        sys.path.remove(str(tmp_path))

@@ -1,0 +1,164 @@
+"""Merging: a union that depends neither on the order nor on how often, and exact to the byte."""
+
+from __future__ import annotations
+
+import jsonschema
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from msgspec import json
+from msgspec.structs import replace
+
+from pytest_hricdv.coverage.records import CodeShare
+from pytest_hricdv.report.contract import schema
+from pytest_hricdv.results.codec import canonical
+from pytest_hricdv.results.derivation import derive
+from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards
+from pytest_hricdv.results.model import Report, RequirementText, TestResult
+from tests.results import reports as made
+
+few = settings(max_examples=40, deadline=None)
+
+
+def merged(*several: Report) -> Report:
+    return merge([(f"report {n}", each) for n, each in enumerate(several)])
+
+
+@few
+@given(made.reports(), made.reports())
+def test_the_order_makes_no_difference(a: Report, b: Report) -> None:
+    assert canonical(merged(a, b)) == canonical(merged(b, a))
+
+
+@few
+@given(made.reports(), made.reports(), made.reports())
+def test_what_is_merged_first_makes_no_difference(a: Report, b: Report, c: Report) -> None:
+    whole = canonical(merged(a, b, c))
+    assert canonical(merged(merged(a, b), c)) == whole
+    assert canonical(merged(a, merged(b, c))) == whole
+
+
+@few
+@given(made.reports(), made.reports())
+def test_the_same_report_twice_is_once(a: Report, b: Report) -> None:
+    assert canonical(merged(a, a)) == canonical(merged(a))
+    assert canonical(merged(a, b, b)) == canonical(merged(a, b))
+    assert canonical(merged(merged(a, b), a)) == canonical(merged(a, b))
+
+
+@few
+@given(st.tuples(*(made.tests(number) for number in range(1, made.SIZE + 1))), st.lists(st.integers(0, 2), min_size=6))
+def test_parts_make_the_whole(tests: tuple[TestResult, ...], parts: list[int]) -> None:
+    shards = [
+        made.report([test for test, home in zip(tests, parts, strict=False) if home == part], shard=f"{part + 1}/3")
+        for part in range(3)
+    ]
+    together, whole = merged(*shards), made.report(tests)
+    for key in ("tests", "selected", "reported", "not_run", "not_run_tests"):
+        assert getattr(together, key) == getattr(whole, key)
+    reason = together.code_under_test.reason
+    assert together.code_under_test == replace(whole.code_under_test, reason=reason)
+    timeless = [replace(each.suites[0], generation=whole.suites[0].generation) for each in (together, whole)]
+    assert timeless[0] == timeless[1]
+    assert expected(together) == made.SIZE
+    assert missing_shards(together) == ()
+    assert missing_shards(merged(*shards[1:])) == ("1/3",)
+
+
+@few
+@given(made.reports(), made.reports())
+def test_a_merged_report_keeps_the_contract_and_loses_nothing(a: Report, b: Report) -> None:
+    both = merged(a, b)
+    jsonschema.validate(json.decode(canonical(both)), schema())
+    assert json.decode(canonical(both), type=Report) == both
+    assert {test.nodeid for test in both.tests} == {test.nodeid for each in (a, b) for test in each.tests}
+    was_run = {test.nodeid for each in (a, b) for test in each.tests if test.outcome != "not-run"}
+    assert {test.nodeid for test in both.tests if test.outcome != "not-run"} == was_run
+    for kind in ("statements", "branches"):
+        covered = getattr(both.suites[0].code, kind)
+        before = [getattr(each.suites[0].code, kind) for each in (a, b)]
+        if covered is not None:
+            assert covered.covered >= max((each.covered for each in before if each), default=0)
+        elif kind == "statements":
+            assert before == [None, None]
+
+
+def run(number: int, outcome: int) -> TestResult:
+    """A run of a test, by its outcome: 0 passed, 2 failed."""
+    judged = made.verdict("Failed" if outcome else "Passed")
+    return made.result(
+        number,
+        outcome=("passed", "known-violation", "failed")[outcome],
+        wall_s=1.0,
+        sim_s=1.0,
+        plans={"human": ("p", "q", "r")[outcome : outcome + 1]},
+        cross={"turn": (("1", "kept"),) if outcome else ()},
+        requirements={"R1": judged, "R2": judged},
+        code=CodeShare(statements=1, percent=20.0, bits=(hex(1 << outcome), "0x0")),
+    )
+
+
+def test_of_runs_that_differ_the_worst_stands_for_the_test_and_all_of_them_cover() -> None:
+    both = merged(made.report([run(1, 0)]), made.report([run(1, 2)], 2.0), made.report([run(1, 0)], 3.0))
+    (test,) = both.tests
+    assert test.outcome == "failed"
+    assert [each.outcome for each in test.repeats] == ["passed"]
+    (suite,) = both.suites
+    assert suite.requirements["R1"].failed == 1
+    assert suite.requirements["R1"].passed == 0
+    assert suite.code.statements is not None
+    assert suite.code.statements.covered == 2
+    assert suite.plans["human"].covered == ("p", "r")
+    assert suite.cross.hit == 1
+    assert sorted(each.wall_s for each in both.sessions) == [1.0, 2.0, 3.0]
+    assert both.wall_s == 6.0
+
+
+MINE = made.report([])
+SUITE = MINE.suites[0]
+OTHER_MODEL = {"human": replace(MINE.models["human"], source="@q +!g.")}
+OTHER_TITLE = {**MINE.requirements, "R2": RequirementText(title="?", source="", text="")}
+OTHER_GENERATION = replace(SUITE.generation, bdi_runs=9)
+BAD = {
+    "other code": (
+        replace(MINE, code_under_test=replace(MINE.code_under_test, sha256="77", map=made.CODE.map[:1])),
+        r"mine and other: different code under test: robot/b\.py; run both anew",
+    ),
+    "other version": (replace(MINE, version="0.9"), "mine and other: different version: '0.1.0' and '0.9'"),
+    "other testbench": (replace(MINE, testbench="chair"), "different testbench: 'toy' and 'chair'"),
+    "other requirements": (replace(MINE, requirements=OTHER_TITLE), "different requirements: R2"),
+    "other known violations": (replace(MINE, known_violations={}), "different known violations: R2"),
+    "other model": (replace(MINE, models=OTHER_MODEL), "different BDI models"),
+    "other products": (replace(MINE, cross_products={}), "declared different cross products"),
+    "other seed": (
+        replace(MINE, suites=(replace(SUITE, seed=5),)),
+        "two suites have the name 'rl' but another seed; merge runs of one",
+    ),
+    "other suite": (
+        replace(MINE, suites=(replace(SUITE, generation=OTHER_GENERATION),)),
+        "the name 'rl' but other tests or options",
+    ),
+}
+
+
+@pytest.mark.parametrize(("other", "message"), BAD.values(), ids=BAD.keys())
+def test_reports_that_do_not_belong_together_are_refused(other: Report, message: str) -> None:
+    with pytest.raises(MergeError, match=message):
+        merge([("mine", MINE), ("other", other)])
+
+
+def test_nothing_to_merge_is_refused() -> None:
+    with pytest.raises(MergeError, match="nothing to merge"):
+        merge([])
+
+
+def test_a_waived_line_that_ran_in_one_of_them_is_reported() -> None:
+    ran = replace(run(1, 0), code=CodeShare(statements=1, percent=20.0, bits=("0x10", "0x0")))
+    with pytest.raises(MergeError, match=r"robot/b\.py:2: ran, though it is waived"):
+        merge([("mine", replace(MINE, tests=(ran,)))])
+
+
+@few
+@given(made.reports())
+def test_deriving_again_changes_nothing(a: Report) -> None:
+    assert derive(a) == a
