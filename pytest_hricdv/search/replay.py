@@ -7,13 +7,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
+
+import msgspec
 
 from pytest_hricdv import atomic_file
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.report.contract import faults
+from pytest_hricdv.results.codec import MalformedError, decode_located
+from pytest_hricdv.results.model import ConcreteParameters
 
 SCHEMA = "hricdv-replay/1"
 
@@ -91,50 +94,80 @@ class Replay:
         Raises:
             ReplayError: cut off, of another version, incomplete, or contradictory.
         """
-        data = _checked(text, where)
-        origin = data.get("origin") or None
+        file = _decoded(text, where)
+        origin = file.origin
         try:
-            test = AbstractTest.from_data(data["test"])
+            test = AbstractTest.from_data(msgspec.to_builtins(file.test))
         except GenerateError as error:
             raise ReplayError(f"{where}: {error}") from None
-        concrete = _concrete(test, data["concrete"])
+        concrete = _concrete(test, file.concrete)
         if tuple(action.command for action in concrete.actions) != test.lines:
             raise ReplayError(f"{where}: its abstract and its concrete test have different actions; was it edited?")
         return cls(
             test=test,
             concrete=concrete,
-            nodeid=data["nodeid"],
-            suite_seed=int(data["suite_seed"]),
-            record_sha256=data["record_sha256"],
-            requirements=data["requirements"],
-            code=data["code"],
-            made_with=data["made_with"],
-            origin=origin and Origin(origin["how"], origin["from"], origin["requirement"], int(origin["runs"])),
+            nodeid=file.nodeid,
+            suite_seed=file.suite_seed,
+            record_sha256=file.record_sha256,
+            requirements=file.requirements,
+            code=file.code,
+            made_with=file.made_with,
+            origin=Origin(origin.how, origin.test, origin.requirement, origin.runs) if origin else None,
         )
 
 
-def _checked(text: str, where: str) -> dict[str, Any]:
+class _Test(msgspec.Struct, frozen=True):
+    id: str
+    suite: str
+    aim: str
+    name: str
+    beliefs: tuple[str, ...]
+    lines: tuple[str, ...]
+    plans: Mapping[str, tuple[str, ...]]
+    seed: int
+
+
+class _Origin(msgspec.Struct, frozen=True, kw_only=True):
+    how: Literal["shrunk", "search"]
+    test: str = msgspec.field(name="from")
+    requirement: str
+    runs: int
+
+
+class _File(msgspec.Struct, frozen=True):
+    """The text of a replay file; other keys are ignored."""
+
+    test: _Test
+    concrete: ConcreteParameters
+    nodeid: str
+    suite_seed: int
+    record_sha256: str | None
+    requirements: Mapping[str, Mapping[str, Any]]
+    code: Mapping[str, str]
+    made_with: Mapping[str, str]
+    origin: _Origin | None = None
+
+
+class _Head(msgspec.Struct):
+    schema: Any = None
+
+
+def _decoded(text: str, where: str) -> _File:
     try:
-        data = json.loads(text)
-    except json.JSONDecodeError as error:
-        place = f"{where}:{error.lineno}:{error.colno}"
-        raise ReplayError(f"{place}: not JSON, perhaps cut off ({error.msg}); expected a replay file") from None
-    found = data.get("schema") if isinstance(data, dict) else None
-    if found != SCHEMA:
-        raise ReplayError(
-            f"{where}: expected schema {SCHEMA!r}, found {found!r}; "
-            "expected a file from the folder 'failures' of a report, or the plugin's version that wrote this one"
-        )
-    broken = faults(data, schema(), "replay")
-    if broken:
-        raise ReplayError(f"{where}: {broken[0]}")
-    checked: dict[str, Any] = data
-    return checked
+        found = decode_located(text, _Head).schema
+        if found != SCHEMA:
+            raise ReplayError(
+                f"{where}: expected schema {SCHEMA!r}, found {found!r}; "
+                "expected a file from the folder 'failures' of a report, or the plugin's version that wrote this one"
+            )
+        return decode_located(text, _File)
+    except MalformedError as error:
+        raise ReplayError(f"{where}{error}; expected a replay file") from None
 
 
-def _concrete(test: AbstractTest, given: Mapping[str, Any]) -> ConcreteTest:
-    actions = tuple(ConcreteAction(each["command"], _floats(each["parameters"])) for each in given["actions"])
-    return ConcreteTest(test.id, test.suite, test.seed, actions, _floats(given["run"]))
+def _concrete(test: AbstractTest, given: ConcreteParameters) -> ConcreteTest:
+    actions = tuple(ConcreteAction(each.command, _floats(each.parameters)) for each in given.actions)
+    return ConcreteTest(test.id, test.suite, test.seed, actions, _floats(given.run))
 
 
 def _floats(parameters: Mapping[str, float]) -> dict[str, float]:

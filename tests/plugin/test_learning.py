@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import jsonschema
 import pytest
 
-from pytest_hricdv.report.contract import faults
+from pytest_hricdv.report.contract import schema
 from tests.plugin.project import change, nodeids, report
 from tests.plugin.test_bad_input import refused, short
 
@@ -53,7 +54,7 @@ def test_another_reward_is_told_and_gives_other_tests(lamps: pytest.Pytester, op
     result = lamps.runpytest_inprocess(RL, "--hri-rl-reward=uncovered", *options)
     assert result.ret == 0
     written = report(lamps.path)
-    assert faults(written) == []
+    jsonschema.validate(written, schema())
     made = written["suites"][0]["generation"]
     assert made["reward"] == "uncovered"
     assert made["diagnosis"]["plans_executed"] == {"guide": 2, "visitor": 7}

@@ -10,7 +10,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from pytest_hricdv.report.contract import faults
+from pytest_hricdv.report import contract
 from pytest_hricdv.search.replay import schema
 from tests.plugin.project import MODES, change, outcomes, report
 
@@ -57,7 +57,7 @@ def test_every_failing_test_leaves_a_file_and_is_the_same_run_again(
     )
     again.stdout.no_fnmatch_line("*--hri-suite=*")
     written = report(lamps.path)
-    assert faults(written) == []
+    jsonschema.validate(written, contract.schema())
     (after,) = written["tests"]
     for key in ("nodeid", "id", "suite", "beliefs", "abstract", "concrete", "seed", "plans", "record_sha256", "code"):
         assert after[key] == before[key], key
@@ -182,9 +182,12 @@ def test_a_full_disk_loses_no_result(lamps: pytest.Pytester) -> None:
     ("changed", "told"),
     [
         ({"schema": "hricdv-replay/9"}, "expected schema 'hricdv-replay/1', found 'hricdv-replay/9'"),
-        ({"test": 3}, "replay.test: expected object, found 3"),
+        ({"test": 3}, "Expected `object`, got `int` - at `$.test`; expected a replay file"),
         ({"concrete": {"actions": [], "run": {"patience_s": 6.0}}}, "have different actions; was it edited?"),
-        ({"concrete": {"actions": [{"command": "greet"}], "run": {}}}, "'parameters' is missing"),
+        (
+            {"concrete": {"actions": [{"command": "greet"}], "run": {}}},
+            "missing required field `parameters` - at `$.concrete.actions[0]`",
+        ),
     ],
 )
 def test_what_is_no_replay_file_is_refused(
@@ -209,7 +212,8 @@ def refused(lamps: pytest.Pytester, *options: str) -> str:
     [
         ('{"schema": "hricdv-rep', f"{FILE}:1:12: not JSON, perhaps cut off"),
         ("", f"{FILE}:1:1: not JSON, perhaps cut off"),
-        ("[]", f"{FILE}: expected schema 'hricdv-replay/1', found None"),
+        ("{}", f"{FILE}: expected schema 'hricdv-replay/1', found None"),
+        ("[]", f"{FILE}: Expected `object`, got `array`; expected a replay file"),
     ],
 )
 def test_a_file_that_was_cut_off_is_refused(failed: pytest.Pytester, text: str, told: str) -> None:
