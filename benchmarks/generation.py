@@ -9,7 +9,7 @@ not count. Wall times need an otherwise idle machine; CPU times need one less so
     parsing      the model of the suite
     learning     Q-learning, with its runs of the model
     selection    everything else of the suite: the subsets of the policy, their runs, the greedy choice, ids
-    exploration  all runs of the model, with parsing it again: the proof of impossible bins
+    exploration  all runs of the model, for the proof of impossible bins; it reuses the runs of the suite
 """
 
 from __future__ import annotations

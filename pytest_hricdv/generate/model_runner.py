@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
+from pathlib import Path
 
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure
 from pytest_hricdv.bdi.language.syntax_tree import children
@@ -22,7 +23,7 @@ _ROUND_LIMIT = "round limit"
 
 
 class ModelRunner:
-    """Loads a model once and runs it with any number of belief subsets.
+    """Runs a model with any number of belief subsets.
 
     The percepts of a subset are always in the space's order, so that a set of beliefs has exactly one run. Every run
     starts from the agents' initial beliefs and the model's own seed.
@@ -41,13 +42,8 @@ class ModelRunner:
         self.space = space
         self.run_count = 0
         self._cut_off_count = 0
-        # The plain environment: every external action succeeds, and changes nothing but the trace.
-        environment = Environment()
-        try:
-            self._system = MultiAgentSystem.load(model.path, environment)
-        except (BdiError, OSError) as error:
-            raise GenerateError(f"BDI model {model.path}: {error}") from error
-        self._memo = Memo(self._system)
+        self._memo = _load(model.path, model.sha256())
+        self._system = self._memo.system
         self._check_agents()
         self.plan_labels: Plans = {agent: tuple(self._system.plan_labels(agent)) for agent in model.covered}
         self._coverage_plans = {agent: frozenset(labels) for agent, labels in self.plan_labels.items()}
@@ -146,6 +142,19 @@ class ModelRunner:
     def _covered(self, agent: str, labels: list[str]) -> tuple[str, ...]:
         coverage = self._coverage_plans[agent]
         return tuple([label for label in labels if label in coverage])
+
+
+@lru_cache(maxsize=1)
+def _load(path: Path, sha256: str) -> Memo:
+    """Load the model once per process, so that all methods and the exploration share the memo of its runs.
+
+    The hash is part of the key: a changed model is loaded again. The environment is the plain one, in which every
+    external action succeeds and changes nothing but the trace.
+    """
+    try:
+        return Memo(MultiAgentSystem.load(path, Environment()))
+    except (BdiError, OSError) as error:
+        raise GenerateError(f"BDI model {path}: {error}") from error
 
 
 @lru_cache(maxsize=4096)

@@ -92,3 +92,16 @@ def test_a_run_without_end_is_cut_off_and_noted(tmp_path: Path) -> None:
 def test_an_invalid_model_is_an_error(change: dict[str, object], message: str) -> None:
     with pytest.raises(GenerateError, match=message):
         Model(Path("x.mas2j"), **change)  # type: ignore[arg-type]
+
+
+def test_a_model_that_was_changed_is_loaded_again(tmp_path: Path) -> None:
+    before = ModelRunner(lamps(tmp_path), LAMPS).run(["hall"])
+    changed = ModelRunner(lamps(tmp_path, visitor=VISITOR.replace("leave.", "wait.")), LAMPS)
+    assert (before.lines, changed.run(["hall"]).lines) == (("enter hall", "leave"), ("enter hall", "wait"))
+    assert ModelRunner(lamps(tmp_path), LAMPS).run(["hall"]) == before
+
+
+def test_runners_of_one_model_count_their_own_runs(tmp_path: Path) -> None:
+    one, other = ModelRunner(lamps(tmp_path), LAMPS), ModelRunner(lamps(tmp_path), LAMPS)
+    one.run(["hall"])
+    assert (one.run_count, other.run_count) == (1, 0)
