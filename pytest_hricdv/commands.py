@@ -31,8 +31,9 @@ from pytest_hricdv.results.gates import (
 from pytest_hricdv.results.judgement import Judgement, judge
 from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards, sessions_of
 from pytest_hricdv.results.model import GateResult, Report, TestResult
-from pytest_hricdv.session.exporting import write as export
-from pytest_hricdv.session.exports import FILES, Exports
+from pytest_hricdv.session.export_options import ExportOptions
+from pytest_hricdv.session.exports import write_exports
+from pytest_hricdv.session.option_table import FILES
 
 OK, FAILED, USAGE = 0, 1, 2
 
@@ -122,10 +123,10 @@ def _gate(options: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
-    exports = Exports.of({name: getattr(options, name) for name in FILES})
+    exports = ExportOptions.of({name: getattr(options, name) for name in FILES})
     if not any(getattr(options, name) for name in FILES) and exports.job_summary is None:
         raise ReportError(f"export: say what to write, with {', '.join(f'--{name}=FILE' for name in FILES)}")
-    written = export(load(options.report), exports, options.root)
+    written = write_exports(load(options.report), exports, options.root)
     for text in written.notes:
         print(text)
     for text in written.problems:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from pytest_hricdv.handmade import HriRun
+    from pytest_hricdv.custom_tests import HriRun
     from pytest_hricdv.session.options import Options
 
 NO_SUITE = "no suite is active: choose one with --hri-suite=NAME|PATH, or with hri_suite in the ini file"
@@ -16,7 +16,7 @@ NO_SUITE = "no suite is active: choose one with --hri-suite=NAME|PATH, or with h
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Registers options and ini keys."""
-    from pytest_hricdv.session.options import add_options
+    from pytest_hricdv.session.option_table import add_options
 
     add_options(parser)
 
@@ -52,23 +52,23 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _register(config: pytest.Config, options: Options) -> None:
-    from pytest_hricdv.session.collecting import Collecting, worker_input
-    from pytest_hricdv.session.exporting import Exporting
-    from pytest_hricdv.session.exports import Exports
+    from pytest_hricdv.session.collection import Collection, worker_input
+    from pytest_hricdv.session.export_options import ExportOptions
+    from pytest_hricdv.session.exports import Exporting
     from pytest_hricdv.session.progress import Progress
     from pytest_hricdv.session.reporting import Reporting
     from pytest_hricdv.session.running import Running
 
-    collecting = Collecting(config, options)
-    collecting.limit_paths()
-    running = Running(collecting)
-    config.pluginmanager.register(collecting, "hricdv-collecting")
+    collection = Collection(config, options)
+    collection.limit_paths()
+    running = Running(collection)
+    config.pluginmanager.register(collection, "hricdv-collection")
     config.pluginmanager.register(running, "hricdv-running")
     if worker_input(config) is None:
-        reporting = Reporting(collecting, running)
+        reporting = Reporting(collection, running)
         config.pluginmanager.register(reporting, "hricdv-reporting")
         config.pluginmanager.register(Progress(config, reporting.chosen), "hricdv-progress")
-        config.pluginmanager.register(Exporting(config, reporting, Exports.read(config)), "hricdv-exporting")
+        config.pluginmanager.register(Exporting(config, reporting, ExportOptions.read(config)), "hricdv-exporting")
 
 
 @pytest.hookimpl(wrapper=True)
@@ -77,18 +77,18 @@ def pytest_collection(session: pytest.Session) -> Iterator[None]:
     try:
         return (yield)
     except pytest.UsageError as error:
-        from pytest_hricdv.session.absent import hint
+        from pytest_hricdv.session.collection import missing_items
         from pytest_hricdv.session.options import read_options
 
-        active = session.config.pluginmanager.hasplugin("hricdv-collecting")
-        more = hint(session.config.args, read_options(session.config) if active else None)
+        active = session.config.pluginmanager.hasplugin("hricdv-collection")
+        more = missing_items(session.config.args, read_options(session.config) if active else None)
         error.args = (*error.args[:-1], f"{error.args[-1]}{more}")
         raise
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Without a suite, a test that asks for `hri_case` is skipped with a word on how to choose one."""
-    if "hri_case" in metafunc.fixturenames and not metafunc.config.pluginmanager.hasplugin("hricdv-collecting"):
+    if "hri_case" in metafunc.fixturenames and not metafunc.config.pluginmanager.hasplugin("hricdv-collection"):
         skip = pytest.mark.skip(reason=NO_SUITE)
         metafunc.parametrize("hri_case", [pytest.param(None, marks=skip)], ids=["no-suite"])
 
@@ -96,6 +96,6 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 @pytest.fixture
 def hri_run(request: pytest.FixtureRequest) -> HriRun:
     """Runs an abstract test given as text, and returns its result: verdicts, outcome, record. Needs no suite."""
-    from pytest_hricdv.handmade import hri_run
+    from pytest_hricdv.custom_tests import hri_run
 
     return hri_run(request)

@@ -1,4 +1,4 @@
-"""Films of runs: what a camera is, when it takes pictures, what is drawn on them, and the files they end in.
+"""Films of runs: cameras, the schedule of pictures, captions, and film files.
 
-Nothing here knows what is filmed. Pillow and the encoder are imported only where a film is made.
+Independent of what is filmed. Pillow and the encoder are imported only when a film is made.
 """

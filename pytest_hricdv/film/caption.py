@@ -1,4 +1,4 @@
-"""What is drawn on a picture: simulated time, the robot's state, verdicts so far, the last message or violation."""
+"""Captions of pictures: simulated time, the robot's state, verdicts so far, the last message or violation."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from PIL.ImageFont import ImageFont as BitmapFont
 
 BAR_PX = 72
-"""Height of the bar below the picture; more where that makes the frame's height a multiple of BLOCK_PX."""
+"""Minimum height of the bar below the picture; the frame's height is a multiple of BLOCK_PX."""
 
 BLOCK_PX = 16
-"""Encoders want frames of whole blocks."""
+"""Encoders require frames of whole blocks."""
 
 EDGE_PX = 12
 FRAME_PX = 6
 EVENT_PX = (17, 15, 13)
-"""Sizes of the last line's text: the first one that it fits in."""
+"""Font sizes of the last line: the largest that fits is used."""
 
 INK, PAPER, SOFT, ALARM = (245, 245, 245), (24, 27, 33), (165, 172, 184), (214, 48, 49)
 BADGES: Mapping[str, tuple[int, int, int]] = {"Passed": (30, 132, 73), "Failed": ALARM, "NC": (84, 92, 105)}
@@ -30,15 +30,15 @@ BADGES: Mapping[str, tuple[int, int, int]] = {"Passed": (30, 132, 73), "Failed":
 
 @dataclass(frozen=True)
 class Caption:
-    """What a frame says beside its picture.
+    """The caption of a frame.
 
     Args:
         time_s: simulated time (s).
-        state: the robot's, empty where unknown.
+        state: of the robot; empty if unknown.
         verdicts: requirement -> verdict so far.
-        event: the last message, or the violation that a viewer should know of.
-        alarm: a violation goes on: the picture gets a red frame.
-        slow: the film runs in slow motion here.
+        event: the last message, or the present violation.
+        alarm: a violation is shown; the picture has a red frame.
+        slow: the film is in slow motion.
     """
 
     time_s: float
@@ -49,7 +49,7 @@ class Caption:
     slow: bool = False
 
     def differs(self, other: Caption | None) -> bool:
-        """True when a viewer reads more than a later time."""
+        """True if more than the time has changed."""
         if other is None:
             return True
         mine, theirs = ((each.state, dict(each.verdicts), each.event, each.alarm, each.slow) for each in (self, other))
@@ -57,7 +57,7 @@ class Caption:
 
 
 def captioned(picture: Image, caption: Caption) -> Image:
-    """A copy of the picture with a bar below it; a frame is as wide and high as whole blocks need."""
+    """A copy of the picture with the caption in a bar below it, enlarged to whole blocks."""
     from PIL import Image, ImageDraw
 
     width = -(-picture.width // BLOCK_PX) * BLOCK_PX
@@ -73,7 +73,7 @@ def captioned(picture: Image, caption: Caption) -> Image:
     if caption.state:
         left = max(left + 24, 150)
         _written(draw, (left, top), _fitting(draw, f"robot: {caption.state}", right - left - EDGE_PX, 24), 24, INK)
-    if caption.slow:  # on the picture, whose pace it tells: the bar's first line may be full
+    if caption.slow:  # on the picture, because the bar's first line may be full
         _label(draw, (2 * EDGE_PX, picture.height - 2 * EDGE_PX), "slow motion")
     room = width - 2 * EDGE_PX
     size = next((size for size in EVENT_PX if draw.textlength(caption.event, font=_font(size)) <= room), EVENT_PX[-1])
@@ -83,7 +83,7 @@ def captioned(picture: Image, caption: Caption) -> Image:
 
 
 def titled(frame: Image, title: str, width: int, *, alarm: bool) -> Image:
-    """A frame scaled down to a width, under a title: a panel of the strip."""
+    """A panel of the strip: a frame scaled to a width, with a title above."""
     from PIL import Image, ImageDraw
 
     small = frame.resize((width, round(frame.height * width / frame.width)), Image.Resampling.LANCZOS)
@@ -94,7 +94,7 @@ def titled(frame: Image, title: str, width: int, *, alarm: bool) -> Image:
 
 
 def blank(size: tuple[int, int], text: str) -> Image:
-    """A frame of a moment that never came."""
+    """A frame for a moment that did not happen."""
     from PIL import Image, ImageDraw
 
     frame = Image.new("RGB", size, PAPER)

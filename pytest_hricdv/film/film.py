@@ -1,4 +1,4 @@
-"""What a testbench says about being filmed: its camera, and what a viewer wants to see."""
+"""How a testbench is filmed: its camera, key moments and state."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
 
 
 class Camera(Protocol):
-    """Takes pictures of a world that stands still meanwhile, and does not change it."""
+    """Takes pictures of a world. It does not change the world, which stands still meanwhile."""
 
     def picture(self, *, fine: bool = False) -> Image:
         """The scene now, as an RGB picture that always has the same size.
 
-        The very object of the last call says that nothing has moved since. `fine` pictures may take their time.
+        Returns the same object as the last call if nothing has moved since. `fine` pictures may be slow to render.
         """
 
     def close(self) -> None:
-        """Give back what the camera took."""
+        """Release what the camera holds."""
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,12 @@ class Film:
     """How the runs of a testbench are filmed.
 
     Args:
-        camera: puts up a camera in the world of a run (`run.kernel.world`).
-        moments: the key frames beside violation and end, in the order in which they come in a turn: what they show ->
-            the message, or the bool signal becoming true, that they are taken right after.
-        state: the message and field that tell the robot's state, as in "state.name"; nothing is drawn without.
-        period_s: pictures are taken at whole multiples of this. The world's own control period keeps filming from
-            disturbing it: the run stops for pictures only where it stops anyway.
+        camera: makes a camera in the world of a run (`run.kernel.world`).
+        moments: the key frames besides violation and end, in their order within a turn: title -> the message, or the
+            bool signal that becomes true, after which the frame is taken.
+        state: the message and field with the robot's state, for instance "state.name"; empty: not shown.
+        period_s: pictures are taken at multiples of this. Use the world's control period: the run then stops for
+            pictures only where it stops anyway, and filming does not change it.
 
     Raises:
         ValueError: a period that is not a positive number of microseconds.
@@ -57,7 +57,7 @@ class Film:
         return round(self.period_s * 1_000_000)
 
     def faults(self, vocabulary: Vocabulary, topics: Mapping[str, frozenset[str]]) -> list[str]:
-        """What it names that the testbench does not have.
+        """Names in it that the testbench does not have, one message each.
 
         Args:
             vocabulary: the testbench's signals.

@@ -1,48 +1,44 @@
-"""Frames into a file: MP4, or GIF where there is no encoder. Written aside and renamed."""
+"""Film files: MP4, or GIF if there is no encoder. They are written atomically."""
 
 from __future__ import annotations
 
-import os
 import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
+
+from pytest_hricdv.atomic_file import temporary_path
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
 FRAMES_PER_S = 12
 
-PATIENCE_S = 60.0
-"""After the last frame the encoder has so long to finish."""
+ENCODER_TIMEOUT_S = 60.0
+"""Time for the encoder to finish after the last frame."""
 
 GIF_WIDTH_PX = 480
 GIF_COLOURS = 64
 GIF_EVERY = 2
-"""A GIF gets every other frame, and each for twice as long: it is some ten times as large as an MP4 otherwise."""
+"""A GIF has every second frame, each for twice as long: a GIF is about ten times as large as an MP4."""
 
 
 class Video(Protocol):
     """A film file that is being written."""
 
     path: Path
-    """Where it is when it is finished."""
+    """Path of the finished file."""
 
     frames: int
-    """How many it got so far."""
+    """Number of frames so far."""
 
     def add(self, frame: Image) -> None:
         """Append a frame; all have the same size. Raises OSError where it cannot be written."""
 
     def finish(self) -> None:
-        """Complete the file and give it its name. Raises OSError where it cannot be written."""
+        """Complete the file and rename it. Raises OSError where it cannot be written."""
 
     def discard(self) -> None:
-        """Leave nothing behind; without effect after `finish`."""
-
-
-def aside(path: Path) -> Path:
-    """Where a file is written before it is renamed: the same folder, or the rename would not be atomic."""
-    return path.with_name(f".{path.name}.{os.getpid()}.part")
+        """Remove what was written; no effect after `finish`."""
 
 
 def has_encoder() -> bool:
@@ -62,9 +58,9 @@ def video(path: Path) -> Video:
 
 
 class Mp4:
-    """H.264, in a form that browsers play; frames go to the encoder as they come.
+    """H.264, as browsers play it; frames are sent to the encoder one by one.
 
-    imageio-ffmpeg brings the encoder. Its own writer is not used: it does not see that the encoder failed.
+    imageio-ffmpeg installs the encoder. Its writer is not used, because it does not report a failed encoder.
     """
 
     def __init__(self, path: Path) -> None:
@@ -80,7 +76,7 @@ class Mp4:
         try:
             self._encoder.stdin.write(frame.tobytes())
         except BrokenPipeError:
-            self.finish()  # says why the encoder gave up
+            self.finish()  # raises the encoder's error
         self.frames += 1
 
     def finish(self) -> None:
@@ -89,13 +85,13 @@ class Mp4:
         if encoder is None:
             raise OSError("a film without a single frame")
         try:
-            _, said = encoder.communicate(timeout=PATIENCE_S)
+            _, said = encoder.communicate(timeout=ENCODER_TIMEOUT_S)
         except subprocess.TimeoutExpired:
             encoder.kill()
             _, said = encoder.communicate()
         if encoder.returncode != 0:
             raise OSError(f"the encoder failed ({encoder.returncode}): {said.decode(errors='replace').strip()[-200:]}")
-        aside(self.path).replace(self.path)
+        temporary_path(self.path).replace(self.path)
 
     def discard(self) -> None:
         """See `Video`."""
@@ -103,7 +99,7 @@ class Mp4:
             self._encoder.kill()
             self._encoder.communicate()
             self._encoder = None
-        aside(self.path).unlink(missing_ok=True)
+        temporary_path(self.path).unlink(missing_ok=True)
 
     def _started(self, size: tuple[int, int]) -> subprocess.Popen[bytes]:
         import imageio_ffmpeg
@@ -120,7 +116,7 @@ class Mp4:
             "-i",
             "-",
         ]
-        # One thread: other workers run tests. The file's name does not say its format while it is written aside.
+        # One thread: other workers run tests. The format is given because the name of the part file does not show it.
         made = [
             "-c:v",
             "libx264",
@@ -136,7 +132,7 @@ class Mp4:
             "mp4",
         ]
         return subprocess.Popen(
-            [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", *given, *made, str(aside(self.path))],
+            [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", *given, *made, str(temporary_path(self.path))],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
@@ -144,7 +140,7 @@ class Mp4:
 
 
 class Gif:
-    """A GIF of fewer, smaller frames, which Pillow writes when all are there."""
+    """A GIF of fewer, smaller frames, written by Pillow at the end."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -165,7 +161,7 @@ class Gif:
             raise OSError("a film without a single frame")
         first, *others = self._kept
         duration_ms = 1000 * GIF_EVERY // FRAMES_PER_S
-        part = aside(self.path)
+        part = temporary_path(self.path)
         first.save(part, format="GIF", save_all=True, append_images=others, duration=duration_ms, loop=0)
         part.replace(self.path)
         self._kept.clear()
@@ -173,4 +169,4 @@ class Gif:
     def discard(self) -> None:
         """See `Video`."""
         self._kept.clear()
-        aside(self.path).unlink(missing_ok=True)
+        temporary_path(self.path).unlink(missing_ok=True)

@@ -1,67 +1,138 @@
-"""Which files a session writes for other tools: options, ini keys, and what GitHub's environment asks for."""
+"""Exporting: what other tools read of a session, written when it is over. For the controlling process."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
-FILES = {
-    "cobertura": "write the coverage of the code under test as Cobertura XML",
-    "lcov": "write the coverage of the code under test as an LCOV tracefile",
-    "summary": "write the session's summary as markdown",
-}
+from pytest_hricdv.report import coverage_files, files, junit, markdown, totals
+from pytest_hricdv.report.annotations import Place, commands
+from pytest_hricdv.results.codec import ReportError
+from pytest_hricdv.results.model import Report
 
-
-def add_options(group: pytest.OptionGroup, parser: pytest.Parser) -> None:
-    """Register the options that name files, and their ini keys."""
-    for name, what in FILES.items():
-        group.addoption(f"--hri-{name}", metavar="FILE", help=what)
-        parser.addini(f"hri_{name}", f"default of --hri-{name}", default="")
+if TYPE_CHECKING:
+    from pytest_hricdv.session.export_options import ExportOptions
+    from pytest_hricdv.session.reporting import Reporting
 
 
 @dataclass(frozen=True)
-class Exports:
-    """The files to write; None for those that nobody asked for.
+class Written:
+    """What to say of files: where they are, or why they are not written; and what went wrong."""
 
-    `job_summary` is GitHub's, and is appended to; `github` says that the session runs in a workflow there.
+    notes: tuple[str, ...]
+    problems: tuple[str, ...]
+
+
+def write_exports(report: Report, exports: ExportOptions, root: str) -> Written:
+    """Write the files that were asked for.
+
+    Args:
+        report: of a session, or merged.
+        exports: which files.
+        root: the folder that the report's file names are relative to.
     """
-
-    cobertura: Path | None
-    lcov: Path | None
-    summary: Path | None
-    job_summary: Path | None
-    github: bool
-
-    @classmethod
-    def read(cls, config: pytest.Config) -> Exports:
-        """The files in force. Raises pytest.UsageError for one that cannot be written."""
-        named = {name: _path(config, name) for name in FILES}
-        given = [path for path in named.values() if path is not None]
-        twice = next((path for path in given if given.count(path) > 1), None)
-        if twice is not None:
-            names = " and ".join(f"--hri-{name}" for name, path in named.items() if path == twice)
-            raise pytest.UsageError(f"{names}: expected a file for each, and both are to be {twice}")
-        return cls.of(named)
-
-    @classmethod
-    def of(cls, named: Mapping[str, Path | None]) -> Exports:
-        """These files, and what GitHub's environment asks for."""
-        job = os.environ.get("GITHUB_STEP_SUMMARY", "")
-        return cls(**named, job_summary=Path(job) if job else None, github=os.environ.get("GITHUB_ACTIONS") == "true")
+    notes: list[str] = []
+    problems: list[str] = []
+    texts: dict[str, tuple[Path | None, Callable[[], str]]] = {
+        "cobertura": (exports.cobertura, lambda: coverage_files.cobertura(report, root)),
+        "lcov": (exports.lcov, lambda: coverage_files.lcov(report)),
+        "summary": (exports.summary, lambda: markdown.markdown(report)),
+    }
+    for name, (path, text) in texts.items():
+        if path is None:
+            continue
+        if name != "summary" and not report.code_under_test.measured:  # a file would say 0 %
+            notes.append(f"{name}: not written, the code was not measured: {totals.unmeasured(report)}")
+            continue
+        try:
+            notes.append(f"{name}: {files.write_text(path, text())}")
+        except ReportError as error:
+            problems.append(f"--hri-{name}: {error}")
+    if exports.job_summary is not None:
+        problems += _appended(exports.job_summary, f"{markdown.markdown(report)}\n")
+    return Written(tuple(notes), tuple(problems))
 
 
-def _path(config: pytest.Config, name: str) -> Path | None:
-    given = config.getoption(f"hri_{name}")
-    text = str(config.getini(f"hri_{name}") if given is None else given).strip()
-    if not text:
-        if given is not None:
-            raise pytest.UsageError(f"--hri-{name}: expected the name of a file to write")
-        return None
-    path = config.invocation_params.dir / text
-    if path.is_dir():
-        raise pytest.UsageError(f"--hri-{name}={text}: expected the name of a file to write, and there is a folder")
-    return path
+def _appended(path: Path, text: str) -> list[str]:
+    """GitHub reads the file when the step is over, and other steps may have written to it."""
+    try:
+        with path.open("a", encoding="utf-8", errors="backslashreplace") as file:
+            file.write(text)
+    except OSError as error:
+        return [f"GITHUB_STEP_SUMMARY={path}: {error.strerror or error}"]
+    return []
+
+
+class Exporting:
+    """Writes the files after the report, whatever became of the session; what cannot be written fails it."""
+
+    def __init__(self, config: pytest.Config, reporting: Reporting, exports: ExportOptions) -> None:
+        self._config = config
+        self._reporting = reporting
+        self._exports = exports
+        self._places: dict[str, Place] = {}
+        self._notes: list[str] = []
+        self._problems: list[str] = []
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_sessionstart(self) -> None:
+        """Finds out before the first test that a file could not be written after the last."""
+        exports = self._exports
+        if self._config.getoption("collectonly"):
+            return
+        for path in (exports.cobertura, exports.lcov, exports.summary):
+            if path is not None:
+                try:
+                    files.prepare(path.parent)
+                except ReportError as error:
+                    raise pytest.UsageError(f"{path}: {error}") from None
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Notes where the test function stands."""
+        file, line, _ = report.location
+        self._places[report.nodeid] = (self._in_repository(file), (line or 0) + 1)
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> Iterator[None]:
+        """Around everything else: the report is there when this is over."""
+        try:
+            return (yield)
+        finally:
+            if self._reporting.report is not None:
+                self._export(self._reporting.report)
+                session.testsfailed += bool(self._problems)
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Where the files are, what went wrong with them, and what GitHub is to show beside the source."""
+        for note in self._notes:
+            terminalreporter.write_line(note, light=True)
+        for problem in self._problems:
+            terminalreporter.write_line(f"FAILED {problem}", red=True, bold=True)
+        if self._exports.github and self._reporting.report is not None:
+            for command in commands(self._reporting.report, self._places):
+                terminalreporter.write_line(command)
+
+    def _export(self, report: Report) -> None:
+        self._tell_junit(report)
+        written = write_exports(report, self._exports, str(self._config.rootpath))
+        self._notes += written.notes
+        self._problems += written.problems
+
+    def _tell_junit(self, report: Report) -> None:
+        # pytest's documented way, `record_testsuite_property`, is a fixture: with xdist, fixtures run in workers, where
+        # no XML is written.
+        for plugin in self._config.pluginmanager.get_plugins():
+            if hasattr(plugin, "add_global_property"):
+                for name, value in junit.suite_properties(report):
+                    plugin.add_global_property(name, value)
+
+    def _in_repository(self, file: str) -> str:
+        """A file's name as GitHub knows it: relative to the checked-out repository, with slashes."""
+        root = os.environ.get("GITHUB_WORKSPACE") or self._config.invocation_params.dir
+        return Path(os.path.relpath(self._config.rootpath / file, root)).as_posix()

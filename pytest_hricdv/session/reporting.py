@@ -25,10 +25,9 @@ from pytest_hricdv.report import files, findings, terminal
 from pytest_hricdv.results.building import SessionInfo, build_report
 from pytest_hricdv.results.codec import ReportError, decode
 from pytest_hricdv.results.model import GateResult, ModelSource, Report, RerunOptions, SearchResult, TestResult
-from pytest_hricdv.session import filming
-from pytest_hricdv.session.collecting import Collecting, case_of
+from pytest_hricdv.session import films
+from pytest_hricdv.session.collection import Collection, case_of, missing_items
 from pytest_hricdv.session.gate_check import GateCheck
-from pytest_hricdv.session.missing_items import hint
 from pytest_hricdv.session.post_session import PostSession
 from pytest_hricdv.session.replaying import LEAVE_A_FILE
 from pytest_hricdv.session.rerunning import Rerunning
@@ -57,7 +56,7 @@ class _Head(msgspec.Struct):
 class Reporting:
     """Collects results by node id, checks that none is lost and that the gates are passed, writes the report."""
 
-    def __init__(self, collecting: Collecting, running: Running) -> None:
+    def __init__(self, collecting: Collection, running: Running) -> None:
         self.collecting = collecting
         self.running = running
         self.options = collecting.options
@@ -117,7 +116,7 @@ class Reporting:
 
     def _check_film(self) -> None:
         try:
-            filming.check(self.collecting.testbench)
+            films.check(self.collecting.testbench)
         except TestbenchError as error:
             raise pytest.UsageError(str(error)) from None
 
@@ -216,7 +215,7 @@ class Reporting:
         nothing_to_report = not self.chosen and not self._is_empty_shard
         if session.config.getoption("collectonly") or nothing_to_report:
             # xdist says nothing of node ids that its workers did not find.
-            self.absent = "" if self.chosen else hint(session.config.args, self.options)
+            self.absent = "" if self.chosen else missing_items(session.config.args, self.options)
             return
         results, searched = self._post_session(self._all_results(), stopped=stopped)
         if self.running.failures.problem:

@@ -20,8 +20,8 @@ from pytest_hricdv.results.building import build_result, requirement_texts
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import RequirementText, TestOutcome, TestResult
 from pytest_hricdv.runtime import KernelError
-from pytest_hricdv.session.collecting import Collecting, case_of
-from pytest_hricdv.session.filming import Filming, film_text
+from pytest_hricdv.session.collection import Collection, case_of
+from pytest_hricdv.session.films import Filming, film_text
 from pytest_hricdv.session.replaying import Failures, Provenance, replay_mismatch
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
@@ -41,7 +41,7 @@ class RerunInfo(TypedDict):
 class Running:
     """Runs cases, measures them, and sends one JSON text per test along with pytest's own report."""
 
-    def __init__(self, collecting: Collecting) -> None:
+    def __init__(self, collecting: Collection) -> None:
         self.collecting = collecting
         self.options = collecting.options
         self._used: Measurement = NoMeasurement("nothing has run")

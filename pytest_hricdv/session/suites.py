@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from pytest_hricdv.atomic_file import write_text
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.generate.concrete import UNIFORM, expand
 from pytest_hricdv.generate.context import GenerationContext, Method
@@ -20,7 +21,7 @@ from pytest_hricdv.generate.methods import select_methods
 from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.generate.text_format import dump_tests
 from pytest_hricdv.results.building import GeneratedSuite
-from pytest_hricdv.session import learning
+from pytest_hricdv.session.learning_options import METHOD, parameters, warm_start
 from pytest_hricdv.session.options import Options
 from pytest_hricdv.testbench import Testbench
 
@@ -42,7 +43,7 @@ def selected_suites(
     """
     try:
         methods = select_methods(options.suites, root)
-        context = _context(options, testbench, learns=any(method.name == learning.METHOD for method in methods))
+        context = _context(options, testbench, learns=any(method.name == METHOD for method in methods))
         selected = [_generate(method, context, cache, say) for method in methods]
     except GenerateError as error:
         raise pytest.UsageError(f"--hri-suite: {error}") from None
@@ -58,7 +59,7 @@ def selected_suites(
 def _context(options: Options, testbench: Testbench, *, learns: bool) -> GenerationContext:
     """What the suites are generated from."""
     if options.learning.named and not learns:
-        raise pytest.UsageError(f"{options.learning.named[0]}: nothing is learned; select the suite {learning.METHOD}")
+        raise pytest.UsageError(f"{options.learning.named[0]}: nothing is learned; select the suite {METHOD}")
     context = GenerationContext(
         model=testbench.model,
         space=testbench.beliefs,
@@ -72,8 +73,8 @@ def _context(options: Options, testbench: Testbench, *, learns: bool) -> Generat
         return context
     return replace(
         context,
-        learning=learning.parameters(options.learning, testbench),
-        start=learning.warm_start(options.learning, testbench),
+        learning=parameters(options.learning, testbench),
+        start=warm_start(options.learning, testbench),
         save=options.learning.save,
     )
 
@@ -85,7 +86,7 @@ def _generate(
         return GeneratedSuite(method.generate(context), 0.0, cached=False)
     key = f"{CACHE_FOLDER}/{context.fingerprint(method.name)}"
     text = cache.get(key, None) if cache is not None else None
-    learned_anew = method.name == learning.METHOD and context.save is not None  # the cache keeps suites, not tables
+    learned_anew = method.name == METHOD and context.save is not None  # the cache keeps suites, not tables
     if isinstance(text, str) and not learned_anew:
         try:
             return GeneratedSuite(Suite.from_json(text), 0.0, cached=True)
@@ -135,17 +136,9 @@ def from_text(text: str) -> list[GeneratedSuite]:
 def export(selected: Iterable[GeneratedSuite], folder: Path) -> list[Path]:
     """Write each suite as a text file that `--hri-suite=FOLDER` reads back with its ids unchanged.
 
-    Each file is written aside and renamed. Raises pytest.UsageError where the folder cannot be written.
+    Raises pytest.UsageError where the folder cannot be written.
     """
-    written = []
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for each in selected:
-            path = folder / f"{each.suite.name}.txt"
-            aside = path.with_suffix(".txt.part")
-            aside.write_text(dump_tests(each.suite.tests), encoding="utf-8")
-            aside.replace(path)
-            written.append(path)
+        return [write_text(folder / f"{each.suite.name}.txt", dump_tests(each.suite.tests)) for each in selected]
     except OSError as error:
         raise pytest.UsageError(f"--hri-export={folder}: {error.strerror or error}; choose another folder") from None
-    return written

@@ -135,7 +135,7 @@ def test_the_time_of_the_test_is_without_its_film(filmed: pytest.Pytester) -> No
 def test_no_more_than_a_few_failures_of_a_requirement_are_filmed_and_the_others_say_so(
     filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pytest_hricdv.session.filming.FILMS_EACH", 1)
+    monkeypatch.setattr("pytest_hricdv.session.films.FILMS_EACH", 1)
     result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film")
     first, second = sorted(films(filmed.path).values(), key=lambda film: film["note"])
     assert (first["note"], second["video"]) == ("", None)
@@ -147,7 +147,7 @@ def test_a_replay_that_goes_another_way_is_said_to(filmed: pytest.Pytester) -> N
     change(filmed.path, "conftest.py", "        shade = ", "        self.lamp.set(33.0)\n        shade = ")
     result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
     assert result.ret == 0
-    assert films(filmed.path)[BRIGHT]["note"].startswith("the replay went another way (record ")
+    assert films(filmed.path)[BRIGHT]["note"].startswith("the replay differs from the run (record ")
 
 
 def test_a_camera_that_fails_costs_the_film_and_not_the_report(filmed: pytest.Pytester) -> None:
@@ -173,7 +173,7 @@ def test_what_cannot_be_filmed_is_refused_before_the_run(lamps: pytest.Pytester,
 
 
 def test_without_pillow_the_extra_is_named(filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pytest_hricdv.session.filming.find_spec", lambda name: None)
+    monkeypatch.setattr("pytest_hricdv.session.films.find_spec", lambda name: None)
     result = filmed.runpytest_inprocess("--hri-suite=by-hand", "--hri-film")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert '--hri-film: Pillow is not installed: pip install "pytest-hricdv[sim]"' in result.stderr.str()

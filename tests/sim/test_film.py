@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from pytest_hricdv.case import CaseResult
-from pytest_hricdv.film import shooting
+from pytest_hricdv.film import schedule
 from pytest_hricdv.film.caption import ALARM
 from pytest_hricdv.film.video import FRAMES_PER_S, has_encoder
 from pytest_hricdv.runtime import Recorder
-from pytest_hricdv.session.filming import FOLDER, Filming
+from pytest_hricdv.session.films import FOLDER, Filming
 from sim.engine import bullet
 from sim.film import GAP_PX, HAND_PX, HEIGHT_PX, SCENE_PX, Camera, visible
 from sim.world import World
@@ -53,7 +53,7 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Filmed]:
     folder = tmp_path_factory.mktemp("report")
     result = bench.run(bench.concrete(bench.leg("111"), seed=3, **IN_THE_WAY))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(shooting, "SHORTEST_STEP_S", 2.0)
+        patch.setattr(schedule, "SHORTEST_STEP_S", 2.0)
         yield Filmed(result, Filming(bench.testbench(), bench.requirements(), folder).film(result), folder)
 
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.film.film import Film
-from pytest_hricdv.film.shooting import FRAMES, Moment, key_moments, shooting
+from pytest_hricdv.film.schedule import FRAMES, Moment, key_moments, schedule
 
 PERIOD_US = 50_000
 MOMENTS = {"request": "request", "grasp": "leg_held", "offer": "leg_ready", "decision": "reading"}
@@ -56,7 +56,7 @@ def test_without_a_violation_the_first_turn_is_shown() -> None:
 
 
 def test_pictures_of_key_frames_are_taken_right_after_them_and_around_a_violation_at_every_period() -> None:
-    plan = shooting(key_moments(MOMENTS, TWO_TURNS, 14.0, 100.0), [14.0], 100.0, PERIOD_US)
+    plan = schedule(key_moments(MOMENTS, TWO_TURNS, 14.0, 100.0), [14.0], 100.0, PERIOD_US)
     assert plan.keys["request"] == 3_050_000
     assert plan.keys["violation"] == 14_050_000
     assert plan.keys["end"] == 100_000_000
@@ -67,7 +67,7 @@ def test_pictures_of_key_frames_are_taken_right_after_them_and_around_a_violatio
 
 
 def test_what_happens_at_the_very_end_is_shown_by_the_last_picture() -> None:
-    plan = shooting([Moment("violation", 9.98), Moment("end", 10.0)], [9.98], 10.0, PERIOD_US)
+    plan = schedule([Moment("violation", 9.98), Moment("end", 10.0)], [9.98], 10.0, PERIOD_US)
     assert plan.keys == {"violation": 10_000_000, "end": 10_000_000}
     assert max(plan.times_us) < 10_000_000
 
@@ -81,7 +81,7 @@ def test_pictures_are_few_and_lie_on_the_grid_and_within_the_run(
     end_s: float, violations_s: list[float], period_us: int
 ) -> None:
     times_s = sorted(share * end_s for share in violations_s)
-    plan = shooting(key_moments({}, [], None, end_s), times_s, end_s, period_us)
+    plan = schedule(key_moments({}, [], None, end_s), times_s, end_s, period_us)
     assert list(plan.times_us) == sorted(set(plan.times_us))
     assert all(time_us % period_us == 0 and time_us <= end_s * 1e6 + period_us for time_us in plan.times_us)
     slow_each = 2_000_000 // period_us + 3

@@ -1,4 +1,4 @@
-"""When pictures of a run are taken: known before it is filmed, because a run that is replayed goes as it went."""
+"""When pictures of a run are taken. It is known before the replay, because a replay is the same run."""
 
 from __future__ import annotations
 
@@ -8,31 +8,31 @@ from dataclasses import dataclass
 US_PER_S = 1_000_000
 
 FRAMES = 240
-"""About as many pictures are taken at regular intervals, whatever the length of the run: a longer one runs faster."""
+"""Approximate number of pictures at regular intervals; the film of a longer run is faster."""
 
 SHORTEST_STEP_S = 0.2
 SLOW_BEFORE_S, SLOW_AFTER_S = 0.5, 1.5
-"""Around a violation a picture is taken at every period: it is seen in slow motion."""
+"""Around a violation a picture is taken in every period, which gives slow motion."""
 
 SLOW_VIOLATIONS = 3
-"""Only the first ones are: a requirement can be violated hundreds of times in a run."""
+"""Only the first violations are in slow motion: a run can have hundreds."""
 
 VIOLATION, END = "violation", "end"
 
 
 @dataclass(frozen=True)
 class Moment:
-    """A key frame: what it shows, and when (s); None where that never happened."""
+    """A key frame: what it shows, and when (s); None if it did not happen."""
 
     shows: str
     time_s: float | None
 
 
 @dataclass(frozen=True)
-class Shooting:
+class Schedule:
     """The times (us) at which pictures are taken, and the key frames among them: shown -> time, or None without.
 
-    The last key frame is the end of the run: the picture that is taken when all is over.
+    The last key frame is the end of the run.
     """
 
     times_us: tuple[int, ...]
@@ -59,7 +59,7 @@ def key_moments(
     after_s, until_s = 0.0, end_s
     for shown, event in moments.items():
         times = [time_s for time_s, name in events if name == event]
-        if not found:  # a turn goes from one such event to the next
+        if not found:  # a turn lasts from one such event to the next
             begun = [time_s for time_s in times if violation_s is None or time_s <= violation_s]
             first_s = begun[0 if violation_s is None else -1] if begun else None
             if first_s is not None:
@@ -78,7 +78,7 @@ def _later(moment: Moment, than_s: float | None) -> bool:
     return than_s is not None and moment.time_s is not None and moment.time_s > than_s
 
 
-def shooting(moments: Sequence[Moment], violations_s: Sequence[float], end_s: float, period_us: int) -> Shooting:
+def schedule(moments: Sequence[Moment], violations_s: Sequence[float], end_s: float, period_us: int) -> Schedule:
     """The times of all pictures.
 
     Args:
@@ -99,11 +99,11 @@ def shooting(moments: Sequence[Moment], violations_s: Sequence[float], end_s: fl
         time_us = None if moment.time_s is None else _next(moment.time_s, period_us)
         keys[moment.shows] = time_us if time_us is None or time_us < end_us else end_us
         times.update([time_us] if time_us is not None and time_us < end_us else [])
-    return Shooting(tuple(sorted(times)), keys | {moments[-1].shows: end_us}, tuple(slow))
+    return Schedule(tuple(sorted(times)), keys | {moments[-1].shows: end_us}, tuple(slow))
 
 
 def _next(time_s: float, period_us: int) -> int:
-    """The first multiple of the period after a time: what happens at that time has happened then."""
+    """The first multiple of the period after a time."""
     return (round(time_s * US_PER_S) // period_us + 1) * period_us
 
 

@@ -1,4 +1,4 @@
-"""Filming: a test that failed is run once more, with a camera in its world. Nothing is rendered in a measured run."""
+"""Films: a failed test is run again with a camera in its world. Measured runs are never rendered."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
 
+from pytest_hricdv.atomic_file import temporary_path
 from pytest_hricdv.case import CaseResult, execute
 from pytest_hricdv.coverage.measurement import NoMeasurement
 from pytest_hricdv.coverage.records import ReportedViolation
 from pytest_hricdv.film.film import Film
-from pytest_hricdv.film.reel import Alarm, Filmed, Reel
-from pytest_hricdv.film.shooting import Shooting, key_moments, shooting
-from pytest_hricdv.film.video import FRAMES_PER_S, Video, aside, video
+from pytest_hricdv.film.recorder import Alarm, FilmedWorld, FilmRecorder
+from pytest_hricdv.film.schedule import Schedule, key_moments, schedule
+from pytest_hricdv.film.video import FRAMES_PER_S, Video, video
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.report.explanation import violation
 from pytest_hricdv.report.formatting import plural
@@ -30,13 +31,13 @@ from pytest_hricdv.testbench import Testbench, TestbenchError
 FOLDER = "films"
 
 FILMS_EACH = 5
-"""So many failures of each requirement are filmed in a process: a film takes far longer than its test."""
+"""Maximum number of filmed failures of each requirement in a process: a film takes far longer than its test."""
 
 UNMEASURED = NoMeasurement("a replay for its film")
 
 
 def check(testbench: Testbench) -> None:
-    """Raise TestbenchError, which says what to do, where nothing can be filmed."""
+    """Raise TestbenchError, with what to do, if nothing can be filmed."""
     if testbench.film is None:
         raise TestbenchError(
             f"--hri-film: testbench {testbench.name!r} cannot be filmed: "
@@ -64,7 +65,7 @@ class Filming:
     def film(self, result: CaseResult) -> FilmResult:
         """Film the run that gave this result.
 
-        Whatever goes wrong is said in its `note`: a failed test must be reported even when the disk is full.
+        Errors are written into its `note`: a failed test must be reported even when the disk is full.
         """
         failed = [verdict.requirement for verdict in result.verdicts if verdict.verdict == "Failed"] or [""]
         if all(self._filmed[requirement] >= FILMS_EACH for requirement in failed):
@@ -88,12 +89,12 @@ class Filming:
         try:
             film_run = FilmRun(self._testbench.film, result, film)
             again = execute(self._testbench, self._requirements, result.test, UNMEASURED, "film", film_run.rolling)
-            if film_run.reel is None:
+            if film_run.recorder is None:
                 raise TestbenchError("the testbench's run did not call run.go")
             film.finish()
             strip = path.with_name(path.name + ".png")
-            film_run.reel.strip().save(aside(strip), format="PNG")
-            aside(strip).replace(strip)
+            film_run.recorder.strip().save(temporary_path(strip), format="PNG")
+            temporary_path(strip).replace(strip)
         finally:
             film.discard()
         same = again.record.sha256 == result.record.sha256
@@ -113,35 +114,35 @@ class FilmRun:
         self._film = film
         self._result = result
         self._video = video
-        self.reel: Reel | None = None
+        self.recorder: FilmRecorder | None = None
 
     @contextlib.contextmanager
     def rolling(self, run: Run) -> Iterator[None]:
-        """The camera stands in the world of `run` and takes its pictures."""
+        """Context of the run: a camera in its world takes the pictures."""
         world = run.kernel.world
         if world is None:
             raise TestbenchError("a film needs a world: run.kernel.world is None")
         camera = self._film.camera(world)
         with contextlib.closing(camera):
-            watched = Replayed(run.recorder, run.monitors)
+            view = ReplayView(run.recorder, run.monitors)
             plan, alarms = self._plan(), _alarms(self._result.verdicts)
-            self.reel = Reel(camera, plan, watched, self._film.state, alarms, self._video)
-            run.kernel.world = Filmed(world, self.reel)
-            self.reel.shoot(run.kernel.now_us)
+            self.recorder = FilmRecorder(camera, plan, view, self._film.state, alarms, self._video)
+            run.kernel.world = FilmedWorld(world, self.recorder)
+            self.recorder.take_picture(run.kernel.now_us)
             yield
-            self.reel.end(run.kernel.now_us)
+            self.recorder.end(run.kernel.now_us)
 
-    def _plan(self) -> Shooting:
+    def _plan(self) -> Schedule:
         result = self._result
         violations_s = sorted(alarm.time_s for alarm in _alarms(result.verdicts))
         first_s = violations_s[0] if violations_s else None
         moments = key_moments(self._film.moments, _events(result.record), first_s, result.sim_s)
-        return shooting(moments, violations_s, result.sim_s, self._film.period_us)
+        return schedule(moments, violations_s, result.sim_s, self._film.period_us)
 
 
 @dataclass(frozen=True)
-class Replayed:
-    """The replay as captions see it; a `film.reel.Watched`."""
+class ReplayView:
+    """Messages and verdicts of the replay for captions; a `film.recorder.RunView`."""
 
     recorder: Recorder
     monitors: MonitorSet
@@ -151,7 +152,7 @@ class Replayed:
         return self.recorder.messages
 
     def verdicts(self) -> Mapping[str, str]:
-        """Requirement -> what its verdict would be now."""
+        """Requirement -> verdict if the run ended now."""
         return self.monitors.so_far()
 
 
@@ -162,7 +163,7 @@ def film_text(film: FilmResult, folder: Path) -> str:
 
 
 def _events(record: Record) -> list[tuple[float, str]]:
-    """Messages, and signals at the times at which they become true, in the order of time."""
+    """Messages, and signals when they become true, in the order of time."""
     messages = ((message.time_s, message.topic) for message in record.messages)
     signals = (
         (time_s, name)

@@ -1,4 +1,4 @@
-"""A film while it is shot: looks through the camera at the planned times of a run, and keeps what is worth seeing."""
+"""Records a film: takes pictures of a run at the scheduled times, and keeps those that show something new."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from pytest_hricdv.film.caption import Caption, blank, captioned, titled
 from pytest_hricdv.film.film import Camera
-from pytest_hricdv.film.shooting import END, US_PER_S, VIOLATION, Shooting
+from pytest_hricdv.film.schedule import END, US_PER_S, VIOLATION, Schedule
 from pytest_hricdv.film.video import FRAMES_PER_S, Video
 from pytest_hricdv.runtime import RecordedMessage, World
 
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 STILL_S = 2.0
-"""While nothing moves and nothing is said, a frame in so many simulated seconds shows that time goes on."""
+"""While nothing changes, one frame is kept per this many simulated seconds."""
 
 ALARM_S = 3.0
-"""For so many simulated seconds a violation is shown."""
+"""Simulated seconds for which a violation is shown."""
 
 PANEL_PX = 640
 COLUMNS = 3
 NEVER_US = 1 << 62
 
 
-class Watched(Protocol):
-    """What a caption is read off: the replay's messages so far, and its verdicts so far."""
+class RunView(Protocol):
+    """What captions show of a run: its messages and verdicts so far."""
 
     def messages(self) -> Sequence[RecordedMessage]: ...
 
@@ -36,35 +36,35 @@ class Watched(Protocol):
 
 @dataclass(frozen=True)
 class Alarm:
-    """A violation to tell of, from `time_s` (s) on."""
+    """A violation to show from `time_s` (s) on."""
 
     time_s: float
     requirement: str
     text: str
 
 
-class Reel:
+class FilmRecorder:
     """Takes the pictures of one run.
 
     Args:
-        camera: puts pictures on the reel.
-        shooting: when.
-        watched: what captions say.
+        camera: in the world of the run.
+        schedule: when to take pictures.
+        view: messages and verdicts for captions.
         state: the message and field that are the robot's state, as in "state.name"; empty for none.
         alarms: violations, in the order of time.
         video: where frames go.
     """
 
     def __init__(
-        self, camera: Camera, shooting: Shooting, watched: Watched, state: str, alarms: Sequence[Alarm], video: Video
+        self, camera: Camera, schedule: Schedule, view: RunView, state: str, alarms: Sequence[Alarm], video: Video
     ) -> None:
         self._camera = camera
-        self._shooting = shooting
-        self._watched = watched
+        self._schedule = schedule
+        self._view = view
         self._state_topic, _, self._state_field = state.partition(".")
         self._alarms = alarms
         self._video = video
-        self._left = list(reversed(shooting.times_us))
+        self._left = list(reversed(schedule.times_us))
         self._keys: dict[str, Image] = {}
         self._size = (0, 0)
         self._picture: Image | None = None
@@ -75,26 +75,26 @@ class Reel:
         """The time (us) of the next picture."""
         return self._left[-1] if self._left else NEVER_US
 
-    def shoot(self, time_us: int) -> None:
+    def take_picture(self, time_us: int) -> None:
         """Take the picture that is due at the present time (us)."""
         while self._left and self._left[-1] <= time_us:
             self._left.pop()
         caption = self._captions(time_us)
-        keys = [shown for shown, at in self._shooting.keys.items() if at is not None and at <= time_us]
+        keys = [shown for shown, at in self._schedule.keys.items() if at is not None and at <= time_us]
         keys = [shown for shown in keys if shown not in self._keys and shown != END]
         for shown in keys:
             self._keys[shown] = captioned(self._camera.picture(fine=True), caption)
         picture = self._camera.picture()
-        if keys or self._worth(picture, caption):
+        if keys or self._is_new(picture, caption):
             frame = captioned(picture, caption)
             self._size = frame.size
             self._video.add(frame)
             self._picture, self._caption = picture, caption
 
     def end(self, time_us: int) -> None:
-        """The run is over (us): take the last picture, which stands for key moments at the very end, too."""
+        """Take the last picture, at the end of the run (us). It also serves for key moments at this time."""
         last = captioned(self._camera.picture(fine=True), self._captions(time_us))
-        for shown, at in self._shooting.keys.items():
+        for shown, at in self._schedule.keys.items():
             if at is not None:
                 self._keys.setdefault(shown, last)
         self._size = last.size
@@ -106,7 +106,7 @@ class Reel:
         from PIL import Image
 
         panels = []
-        for shown in self._shooting.keys:
+        for shown in self._schedule.keys:
             frame = self._keys.get(shown) or blank(self._size, f"no {shown}")
             panels.append(titled(frame, shown, PANEL_PX, alarm=shown == VIOLATION and shown in self._keys))
         width, height = panels[0].size
@@ -115,25 +115,25 @@ class Reel:
             strip.paste(panel, (number % COLUMNS * width, number // COLUMNS * height))
         return strip
 
-    def _worth(self, picture: Image, caption: Caption) -> bool:
+    def _is_new(self, picture: Image, caption: Caption) -> bool:
         if picture is not self._picture or caption.slow or caption.differs(self._caption):
             return True
         return self._caption is None or caption.time_s - self._caption.time_s >= STILL_S
 
     def _captions(self, time_us: int) -> Caption:
         now_s = time_us / US_PER_S
-        messages = self._watched.messages()
-        # A monitor counts a violation when the attempt is over; a viewer is told when it happens.
+        messages = self._view.messages()
+        # A monitor reports a violation at the end of the attempt; the film shows it when it happens.
         violated = {alarm.requirement: "Failed" for alarm in self._alarms if alarm.time_s <= now_s}
         alarms = [alarm.text for alarm in self._alarms if now_s - ALARM_S <= alarm.time_s <= now_s]
         others = (message for message in reversed(messages) if message.topic != self._state_topic)
         return Caption(
             time_s=now_s,
             state=self._state(messages),
-            verdicts={**self._watched.verdicts(), **violated},
-            event=alarms[-1] if alarms else _told(next(others, None)),
+            verdicts={**self._view.verdicts(), **violated},
+            event=alarms[-1] if alarms else _event_text(next(others, None)),
             alarm=bool(alarms),
-            slow=self._shooting.is_slow(time_us),
+            slow=self._schedule.is_slow(time_us),
         )
 
     def _state(self, messages: Sequence[RecordedMessage]) -> str:
@@ -143,18 +143,18 @@ class Reel:
         return ""
 
 
-class Filmed:
-    """A world that stops for pictures on its way."""
+class FilmedWorld:
+    """A world that stops for pictures."""
 
-    def __init__(self, world: World, reel: Reel) -> None:
+    def __init__(self, world: World, recorder: FilmRecorder) -> None:
         self._world = world
-        self._reel = reel
+        self._recorder = recorder
 
     def advance(self, target_us: int) -> int:
         """See `runtime.World`."""
-        reached_us = self._world.advance(min(target_us, self._reel.next_us))
-        if reached_us >= self._reel.next_us:
-            self._reel.shoot(reached_us)
+        reached_us = self._world.advance(min(target_us, self._recorder.next_us))
+        if reached_us >= self._recorder.next_us:
+            self._recorder.take_picture(reached_us)
         return reached_us
 
     def observe(self) -> None:
@@ -162,7 +162,7 @@ class Filmed:
         self._world.observe()
 
 
-def _told(message: RecordedMessage | None) -> str:
+def _event_text(message: RecordedMessage | None) -> str:
     if message is None:
         return ""
     values = ", ".join(f"{name} = {value}" for name, value in message.fields.items())

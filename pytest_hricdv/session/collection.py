@@ -1,9 +1,10 @@
-"""Collecting: every generated test becomes one pytest item. Registered in every process when a suite is active."""
+"""Collection: every generated test becomes one pytest item. Registered in every process when a suite is active."""
 
 from __future__ import annotations
 
 import glob
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -21,6 +22,7 @@ WORKER_INPUT = "hricdv_suites"
 ONLY_CASES = "hricdv_only_cases"
 REPLAYS = "hricdv_replays"
 PACKAGE = Path(__file__).parents[1]
+_NAMED = re.compile(r"::[^\[]*\[.*?(?P<id>[A-Za-z0-9_]+(?:-[A-Za-z0-9_]+)*-[0-9a-f]{8}(?:[0-9a-f]{8})?(?:-k\d+)?)\b")
 
 
 def worker_input(config: pytest.Config) -> dict[str, object] | None:
@@ -36,7 +38,7 @@ def case_of(item: pytest.Item) -> HriCase | None:
     return case if isinstance(case, HriCase) else None
 
 
-class Collecting:
+class Collection:
     """Holds the session's testbench and suites, and turns suites into parameters of `hri_case`."""
 
     def __init__(self, config: pytest.Config, options: Options) -> None:
@@ -147,6 +149,30 @@ class Collecting:
         given[ONLY_CASES] = self.only_cases
         given[SESSION_DAY] = self.options.today.isoformat()
         given[REPLAYS] = replaying.to_text(self.replays.values())
+
+
+def missing_items(arguments: Sequence[str], options: Options | None) -> str:
+    """Explains why pytest did not find generated tests that the command line names; empty when it names none.
+
+    Args:
+        arguments: paths and node ids of the command line.
+        options: in force; None when no suite is active.
+    """
+    named = [match["id"] for argument in arguments if (match := _NAMED.search(argument))]
+    if not named:
+        return ""
+    if options is None:
+        return (
+            f"\n{named[0]} is the id of a generated test, and no suite is active: give the --hri-suite that it is of, "
+            "or set hri_suite in the ini file, so that IDEs find it, too"
+        )
+    if options.replay:
+        return f"\n{named[0]} is the id of a generated test, and --hri-replay has the tests of its files only"
+    return (
+        f"\n{named[0]} is the id of a generated test, and is not among those of --hri-suite={options.suites} "
+        f"--hri-seed={options.seed}: which tests there are depends on suite, seed, --hri-tests, --hri-concretizations, "
+        "and on models and belief space"
+    )
 
 
 def _host_paths(config: pytest.Config) -> list[str]:

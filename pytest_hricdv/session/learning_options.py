@@ -41,31 +41,7 @@ class LearningOptions:
         return tuple(option for option in self.named if not option.startswith("--hri-rl-save"))
 
 
-def add_options(parser: pytest.Parser, group: pytest.OptionGroup) -> None:
-    """Register the options and their ini keys."""
-    group.addoption(
-        "--hri-rl",
-        metavar="NAME=VALUE",
-        action="append",
-        help="set a constant of learning, such as gamma=0.2 or temperature_kt=5; repeatable. See QLearning for all.",
-    )
-    group.addoption(
-        "--hri-rl-reward",
-        metavar="NAME",
-        help="what learning rewards: published (default), or uncovered, what the suite does not cover yet",
-    )
-    group.addoption(
-        "--hri-rl-start",
-        metavar="FILE",
-        help="begin learning with a table that --hri-rl-save wrote, or with belief sets (*.toml, as for by-hand)",
-    )
-    group.addoption("--hri-rl-save", metavar="FILE", help="save the table of Q that was learned")
-    parser.addini("hri_rl", "constants of learning, one NAME=VALUE a line", "linelist")
-    for name in ("reward", "start", "save"):
-        parser.addini(f"hri_rl_{name}", f"default of --hri-rl-{name}", default="")
-
-
-def read_options(config: pytest.Config) -> LearningOptions:
+def read_learning(config: pytest.Config) -> LearningOptions:
     """What the ini file and the command line say."""
     given: Sequence[str] = config.getoption("hri_rl") or ()
     named = [f"--hri-rl={line}" for line in given]

@@ -18,7 +18,7 @@ from pytest_hricdv.generate.text_format import parse_tests
 from pytest_hricdv.report import explanation
 from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.model import TestResult
-from pytest_hricdv.session.collecting import Collecting
+from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.options import read_options
 from pytest_hricdv.session.running import Running
 from pytest_hricdv.suggestion import nearest
@@ -117,7 +117,7 @@ def hri_run(request: pytest.FixtureRequest) -> HriRun:
     running = config.pluginmanager.get_plugin("hricdv-running") or config.stash.get(_RUNNING, None)
     try:
         if running is None:
-            running = config.stash[_RUNNING] = Running(Collecting(config, read_options(config)))
+            running = config.stash[_RUNNING] = Running(Collection(config, read_options(config)))
         _ = running.collecting.testbench, running.requirements
     except (pytest.UsageError, TestbenchError) as error:
         pytest.fail(f"hri_run: {error}", pytrace=False)

@@ -1,0 +1,191 @@
+"""The options of the group `hri` and their ini keys, as pytest shows them with `--help`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import pytest
+
+from pytest_hricdv.results.gates import KINDS
+
+
+@dataclass(frozen=True)
+class Value:
+    """An option `--hri-NAME` with one value; its ini key has the default."""
+
+    name: str
+    metavar: str
+    help: str
+    key: bool = True
+
+    def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
+        """Register option and key."""
+        group.addoption(f"--hri-{self.name}", metavar=self.metavar, help=self.help)
+        if self.key:
+            parser.addini(f"hri_{self.name.replace('-', '_')}", f"default of --hri-{self.name}", default="")
+
+
+@dataclass(frozen=True)
+class Flag:
+    """An option `--hri-NAME` without a value; its ini key, of the type bool, has the default."""
+
+    name: str
+    help: str
+    key: bool = True
+
+    def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
+        """Register option and key."""
+        group.addoption(f"--hri-{self.name}", action="store_true", default=None, help=self.help)
+        if self.key:
+            name = f"hri_{self.name.replace('-', '_')}"
+            parser.addini(name, f"default of --hri-{self.name}", "bool", default=False)
+
+
+@dataclass(frozen=True)
+class Repeatable:
+    """An option `--hri-NAME` that may be given several times; its ini key has one entry a line.
+
+    Args:
+        key_help: of the ini key.
+        key: of the ini file, where it is not the option's name.
+    """
+
+    name: str
+    metavar: str
+    help: str
+    key_help: str
+    key: str = ""
+
+    def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
+        """Register option and key."""
+        group.addoption(f"--hri-{self.name}", metavar=self.metavar, action="append", help=f"{self.help}; repeatable")
+        parser.addini(self.key or f"hri_{self.name.replace('-', '_')}", self.key_help, "linelist")
+
+
+FILES = {
+    "cobertura": "write the coverage of the code under test as Cobertura XML",
+    "lcov": "write the coverage of the code under test as an LCOV tracefile",
+    "summary": "write the summary of the session as markdown",
+}
+"""Option of a file for other tools -> help."""
+
+TESTS = (
+    Value(
+        "suite",
+        "NAME|PATH[,...]",
+        "generate and run these suites: by-hand, bdi-random, rl, pseudorandom, all, or a file or folder of abstract "
+        "tests. Unless paths are given, only the files of hri_testpaths are collected, and only items that ask for "
+        "hri_case.",
+    ),
+    Value("seed", "N", "seed of generation and concretization (default 0)"),
+    Value("tests", "N", "number of abstract tests per suite (default: that of the method)"),
+    Value("concretizations", "K", "concrete tests per abstract test (default 1)"),
+    Value(
+        "sampling",
+        "NAME",
+        "how parameters are drawn from their ranges: uniform (default), or corners (every second time extreme values)",
+    ),
+    Value(
+        "shard",
+        "INDEX/OF",
+        "run one part of the suite, for instance 1/3; merge the reports afterwards",
+        key=False,
+    ),
+    Value(
+        "replay",
+        "FILE[,...]",
+        "instead of a suite, run the tests of these replay files (folder 'failures' of a report), and check that the "
+        "record of each run is the same",
+        key=False,
+    ),
+    Flag(
+        "replay-anyway",
+        "replay also when the code under test or a version has changed; the record may differ then",
+        key=False,
+    ),
+    Value("export", "DIR", "write the suites as text files, which --hri-suite=DIR reads"),
+)
+
+LEARNING = (
+    Repeatable(
+        "rl",
+        "NAME=VALUE",
+        "set a constant of Q-learning, for instance gamma=0.2; see QLearning for the names",
+        "constants of Q-learning, one NAME=VALUE a line",
+    ),
+    Value("rl-reward", "NAME", "reward of learning: published (default), or uncovered (what is not covered yet)"),
+    Value(
+        "rl-start",
+        "FILE",
+        "start learning from a table that --hri-rl-save wrote, or from belief sets (*.toml, as for by-hand)",
+    ),
+    Value("rl-save", "FILE", "save the learned table of Q"),
+)
+
+UNTIL = "or 'R3 until 2027-01-31: reason'"
+GATES = (
+    Repeatable(
+        "fail-under",
+        "KIND=PCT",
+        f"fail when a suite covers less; KIND is one of {', '.join(KINDS)}",
+        "one KIND=PCT a line; checked when the whole suite is selected",
+    ),
+    Repeatable(
+        "known",
+        "REQUIREMENT",
+        "a requirement with a known violation: it is reported, but does not fail the run",
+        f"one a line, 'R3: reason' {UNTIL}: does not fail the run",
+        key="hri_known_violations",
+    ),
+    Flag("strict", "let known violations fail, too"),
+    Flag("fail-on-nc", "fail when no test triggered a requirement (verdict NC in all tests)"),
+    Repeatable(
+        "allow-nc",
+        "REQUIREMENT",
+        "a requirement that may be NC with --hri-fail-on-nc",
+        f"one a line, 'R5: reason' {UNTIL}: may be NC with hri_fail_on_nc",
+    ),
+    Value("baseline", "FILE", "compare with this file: new failures, lost coverage and lost triggers fail the run"),
+    Flag("update-baseline", "write the file of --hri-baseline anew", key=False),
+)
+
+AFTER_THE_TESTS = (
+    Flag(
+        "shrink",
+        "after all tests, shrink the shortest failing test of each requirement: drop actions, simplify parameters, "
+        "as long as it fails for the same reason",
+    ),
+    Value("shrink-runs", "N", "maximum number of runs to shrink one test (default 60)"),
+    Value("shrink-seconds", "S", "maximum number of seconds to shrink one test (default 60)"),
+    Value(
+        "search",
+        "N",
+        "after all tests, search for violations: vary the parameters of the tests with the smallest margins, "
+        "in at most N runs for each requirement",
+    ),
+    Flag("film", "film the runs of failing tests"),
+)
+
+OUTPUT = (
+    Value("report", "DIR", "folder of report.json and index.html (default hri-report)"),
+    Flag("no-cov", "do not measure the code under test"),
+)
+
+
+EXPORTS = tuple(Value(name, "FILE", what) for name, what in FILES.items())
+
+
+def add_options(parser: pytest.Parser) -> None:
+    """Register the group `hri` and its ini keys."""
+    group = parser.getgroup("hri", "coverage-driven verification of human-robot interaction")
+    table: Iterable[Value | Flag | Repeatable] = (*TESTS, *LEARNING, *GATES, *AFTER_THE_TESTS, *OUTPUT, *EXPORTS)
+    for option in table:
+        option.add(group, parser)
+    parser.addini(
+        "hri_testpaths",
+        "files and folders of the host tests, relative to the ini file; globs are allowed. With --hri-suite and no "
+        "paths, only these are collected (default: testpaths)",
+        "paths",
+        default=[],
+    )
