@@ -97,13 +97,14 @@ def test_options(lamps: pytest.Pytester, mode: tuple[str, ...], options: list[st
             "requirements.toml",
             "lamp_level > 0 ->",
             "lamp_level > 0 =>",
-            "requirements.toml:8:34: requirement R2, column 23 of the formula: the character '=' means nothing",
+            "requirements.toml:8:34: requirement R2, column 23 of the formula: the character '=' has no meaning",
         ),
         (
             "requirements.toml",
             "lamp_level <= 80",
             "lamp_levle <= 80",
-            "    always(lamp_level > 0 -> lamp_levle <= 80)\n                             ^^^^^^^^^^\ndid you mean",
+            "unknown name 'lamp_levle'; nearest: lamp_level\n    always(lamp_level > 0 -> lamp_levle <= 80)\n"
+            "                             ^^^^^^^^^^",
         ),
         ("by_hand.toml", '"d*"', '"x*"', "by_hand.toml:7:29: pattern matches no belief: 'x*'"),
         ("lamps/guide.py", '"by hand"', '"by hand"  # unreachable', "lamps/guide.py:44: a waiver needs its reason"),

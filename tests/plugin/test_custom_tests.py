@@ -94,7 +94,7 @@ def test_a_failed_assertion_is_shown_with_what_happened(lamps: pytest.Pytester) 
     result.stdout.fnmatch_lines(
         ["*assert ('released',) == ()*", "*- Captured hri_run call -*", "R1 NC (0 triggers*", "  enter hall"]
     )
-    result.stdout.no_fnmatch_line("*handmade.py*")
+    result.stdout.no_fnmatch_line("*custom_tests.py*")
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_what_cannot_be_run_is_said_at_the_users_own_line(lamps: pytest.Pytester
     result = lamps.runpytest_inprocess("test_mine.py")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines([f">   *hri_run({call})".replace("[", "[[]"), f"E *{message}"])
-    result.stdout.no_fnmatch_line("*handmade.py*")
+    result.stdout.no_fnmatch_line("*custom_tests.py*")
 
 
 def test_check_wants_what_hri_run_returned(lamps: pytest.Pytester) -> None:
