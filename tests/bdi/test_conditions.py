@@ -17,7 +17,7 @@ from pytest_hricdv.bdi.language.parser import parse_literal, parse_plan, parse_p
 from pytest_hricdv.bdi.language.syntax import Rule
 from pytest_hricdv.bdi.language.terms import Number, Variable
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
-from pytest_hricdv.bdi.logic.conditions import condition_of
+from pytest_hricdv.bdi.logic.conditions import ask, condition_of
 from pytest_hricdv.bdi.logic.inference import first, solve
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.run.scheduler import Run
@@ -88,9 +88,11 @@ def test_prepared_condition_has_the_first_answer_of_the_query(
     except EvaluationError as error:
         expected = str(error)
     answers: list[Bindings | str | None] = []
-    bindings = dict(bound)
+    agent, bindings = believer(beliefs, rules), dict(bound)
     try:
-        answers.append(bindings if condition_of(asked)(believer(beliefs, rules), bindings) else None)
+        decided = condition_of(asked)(agent, bindings)
+        holds = ask(agent, asked, bindings) if decided is None else decided
+        answers.append(bindings if holds else None)
     except EvaluationError as error:
         answers.append(str(error))
     try:

@@ -15,7 +15,7 @@ _QUESTIONS = frozenset({"askOne", "askAll", "askHow"})
 def _send(invocation: Invocation) -> Outcome:
     """``.send(Receiver, Force, Content)``; a question with a fourth argument waits there for its answer.
 
-    For a force of one's own, the receiver needs plans. The receiver may be a list of agents, whose answers are then
+    For a custom force, the receiver needs plans. The receiver may be a list of agents, whose answers are then
     a list in the order in which they came.
     """
     to, force = invocation.value(0), text_of(invocation.value(1))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 # Each of these modules defines its actions in the registry.
-from pytest_hricdv.bdi.actions import beliefs, goals, lists, messages, output, plans, strings, terms, time  # noqa: F401
+from pytest_hricdv.bdi.actions import beliefs, goals, lists, messages, output, plans, terms, time  # noqa: F401
 from pytest_hricdv.bdi.actions.functions import function_value
 from pytest_hricdv.bdi.actions.registry import Invocation, call_action, check_calls, inspects_intentions
 from pytest_hricdv.bdi.agent.agent_state import ActionResult, AgentState, Outcome

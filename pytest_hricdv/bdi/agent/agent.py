@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from pytest_hricdv.bdi.agent.agent_state import ActionTable, AgentState
 from pytest_hricdv.bdi.agent.failures import fail, no_applicable_plan
-from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message
+from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message, Question
 from pytest_hricdv.bdi.agent.messages import receive
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.agent.run_services import RunServices
 from pytest_hricdv.bdi.agent.statements import EXECUTE
-from pytest_hricdv.bdi.agent.waits import end_waits, wake_by_conditions
 from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
+from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, ListTerm, Structure
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
+from pytest_hricdv.bdi.logic.conditions import ask
+from pytest_hricdv.bdi.logic.inference import first
 from pytest_hricdv.bdi.logic.substitution import Bindings
+from pytest_hricdv.bdi.logic.unify import unify
 
 
 class Agent(AgentState):
@@ -69,7 +71,7 @@ class Agent(AgentState):
                 self.execute(ready)
         if self.waits and self.beliefs.version != self._checked_version:
             self._checked_version = self.beliefs.version
-            wake_by_conditions(self)
+            self._wake_by_conditions()
         self.awake = bool(self.intentions or self.events) or self.has_news()
 
     def has_work(self) -> bool:
@@ -102,9 +104,42 @@ class Agent(AgentState):
         """Process a message."""
         receive(self, message)
 
+    # --- waits
+
+    def _wake_by_conditions(self) -> None:
+        """Let the intentions go on in the next cycle whose condition holds now."""
+        for wait in list(self.waits):
+            if wait.condition is None:
+                continue
+            means = wait.intention.top
+            solution = first(self, wait.condition, means.unifier)
+            if solution is not None:
+                means.unifier = solution
+                self.end_wait(wait)
+                self.woken.append(wait.intention)
+
     def end_waits(self, now: int) -> None:
-        """Let the intentions go on, or fail, whose wait is over at a tick of the virtual clock."""
-        end_waits(self, now)
+        """Let the intentions go on, or fail, whose wait is over at a tick of the virtual clock, the earliest first."""
+        over = [wait for wait in self.waits if wait.deadline is not None and wait.deadline <= now]
+        over.sort(key=lambda wait: wait.deadline or 0)
+        for wait in over:
+            waits_for_something = wait.trigger is not None or wait.condition is not None
+            if waits_for_something and wait.elapsed is None:
+                self.waits.remove(wait)
+                fail(self, wait.intention, "wait_timeout", "timeout in .wait")
+            else:
+                self.end_wait(wait)
+                self.resume(wait.intention)
+        for number, question in list(self.questions.items()):
+            if number in self.questions and question.deadline is not None and question.deadline <= now:
+                self._end_question(question)
+
+    def _end_question(self, question: Question) -> None:
+        """Let an intention go on whose question has not been answered in time."""
+        self.questions = {number: other for number, other in self.questions.items() if other is not question}
+        answer = Structure("timeout") if question.asked is None else ListTerm(tuple(question.answers))
+        unify(question.answer, answer, question.intention.top.unifier, [])
+        self.resume(question.intention)
 
     # --- perception
 
@@ -128,7 +163,7 @@ class Agent(AgentState):
     ) -> None:
         """Delete beliefs that are not perceived any more.
 
-        In the order in which they were listed before; last what the agent itself has taken for a percept.
+        In the order in which they were listed before; last what the agent itself has added as a percept.
         """
         still_perceived = {percept.without_annotations() for percept in percepts}
         place_before = {percept.without_annotations(): place for place, percept in enumerate(before)}
@@ -164,6 +199,8 @@ class Agent(AgentState):
             if condition is not None:
                 try:
                     applicable = condition(self, unifier)
+                    if applicable is None:
+                        applicable = ask(self, plan.context, unifier)  # type: ignore[arg-type]
                 except (EvaluationError, ArithmeticError, ValueError) as error:
                     self.run.warn(f"{self.name}: context of plan @{plan.label} ({plan.location}): {error}")
                     continue

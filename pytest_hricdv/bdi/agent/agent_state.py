@@ -167,7 +167,7 @@ class AgentState:
             value = self.value(variable, done.unifier)
             if value == variable:
                 continue
-            # What the plan left unbound inside the value must not be taken for the caller's variable of that name.
+            # Unbound variables inside the value must not be confused with the caller's variables of the same names.
             renaming: Bindings = {free: self.fresh() for free in free_variables(value) if free not in asked}
             caller.unifier[variable] = substitute_only(value, renaming) if renaming else value
 

@@ -2,7 +2,7 @@
 
 A failed goal ``+!g`` is handled by the nearest plan for ``-!g``: its own, or that of a goal below it in the
 intention. As in Jason, a failure in the body of a handling plan or of what it calls, or directly in the body
-of a plan for a belief event, is not handled: that intention is dropped with a warning, and the agent lives on.
+of a plan for a belief event, is not handled: that intention is dropped with a warning, and the agent continues.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pytest_hricdv.bdi.language.syntax import ConditionStatement, InternalAction
 from pytest_hricdv.bdi.language.terms import Number, String, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.unify import unify
 
-_TOLD = (False, "error_msg", 1)
+_MESSAGE = (False, "error_msg", 1)
 NO_CODE = Structure("no_code")
 
 
@@ -34,7 +34,7 @@ def fail(agent: AgentState, intention: Intention, error: str, message: str, extr
     place = means.plan.location if statement is None else statement.location
     annots: tuple[Structure, ...] = (
         Structure("error", (Structure(error),)),
-        Structure("error_msg", (String(_told(error, message, means)),)),
+        Structure("error_msg", (String(_error_message(error, message, means)),)),
         Structure("code", (_code(agent, means),)),
         *_place(place),
     )
@@ -47,8 +47,8 @@ def fail(agent: AgentState, intention: Intention, error: str, message: str, extr
     agent.note_end(intention)
 
 
-def _told(error: str, message: str, means: IntendedMeans) -> str:
-    """The text that a plan for the failure gets, which is Jason's where that is known."""
+def _error_message(error: str, message: str, means: IntendedMeans) -> str:
+    """The error message that a plan for the failure gets: Jason's, where that is known."""
     if error in ("ia_failed", "action_failed"):
         return ""
     if error == "test_goal_failed":
@@ -60,7 +60,7 @@ def _code(agent: AgentState, means: IntendedMeans) -> Term:
     """What a plan was about to do, as a term where it is one, else as text."""
     statement = None if means.finished else means.statement
     if isinstance(statement, InternalActionCall):
-        # Not as a call, which would be taken for a function and evaluated.
+        # Not as a call, which would be evaluated as a function.
         done: object = Structure(statement.call.name, statement.call.args)  # type: ignore[arg-type]
     else:
         done = getattr(statement, "literal", None) or getattr(statement, "action", None)
@@ -86,7 +86,7 @@ def _place(place: Location | None) -> tuple[Structure, ...]:
 
 
 def no_applicable_plan(agent: AgentState, event: Event) -> bool:
-    """No plan is applicable for a goal, which fails, or for a belief event that nobody waits for: it is passed over.
+    """No plan is applicable for a goal, which fails, or for a belief event that no intention waits for: it is skipped.
 
     Returns:
         Whether that was all for this cycle; if not, another event is selected.
@@ -99,8 +99,8 @@ def no_applicable_plan(agent: AgentState, event: Event) -> bool:
         error = "no_applicable" if known else "no_relevant"
         kind = "applicable" if known else "relevant"
         message = f"no {kind} plan for {event.sign}{event.literal.without_annotations()}"
-        told = f"Found a goal for which there is no {kind} plan:{event}"
-        fail_goal(agent, intention or agent.new_intention(), event.sign, event.literal, error, message, told)
+        text = f"Found a goal for which there is no {kind} plan:{event}"
+        fail_goal(agent, intention or agent.new_intention(), event.sign, event.literal, error, message, text)
     else:
         what = f"{event.sign}{event.literal.without_annotations()}{_reason(event)}"
         agent.run.warn(f"{agent.name}: no applicable plan for {what}: the intention is dropped")
@@ -111,12 +111,12 @@ def no_applicable_plan(agent: AgentState, event: Event) -> bool:
 
 def _reason(event: Event) -> str:
     """What had failed, if the event is a failure."""
-    told = [annot.args[0] for annot in event.literal.annots if isinstance(annot, Structure) and annot.key == _TOLD]
-    return f" ({told[0].value})" if told and isinstance(told[0], String) and told[0].value else ""
+    texts = [annot.args[0] for annot in event.literal.annots if isinstance(annot, Structure) and annot.key == _MESSAGE]
+    return f" ({texts[0].value})" if texts and isinstance(texts[0], String) and texts[0].value else ""
 
 
 def fail_goal(
-    agent: AgentState, intention: Intention, sign: str, literal: Structure, error: str, message: str, told: str = ""
+    agent: AgentState, intention: Intention, sign: str, literal: Structure, error: str, message: str, text: str = ""
 ) -> None:
     """A goal that has no plan on the intention, or none any more, has failed.
 
@@ -127,11 +127,11 @@ def fail_goal(
         literal: the goal.
         error: Jason's name for the kind of failure.
         message: what happened, in words.
-        told: the text that a plan for the failure gets, if it is another.
+        text: the message that a plan for the failure gets, if it is a different one.
     """
     annots: tuple[Term, ...] = (
         Structure("error", (Structure(error),)),
-        Structure("error_msg", (String(told or message),)),
+        Structure("error_msg", (String(text or message),)),
         Structure("code", (literal,)),
         *_place(intention.stack[-1].statement.location if intention.stack else None),
     )

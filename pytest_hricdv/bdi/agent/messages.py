@@ -112,10 +112,10 @@ def _answered(agent: AgentState, question: Question, message: Message) -> None:
 
 def text_of(term: Term) -> str:
     """The name in an atom or a string."""
+    if isinstance(term, Structure) and not term.args:
+        return term.functor
     if isinstance(term, String):
         return term.value
     if isinstance(term, Number):
         return str(term)
-    if isinstance(term, Structure) and not term.args:
-        return term.functor
     raise EvaluationError(f"{term} is not a name")

@@ -6,9 +6,8 @@ from collections.abc import Callable
 
 from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
 from pytest_hricdv.bdi.language.syntax import SIGNS, EventKey, Plan, Trigger
-from pytest_hricdv.bdi.language.terms import Key, Structure, is_evaluable
-from pytest_hricdv.bdi.logic.conditions import condition_of
-from pytest_hricdv.bdi.logic.inference import Reasoner
+from pytest_hricdv.bdi.language.terms import Key, Structure, Variable, is_evaluable
+from pytest_hricdv.bdi.logic.conditions import Condition, condition_of
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import unify
 
@@ -17,8 +16,7 @@ KQML_RECEIVED = (False, "kqml_received", 4)
 
 Match = Callable[[Structure], Bindings | None]
 """The bindings of a trigger's variables by the literal of an event; None if the trigger does not match."""
-Context = Callable[[Reasoner, Bindings], bool]
-Option = tuple[Plan, Match | None, Context | None]
+Option = tuple[Plan, Match | None, Condition | None]
 """A relevant plan; how its trigger is matched, unless it matches every event with its key; and its context, if any."""
 
 
@@ -101,8 +99,14 @@ def _option(plan: Plan) -> Option:
 
 def _match(trigger: Trigger) -> Match:
     wanted = trigger.literal
+    names, annots = wanted.args if isinstance(wanted, Structure) else (), getattr(wanted, "annots", ())
+    only_names = all(isinstance(arg, Variable) for arg in names) and len({*names}) == len(names)
+    simple = isinstance(wanted, Structure) and only_names and wanted.annots_tail is None
 
     def match(literal: Structure) -> Bindings | None:
+        # Most triggers only name the arguments of the event, and most events are ground.
+        if simple and literal.ground and all(annot in literal.annots for annot in annots):
+            return dict(zip(names, literal.args, strict=True))  # type: ignore[arg-type]
         bindings: Bindings = {}
         return bindings if unify(wanted, literal, bindings, []) else None
 

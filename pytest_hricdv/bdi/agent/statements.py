@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
 from pytest_hricdv.bdi.agent.agent_state import AgentState
-from pytest_hricdv.bdi.agent.control_flow import execute_for, execute_if, execute_while
 from pytest_hricdv.bdi.agent.failures import fail
-from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention
+from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention, Loop
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.formulas import GoalTerm
 from pytest_hricdv.bdi.language.syntax import (
@@ -22,9 +22,17 @@ from pytest_hricdv.bdi.language.syntax import (
     TestGoal,
     While,
 )
-from pytest_hricdv.bdi.language.terms import SOURCE_SELF, AnnotatedVariable, PlanTerm, Structure, Variable
-from pytest_hricdv.bdi.logic.inference import first
-from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables
+from pytest_hricdv.bdi.language.terms import (
+    SOURCE_SELF,
+    AnnotatedVariable,
+    PlanTerm,
+    Structure,
+    Variable,
+    ground_structure,
+    is_ground,
+)
+from pytest_hricdv.bdi.logic.inference import first, solve
+from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute
 
 
 def _achieve(agent: AgentState, intention: Intention, means: IntendedMeans, statement: AchievementGoal) -> None:
@@ -139,7 +147,14 @@ def instantiate(agent: AgentState, term: GoalTerm, means: IntendedMeans) -> Stru
     Raises:
         EvaluationError: it is no literal, or an expression in it has no value.
     """
-    literal = literal_of(agent, term, means.unifier)
+    if isinstance(term, Structure) and not term.annots and term.annots_tail is None:
+        # Most literals: without building one that has no source first.
+        args = tuple([substitute(arg, means.unifier, agent.function) for arg in term.args])
+        if all(map(is_ground, args)):
+            return ground_structure(term.key, args, (SOURCE_SELF,))
+        literal = Structure(term.functor, args, (), term.negated)
+    else:
+        literal = literal_of(agent, term, means.unifier)
     if not literal.ground:
         for variable in free_variables(literal):
             if not agent.run.is_fresh(variable):
@@ -162,6 +177,50 @@ def literal_of(agent: AgentState, term: GoalTerm, bindings: Bindings) -> Structu
     return literal
 
 
+def _if(agent: AgentState, intention: Intention, means: IntendedMeans, statement: If) -> None:
+    """Enter one block or the other."""
+    solution = first(agent, statement.condition, means.unifier)
+    if solution is not None:
+        means.unifier = solution
+    means.enter(statement.otherwise if solution is None else statement.then, None)
+    agent.requeue(intention)
+
+
+def _while(agent: AgentState, intention: Intention, means: IntendedMeans, statement: While) -> None:
+    """Enter the block again if the condition holds, or leave the loop."""
+    loop, means.loop = means.loop or Loop(statement, means.unifier, deque()), None
+    # What was bound in the last iteration is not bound any more.
+    solution = first(agent, statement.condition, loop.outer)
+    if solution is None:
+        _leave_loop(agent, intention, means, loop)
+    else:
+        means.unifier = dict(solution)
+        means.enter(statement.body, loop)
+        agent.requeue(intention)
+
+
+def _for(agent: AgentState, intention: Intention, means: IntendedMeans, statement: For) -> None:
+    """Enter the block with the next solution, or leave the loop.
+
+    All solutions are found at the start, so that the body may change the beliefs that they came from.
+    """
+    loop, means.loop = means.loop, None
+    if loop is None:
+        loop = Loop(statement, means.unifier, deque(solve(agent, statement.condition, means.unifier)))
+    if loop.solutions:
+        means.unifier = loop.solutions.popleft()
+        means.enter(statement.body, loop)
+        agent.requeue(intention)
+    else:
+        _leave_loop(agent, intention, means, loop)
+
+
+def _leave_loop(agent: AgentState, intention: Intention, means: IntendedMeans, loop: Loop) -> None:
+    """What was bound in a loop is not bound after it."""
+    means.unifier = loop.outer
+    agent.go_on(intention)
+
+
 EXECUTE: dict[type, Callable[[AgentState, Intention, IntendedMeans, Any], None]] = {
     AchievementGoal: _achieve,
     TestGoal: _test,
@@ -169,9 +228,9 @@ EXECUTE: dict[type, Callable[[AgentState, Intention, IntendedMeans, Any], None]]
     ExternalAction: _act,
     InternalActionCall: _internal,
     ConditionStatement: _check,
-    If: execute_if,
-    While: execute_while,
-    For: execute_for,
+    If: _if,
+    While: _while,
+    For: _for,
 }
 """Executes a statement that an intention is at; afterwards the intention is queued, waiting, failed or ended.
 

@@ -20,19 +20,11 @@ Condition = Callable[[Reasoner, Bindings], bool | None]
 """Whether a formula holds; adds to the bindings what its first solution adds, or, if it does not hold, anything.
 None, with nothing added: this needs a choice."""
 
-
-def condition_of(formula: Formula) -> Callable[[Reasoner, Bindings], bool]:
-    """How to decide a formula; adds to the bindings what its first solution adds, or, if it does not hold, anything."""
-    decide = _decider(formula)
-
-    def condition(agent: Reasoner, bindings: Bindings) -> bool:
-        decided = decide(agent, bindings)
-        return _ask(agent, formula, bindings) if decided is None else decided
-
-    return condition
+_CONSTANTS = ("true", "false")
 
 
-def _ask(agent: Reasoner, formula: Formula, bindings: Bindings) -> bool:
+def ask(agent: Reasoner, formula: Formula, bindings: Bindings) -> bool:
+    """Whether a formula holds; adds to the bindings what its first solution adds."""
     solution = first(agent, formula, bindings)
     if solution is None:
         return False
@@ -41,7 +33,8 @@ def _ask(agent: Reasoner, formula: Formula, bindings: Bindings) -> bool:
     return True
 
 
-def _decider(formula: Formula) -> Condition:
+def condition_of(formula: Formula) -> Condition:
+    """How to decide a formula."""
     if isinstance(formula, And):
         return _conjunction(formula)
     if isinstance(formula, Structure):
@@ -58,21 +51,39 @@ def _undecided(agent: Reasoner, bindings: Bindings) -> bool | None:
 
 
 def _conjunction(formula: And) -> Condition:
+    if all(isinstance(part, Structure) and part.ground and not part.annots for part in formula.parts):
+        return _propositions(formula.parts)  # type: ignore[arg-type]
     # Each part with what is to be shown from there on.
-    parts = [(_decider(part), And(formula.parts[index:])) for index, part in enumerate(formula.parts)]
+    parts = [(condition_of(part), And(formula.parts[index:])) for index, part in enumerate(formula.parts)]
 
     def condition(agent: Reasoner, bindings: Bindings) -> bool | None:
         for decide, rest in parts:
             decided = decide(agent, bindings)
             if not decided:
-                return decided if decided is False else _ask(agent, rest, bindings)
+                return decided if decided is False else ask(agent, rest, bindings)
+        return True
+
+    return condition
+
+
+def _propositions(literals: tuple[Structure, ...]) -> Condition:
+    """For ground literals with any sources."""
+    wanted = [(literal.key, literal.args) for literal in literals]
+
+    def condition(agent: Reasoner, bindings: Bindings) -> bool | None:
+        buckets = agent.beliefs.buckets
+        for key, args in wanted:
+            bucket = buckets.get(key)
+            if not bucket or args not in bucket:
+                # Only now it matters whether there are other ways to answer.
+                return None if agent.beliefs.open or key[1] in _CONSTANTS else False
         return True
 
     return condition
 
 
 def _negation(formula: Not) -> Condition:
-    part, decide = formula.part, _decider(formula.part)
+    part, decide = formula.part, condition_of(formula.part)
     copies = not (isinstance(part, Structure) and part.ground)
 
     def negation(agent: Reasoner, bindings: Bindings) -> bool | None:
@@ -84,7 +95,7 @@ def _negation(formula: Not) -> Condition:
 
 
 def _literal(literal: Structure) -> Condition:
-    if literal.functor in ("true", "false") or literal.evaluable or literal.annots_tail is not None:
+    if literal.functor in _CONSTANTS or literal.evaluable or literal.annots_tail is not None:
         return _undecided
     if literal.ground:
         return _known(literal)

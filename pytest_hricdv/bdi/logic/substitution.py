@@ -51,7 +51,12 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
     if kind is Number or kind is String:
         return term
     if kind is Variable:
-        value = walk(term, bindings)
+        value: Term | None = bindings.get(term)  # type: ignore[arg-type]
+        if value is None:
+            return term
+        if type(value) is Number or type(value) is String:
+            return value
+        value = walk(value, bindings)
         return value if type(value) is Variable or is_ground(value) else substitute(value, bindings, functions)
     if isinstance(term, Structure):
         return term if term.ground else _substitute_structure(term, bindings, functions)

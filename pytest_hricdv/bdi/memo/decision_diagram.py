@@ -11,7 +11,7 @@ from pytest_hricdv.bdi.memo.snapshot import AgentSnapshot
 
 @dataclass(slots=True, eq=False)
 class Node:
-    """Where a run is between two segments, and where it goes from there.
+    """A point of a run between two segments, and where it continues.
 
     Args:
         states: the mental states of all agents in order, up to the atoms forwarded; None at the beginning of a run.
@@ -57,11 +57,11 @@ class Segment:
 
 
 Edge = Decision | Segment | None
-"""None where no run has gone yet."""
+"""None where no run has been executed yet."""
 
 
 def follow(node: Node, atoms: Container[str], segments: list[Segment], most: int) -> Node | None:
-    """Go on from a node as far as is known.
+    """Follow the diagram from a node as far as it is known.
 
     Args:
         node: the node.
@@ -90,8 +90,8 @@ def add(node: Node, answers: dict[str, bool], segment: Segment) -> None:
 
     Args:
         node: the node.
-        answers: the atoms asked about in the segment, in order, and whether they are among those forwarded. What
-            is asked next is a function of the node and the answers so far: so far it is asked here, too.
+        answers: the atoms queried in the segment, in order, and whether they are among those forwarded. The next
+            query is a function of the node and the answers so far: up to there, the decisions are the same.
         segment: the segment.
     """
     place: Node | Decision = node

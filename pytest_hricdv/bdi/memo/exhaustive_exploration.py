@@ -1,11 +1,11 @@
-"""A survey: every run that there is, over all sets of atoms that could be forwarded.
+"""Finds every run over all sets of atoms that could be forwarded, without executing a run for every set.
 
-There are as many sets as subsets, but few of them make a difference: the decision diagram has an edge for each segment
-that any set leads to. So the diagram is completed first, node by node, whatever led there; then the runs are put
-together from the end, so that what follows from a node is worked out once for all runs that come to it.
+There are exponentially many sets, but few of them make a difference: the decision diagram has an edge for each segment
+that any set leads to. So the diagram is completed first, node by node, for all sets that lead to a node; then the runs
+are composed from the end, so that the continuations of a node are computed once for all runs that reach it.
 
-A node may be reached with an answer that a later question asks for again: the runs from a node depend on the answers so
-far to what can still be asked. Runs with equal content are one.
+A node may be reached with an answer that a later decision needs again: the runs from a node depend on those answers so
+far that can still be needed. Runs with equal content are one.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MAX_RUNS = 50_000
 
 
 class TooLargeError(Exception):
-    """There are more nodes or runs than a survey takes on."""
+    """There are more nodes or runs than an exhaustive exploration is limited to."""
 
 
 class NeverEndsError(Exception):
@@ -36,13 +36,13 @@ class NeverEndsError(Exception):
 
 @dataclass
 class ExhaustiveExploration:
-    """Surveys the runs from a node.
+    """Finds all runs from a node.
 
     Args:
-        complete: does the next segment from a node with these atoms, and adds it to the diagram; False if that does not
-            work out.
+        complete: executes the next segment from a node with these atoms, and adds it to the diagram; False if that is
+            not possible.
         fold: what is of interest of the actions and plans of a segment.
-        atoms: what sets are made of; nothing else is forwarded.
+        atoms: the atoms that sets are made of; nothing else is forwarded.
         given: atoms that are in every set that counts, or in none.
     """
 
@@ -51,13 +51,13 @@ class ExhaustiveExploration:
     atoms: frozenset[str]
     given: Mapping[str, bool]
     _later: dict[Node, frozenset[str]] = field(default_factory=dict)
-    """What can be asked from a node on, as far as is known."""
+    """The atoms that can be queried from a node on, as far as is known."""
     _known: dict[tuple[Node, Answers], Runs | None] = field(default_factory=dict)
     _contents: dict[Segment, Content] = field(default_factory=dict)
     _held: int = 0
 
     def runs(self, start: Node) -> Runs | None:
-        """All runs from a node; None if one of them cannot be told apart piece by piece, or never ends.
+        """All runs from a node; None if one of them cannot be separated into segments, or never ends.
 
         Raises:
             TooLargeError: there are too many.
@@ -69,7 +69,7 @@ class ExhaustiveExploration:
             later = self._asked_later(nodes)
             if all(self._later.get(node) == asked for node, asked in later.items()):
                 break
-            # Runs were taken for equal that a later question tells apart: visit them again, now that it is known.
+            # Runs that a later query distinguishes have been treated as equal: visit them again.
             self._later = later
         try:
             return self._runs(start, self._relevant(start, self.given))
@@ -77,7 +77,7 @@ class ExhaustiveExploration:
             return None
 
     def _visit(self, start: Node) -> list[Node] | None:
-        """Every node that a set of atoms leads to; for all of these sets the diagram is complete then."""
+        """Complete the diagram for all sets of atoms; the nodes that these lead to."""
         found: dict[Node, None] = {}
         visited: set[tuple[Node, Answers]] = set()
         pending: list[tuple[Node, Mapping[str, bool]]] = [(start, self.given)]
@@ -106,7 +106,7 @@ class ExhaustiveExploration:
         key = (node, known)
         if key not in self._known:
             self._known[key] = None
-            self._known[key] = runs = self._put_together(node, dict(known))
+            self._known[key] = runs = self._compose(node, dict(known))
             self._held += len(runs)
             if len(runs) > MAX_RUNS or self._held > 8 * MAX_RUNS:
                 raise TooLargeError
@@ -115,7 +115,7 @@ class ExhaustiveExploration:
             raise NeverEndsError
         return found
 
-    def _put_together(self, node: Node, known: Mapping[str, bool]) -> Runs:
+    def _compose(self, node: Node, known: Mapping[str, bool]) -> Runs:
         runs: Runs = {}
         for answers, segment in self._edges(node, known):
             assert isinstance(segment, Segment)
@@ -138,7 +138,7 @@ class ExhaustiveExploration:
         return self._contents[segment]
 
     def _edges(self, node: Node, known: Mapping[str, bool]) -> Iterator[tuple[dict[str, bool], Edge]]:
-        """Where a node's questions lead with what is known, each with the answers on the edge."""
+        """The edges that leave a node with the known answers, each with the answers that it needs."""
         pending: list[tuple[dict[str, bool], Edge]] = [({}, node.edge)]
         while pending:
             answers, here = pending.pop()
@@ -151,14 +151,14 @@ class ExhaustiveExploration:
                     pending.append(({**answers, here.atom: answer}, edge))
 
     def _gap(self, node: Node, known: Mapping[str, bool]) -> frozenset[str] | None:
-        """Atoms with which it is not known how to go on from a node; None if all is known."""
+        """Atoms for which the diagram has no edge at a node; None if it is complete there."""
         for answers, edge in self._edges(node, known):
             if edge is None:
                 return frozenset(atom for atom, answer in {**known, **answers}.items() if answer)
         return None
 
     def _asked_later(self, nodes: Sequence[Node]) -> dict[Node, frozenset[str]]:
-        """What can be asked from each node on: the least that holds."""
+        """The atoms that can be queried from each node on: a least fixed point."""
         edges = {node: [(set(answers), edge) for answers, edge in self._edges(node, {})] for node in nodes}
         later = {node: frozenset(atom for answers, _ in edges[node] for atom in answers) for node in nodes}
         changed = True

@@ -31,7 +31,7 @@ class Forwarding:
         """The atoms that percepts, as they were given, are about; empty if it is not forwarded like the others."""
 
     def belief(self, atom: str) -> Structure:
-        """The belief of a receiver that has been told an atom."""
+        """The belief of a receiver to which an atom has been forwarded."""
         return Structure(atom, (), (source(self.steering),))
 
 
@@ -90,7 +90,7 @@ def _meaningful_atoms(receiver: AgentTemplate) -> set[str] | None:
 
 
 def _forwarded(library: PlanLibrary, key: Key) -> tuple[set[str], set[str]] | None:
-    """Who is told of percepts of a key, and the atoms that the program mentions; None if anything else is done."""
+    """The receivers of percepts of a key, and the atoms that the program mentions; None if anything else is done."""
     plans = [plan for plan in library.plans if not plan.builtin]
     if not all(isinstance(plan.trigger.literal, Structure) for plan in plans):
         return None

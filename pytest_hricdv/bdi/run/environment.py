@@ -1,4 +1,4 @@
-"""The world of the agents: what they perceive, and what their actions do."""
+"""The environment of the agents: what they perceive, and what their actions do."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pytest_hricdv.bdi.language.parser import parse_literal
 from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
 
 Perceived = tuple[str | int | Structure, ...]
-"""Agents, each followed by how much it perceives, and by that, as it was given."""
+"""Agents, each followed by the number of its percepts, and by these, as they were given."""
 
 
 class Environment:
@@ -33,7 +33,7 @@ class Environment:
     _changes: int
 
     def __new__(cls, *args: object, **options: object) -> Self:
-        # Not in __init__: a user's subclass with an __init__ of its own need not call this one.
+        # Not in __init__: the __init__ of a subclass need not call this one.
         self = super().__new__(cls)
         self._shown = {}
         self._percepts = {}
@@ -86,12 +86,12 @@ class Environment:
         """Let an agent perceive exactly these literals.
 
         Raises:
-            BdiError: a text is not a literal without variables, or they are not several.
+            BdiError: a text is not a literal without variables, or a single literal is given instead of a list.
         """
         if isinstance(literals, (str, Structure)):
-            raise BdiError(f"the percepts of {agent} are to be a list, also if it is one: [{str(literals)!r}]")
+            raise BdiError(f"the percepts of {agent} must be a list, even if there is only one: [{str(literals)!r}]")
         shown = tuple(literals)
-        # For the errors: the result is remembered, and most often it is not needed before the next ones are shown.
+        # Checked now for the errors; the parsed literals are cached.
         all(map(percept_of, shown))
         self._shown[agent] = shown
         self._note_change(agent)
@@ -107,7 +107,7 @@ class Environment:
 
     @property
     def perceived(self) -> Perceived:
-        """What those agents perceive now that perceive anything."""
+        """What agents perceive now, for those that perceive anything."""
         found: list[str | int | Structure] = []
         for agent in self._versions:
             shown = self._shown.get(agent)
@@ -117,7 +117,7 @@ class Environment:
         return tuple(found)
 
     def _percepts_of(self, agent: str) -> dict[Structure, None]:
-        # What is shown is only taken apart once that is asked for: the memo need not.
+        # The percepts shown are parsed only when they are needed: the memo does not need them.
         shown = self._shown.pop(agent, None)
         if shown is not None:
             self._percepts[agent] = dict.fromkeys(map(percept_of, shown))

@@ -83,8 +83,8 @@ class JitteredRun(Run):
         expecting = self._expecting()
         if not expecting and not any(agent.awake for agent in agents):
             return False
-        self.do_cycles(agents)
-        self.rounds += 1
+        if not self.do_cycles(agents):
+            self.rounds += 1
         # While something is under way, agents that only repeat themselves may yet have reason to stop.
         self.progress += expecting
         return True

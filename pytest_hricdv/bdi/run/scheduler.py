@@ -81,7 +81,8 @@ class Run(RunState):
 
     def note_deadline(self, deadline: float) -> None:
         """An intention has begun to wait until then."""
-        self.earliest_deadline = min(self.earliest_deadline, deadline)
+        if deadline < self.earliest_deadline:
+            self.earliest_deadline = deadline
 
     # --- the rounds
 
@@ -105,9 +106,9 @@ class Run(RunState):
             self.after_round()
             if self.ended:
                 return self.ended
-            if self.only_busy_waiting():
+            if self._busy_waiting and self.only_busy_waiting():
                 return "spin"
-            if self.ticks >= self.earliest_deadline:
+            if self.rounds + self.skipped >= self.earliest_deadline:
                 self._end_waits()
             if (
                 self.rounds >= livelock.due
@@ -119,12 +120,10 @@ class Run(RunState):
 
     def do_round(self) -> bool:
         """Let every agent do a reasoning cycle that has anything to do; False if there is none."""
-        acted = self.do_cycles(self.agents.values())
-        self.rounds += acted
-        return acted
+        return self.do_cycles(self.agents.values())
 
     def do_cycles(self, agents: Iterable[Agent]) -> bool:
-        """Let those of the agents do a reasoning cycle, in this order, that are awake; False if there is none."""
+        """Do a round in which the agents act in this order; False if none of them is awake."""
         acted = self._busy_waiting = False
         for agent in agents:
             if agent.awake:
@@ -135,14 +134,16 @@ class Run(RunState):
                     raise BdiError(f"{agent.name}: terms nested too deeply, {agent.doing()}") from None
                 if agent.busy_waiting:
                     self._busy_waiting = True
+        if acted:
+            self.rounds += 1
         return acted
 
     def after_round(self) -> None:
         """Called after every round."""
 
     def only_busy_waiting(self) -> bool:
-        """After a round: whether agents wait busily, and no other one can do anything that ends it."""
-        return self._busy_waiting and not any(agent.may_change() for agent in self.agents.values())
+        """After a round in which agents wait busily: whether no agent can do anything that ends it."""
+        return not any(agent.may_change() for agent in self.agents.values())
 
     def close(self) -> None:
         """Release the agents after the run: they refer to it, too, and would wait for the garbage collector."""
@@ -153,7 +154,7 @@ class Run(RunState):
     def _jump(self) -> bool:
         """Advance the clock to the next moment at which a wait is over; False if there is none."""
         # What an agent waits for may have come before its time.
-        self.earliest_deadline = min(map(_earliest_deadline, self.agents.values()), default=math.inf)
+        self._find_earliest_deadline()
         if self.earliest_deadline == math.inf:
             return False
         self.skipped = max(self.skipped, int(self.earliest_deadline) - self.rounds)
@@ -166,9 +167,12 @@ class Run(RunState):
             if agent.waits or agent.questions:
                 agent.end_waits(now)
                 agent.awake = agent.awake or agent.has_work()
-        self.earliest_deadline = min(map(_earliest_deadline, self.agents.values()), default=math.inf)
+        self._find_earliest_deadline()
 
-
-def _earliest_deadline(agent: Agent) -> float:
-    deadlines = [wait.deadline for wait in agent.waits] + [question.deadline for question in agent.questions.values()]
-    return min((deadline for deadline in deadlines if deadline is not None), default=math.inf)
+    def _find_earliest_deadline(self) -> None:
+        self.earliest_deadline = math.inf
+        for agent in self.agents.values():
+            deadlines = [wait.deadline for wait in agent.waits] + [asked.deadline for asked in agent.questions.values()]
+            for deadline in deadlines:
+                if deadline is not None and deadline < self.earliest_deadline:
+                    self.earliest_deadline = deadline

@@ -16,12 +16,12 @@ from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.run.agent_template import AgentTemplate, read_templates
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.jitter import MAX_JITTER, JitteredRun
-from pytest_hricdv.bdi.run.result import Result
+from pytest_hricdv.bdi.run.result import Result, Trace
 from pytest_hricdv.bdi.run.scheduler import Run
 from pytest_hricdv.bdi.run.tracing import TracedAgent, TracedRun
 
 MAX_ROUNDS = 100_000
-"""Rounds after which a run is stopped unless it is told otherwise."""
+"""Rounds after which a run is stopped by default."""
 
 
 class MultiAgentSystem:
@@ -142,7 +142,7 @@ class MultiAgentSystem:
         for template in self.templates:
             run.agents[template.name] = template.agent(run, TracedAgent if trace else Agent)
         try:
-            return Result.of(run, run.go(max_rounds))
+            return _result(run, run.go(max_rounds))
         finally:
             run.close()
 
@@ -171,3 +171,9 @@ def _new_run(environment: Environment, seed: int, goal: tuple[str, Structure] | 
     if trace:
         return TracedRun(environment, seed, goal, jitter)
     return JitteredRun(environment, seed, goal, jitter) if jitter else Run(environment, seed, goal)
+
+
+def _result(run: Run, ended: str) -> Result:
+    plans = {name: agent.executed for name, agent in run.agents.items()}
+    trace = Trace(tuple(run.steps)) if isinstance(run, TracedRun) else None
+    return Result(run.prints, plans, run.actions, run.rounds, ended, run.warnings, run.time_ms, trace)

@@ -1,4 +1,4 @@
-"""Runs whose steps are noted, and their agents."""
+"""Traced runs and their agents: the steps of a run and their causes are noted."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.jitter import JitteredRun
-from pytest_hricdv.bdi.run.trace import Step
+from pytest_hricdv.bdi.run.result import Step
 
 
 class TracedRun(JitteredRun):
-    """A run whose steps are noted; takes what a run with jitter takes."""
+    """A run whose steps are noted; it takes what a run with jitter takes."""
 
     def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int) -> None:
         self.steps: list[Step] = []
@@ -30,7 +30,7 @@ class TracedRun(JitteredRun):
         super().__init__(environment, seed, goal, jitter)
 
     def note(self, agent: str, kind: str, text: str, cause: Step | None = None, **details: object) -> Step:
-        """Add a step; what it came from says which plan did it, unless the details do."""
+        """Add a step; its cause says which plan did it, unless the details do."""
         plan = cause.plan if cause is not None and cause.kind == "plan" else ""
         at = self.rounds + 1 if self.acting is not None else 0
         number = len(self.steps) + 1
@@ -69,7 +69,7 @@ class TracedRun(JitteredRun):
 
 
 class TracedAgent(Agent):
-    """An agent in a traced run; takes what an agent takes."""
+    """An agent in a traced run; it takes what an agent takes."""
 
     def __init__(
         self,
@@ -83,7 +83,7 @@ class TracedAgent(Agent):
         super().__init__(name, run, actions, beliefs, library, events)
         self.notes = run
         self.cause: Step | None = None
-        """What comes about now comes from this step: what is being reacted to, or the plan being executed."""
+        """The cause of what happens now: what is being reacted to, or the selection of the plan being executed."""
         # Events, intended means and intentions are known by their identity while they are in use.
         self._events = {id(event): self._note_event(event.sign, event.literal, None) for event in self.events}
         self._means: dict[int, Step] = {}
@@ -101,7 +101,7 @@ class TracedAgent(Agent):
         super().cycle()
 
     def receive(self, message: Message) -> None:
-        """Act on a message; what comes of it comes from its being sent."""
+        """Process a message; its effects are caused by its being sent."""
         self.cause = self.notes.steps[self.notes.messages[message.number] - 1]
         super().receive(message)
         self.cause = None
@@ -147,7 +147,7 @@ class TracedAgent(Agent):
         )
 
     def _found(self, context: Formula, bindings: Bindings) -> tuple[str, ...]:
-        """The beliefs that a context was found true by, as far as it names them outright."""
+        """The beliefs that made a context true, as far as they are written in it as literals."""
         found: list[str] = []
         for part in context.parts if isinstance(context, And) else (context,):
             try:
