@@ -28,8 +28,6 @@ from pytest_hricdv.bdi.language.terms import (
     PlanTerm,
     Structure,
     Variable,
-    ground_structure,
-    is_ground,
 )
 from pytest_hricdv.bdi.logic.inference import first, solve
 from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute
@@ -148,11 +146,9 @@ def instantiate(agent: AgentState, term: GoalTerm, means: IntendedMeans) -> Stru
         EvaluationError: it is no literal, or an expression in it has no value.
     """
     if isinstance(term, Structure) and not term.annots and term.annots_tail is None:
-        # Most literals: without building one that has no source first.
+        # Most literals: with the source from the beginning.
         args = tuple([substitute(arg, means.unifier, agent.function) for arg in term.args])
-        if all(map(is_ground, args)):
-            return ground_structure(term.key, args, (SOURCE_SELF,))
-        literal = Structure(term.functor, args, (), term.negated)
+        literal = Structure(term.functor, args, (SOURCE_SELF,), term.negated)
     else:
         literal = literal_of(agent, term, means.unifier)
     if not literal.ground:

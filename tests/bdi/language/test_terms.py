@@ -172,8 +172,8 @@ def test_a_percept_must_be_a_literal() -> None:
 @pytest.mark.parametrize(
     ("percepts", "said"),
     [
-        ("q(1)", r"the percepts of a are to be a list, also if it is one: \['q\(1\)'\]"),
-        (Structure("q"), r"the percepts of a are to be a list"),
+        ("q(1)", r"the percepts of a must be a list, even if there is only one: \['q\(1\)'\]"),
+        (Structure("q"), r"the percepts of a must be a list"),
         ([3], r"a percept is a text or a structure, not 3 \(int\)"),
         (["q(X)"], r"a percept has no variables: q\(X\)"),
     ],
