@@ -1,0 +1,47 @@
+"""The map of the code in docs/how-it-works.md leads to functions and classes that exist."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.docs.page import DOCS
+
+SECTION = "## Map of the code"
+PLACE = re.compile(r"`([\w/]+\.py): ([\w.]+)`")
+
+
+def places() -> list[tuple[str, str]]:
+    """File and name of each place in the map."""
+    text = (DOCS / "how-it-works.md").read_text(encoding="utf-8")
+    return PLACE.findall(text.partition(f"{SECTION}\n")[2].partition("\n## ")[0])
+
+
+def defined(file: Path) -> set[str]:
+    """The functions, classes and methods of a module, methods as `Class.method`."""
+
+    def names(nodes: list[ast.stmt], prefix: str) -> set[str]:
+        found = set()
+        for node in nodes:
+            if isinstance(node, ast.ClassDef | ast.FunctionDef):
+                found.add(prefix + node.name)
+            if isinstance(node, ast.ClassDef):
+                found |= names(node.body, f"{prefix}{node.name}.")
+        return found
+
+    return names(ast.parse(file.read_text(encoding="utf-8")).body, "")
+
+
+def test_the_map_has_ten_behaviours() -> None:
+    rows = (DOCS / "how-it-works.md").read_text(encoding="utf-8").partition(f"{SECTION}\n")[2].partition("\n## ")[0]
+    assert sum(bool(PLACE.search(line)) for line in rows.splitlines()) == 10
+
+
+@pytest.mark.parametrize(("file", "name"), places(), ids=lambda part: part.rpartition("/")[2])
+def test_each_place_in_the_map_exists(file: str, name: str) -> None:
+    path = DOCS.parent / file
+    assert path.is_file(), f"docs/how-it-works.md names {file}, which does not exist"
+    assert name in defined(path), f"docs/how-it-works.md names {name}, which {file} does not define"
