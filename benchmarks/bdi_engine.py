@@ -3,17 +3,14 @@
     python -m benchmarks.bdi_engine [--repeat N]
 
 It prints, for the table model and for the same task with agents that wait busily: one run without the memo, and the
-mean of the runs of learning on a memo that knows nothing yet. Then the whole generation of the learned suite in a new
-process (import, parsing, learning, selection, impossible bins), and one reasoning cycle of an agent that counts, for
-several lengths of a run and numbers of agents.
+mean of the runs of learning on an empty memo. Then one reasoning cycle of an agent that counts, for runs of
+several lengths and numbers of agents. `python -m benchmarks.generation` measures the generation of a suite.
 """
 
 from __future__ import annotations
 
 import argparse
 import statistics
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable
@@ -46,14 +43,6 @@ PEERS = """  for comparison, with the original models of the same task, not meas
   python-agentspeak 0.2.2                          5.0    ms
   Jason 1.4.2, in a warm JVM                      64      ms
   Jason 1.4.2, from process start to last line   810      ms"""
-GENERATION = """
-import time
-import conftest
-from pytest_hricdv.generate.suites import generate_suite
-testbench = conftest.pytest_hricdv_testbench(None)
-generate_suite("rl", testbench, 0)
-print(time.process_time())
-"""
 COUNTS = ((1_000, 1), (10_000, 1), (1_000, 10), (1_000, 100))
 """Rounds and agents that count."""
 COUNTER = "count(0). !go. +!go : count(N) & N < {rounds} <- -+count(N + 1); !go. +!go."
@@ -74,18 +63,9 @@ def main() -> None:
         show(f"  mean of the {len(sets)} runs of learning, with the memo", statistics.median(cold) / len(sets), "ms")
         if model == TABLE:
             print(PEERS)
-    show("the whole generation of the learned suite", statistics.median(generation(repeat)), "s ")
     print("a reasoning cycle of an agent that counts")
     for rounds, agents in COUNTS:
         show(f"  {rounds} rounds, {agents} agents", cycle(rounds, agents, min(repeat, 3)), "us")
-
-
-def generation(repeat: int) -> Iterable[float]:
-    """Seconds of generating the suite in a new process, everything included."""
-    command = [sys.executable, "-c", GENERATION]
-    for _ in range(repeat):
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-        yield float(done.stdout)
 
 
 def cycle(rounds: int, agents: int, repeat: int) -> float:

@@ -30,9 +30,10 @@ DEPENDS = (
     "sim",
     "tests/hri/requirements.toml",
     "pytest_hricdv/case.py",
-    "pytest_hricdv/cover",
+    "pytest_hricdv/coverage",
     "pytest_hricdv/generate",
     "pytest_hricdv/monitor",
+    "pytest_hricdv/run.py",
     "pytest_hricdv/runtime",
 )
 """Files and folders that the outcome of a run depends on; the stored abstract tests also depend on the models."""
