@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, Literal
 
@@ -172,13 +171,6 @@ def _concrete(test: AbstractTest, given: ConcreteParameters) -> ConcreteTest:
 
 def _floats(parameters: Mapping[str, float]) -> dict[str, float]:
     return {name: float(value) for name, value in parameters.items()}
-
-
-def schema() -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of a replay file, as it ships with the plugin."""
-    text = files(__package__).joinpath("replay-1.schema.json").read_text(encoding="utf-8")
-    parsed: dict[str, Any] = json.loads(text)
-    return parsed
 
 
 def load(path: Path) -> Replay:

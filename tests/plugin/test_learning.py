@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import jsonschema
 import pytest
 
-from pytest_hricdv.report.contract import schema
+from tests import json_schema
 from tests.plugin.project import change, nodeids, report
 from tests.plugin.test_bad_input import refused, short
 
@@ -54,7 +53,7 @@ def test_another_reward_is_told_and_gives_other_tests(lamps: pytest.Pytester, op
     result = lamps.runpytest_inprocess(RL, "--hri-rl-reward=uncovered", *options)
     assert result.ret == 0
     written = report(lamps.path)
-    jsonschema.validate(written, schema())
+    json_schema.REPORT.validate(written)
     made = written["suites"][0]["generation"]
     assert made["reward"] == "uncovered"
     assert made["diagnosis"]["plans_executed"] == {"guide": 2, "visitor": 7}

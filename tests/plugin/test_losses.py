@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 
-import jsonschema
 import pytest
 
-from pytest_hricdv.report.contract import schema
+from tests import json_schema
 from tests.plugin.project import MODES, change, outcomes, report
 
 SUITE = "--hri-suite=by-hand"  # four tests, of which one wishes for level 10
@@ -110,7 +109,7 @@ def test_a_crashed_worker_loses_its_test_only_and_the_report_says_so(lamps: pyte
     result = lamps.runpytest_subprocess(SUITE, "-n", "2")
     assert result.ret == 1
     written = report(lamps.path)
-    jsonschema.validate(written, schema())
+    json_schema.REPORT.validate(written)
     assert (written["selected"], written["reported"], written["not_run"]) == (4, 3, 1)
     assert written["workers"] == 2
     assert Counter(test["outcome"] for test in written["tests"]) == {"passed": 2, "known-violation": 1, "not-run": 1}

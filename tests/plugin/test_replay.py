@@ -7,11 +7,9 @@ import shlex
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import pytest
 
-from pytest_hricdv.report import contract
-from pytest_hricdv.search.replay import schema
+from tests import json_schema
 from tests.plugin.project import MODES, change, outcomes, report
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
@@ -57,7 +55,7 @@ def test_every_failing_test_leaves_a_file_and_is_the_same_run_again(
     )
     again.stdout.no_fnmatch_line("*--hri-suite=*")
     written = report(lamps.path)
-    jsonschema.validate(written, contract.schema())
+    json_schema.REPORT.validate(written)
     (after,) = written["tests"]
     for key in ("nodeid", "id", "suite", "beliefs", "abstract", "concrete", "seed", "plans", "record_sha256", "code"):
         assert after[key] == before[key], key
@@ -67,8 +65,7 @@ def test_every_failing_test_leaves_a_file_and_is_the_same_run_again(
 
 def test_the_file_keeps_its_contract_and_says_what_ran(failed: pytest.Pytester) -> None:
     data = json.loads((failed.path / FILE).read_text(encoding="utf-8"))
-    jsonschema.Draft202012Validator.check_schema(schema())
-    jsonschema.Draft202012Validator(schema()).validate(data)
+    json_schema.REPLAY.validate(data)
     assert data["requirements"]["R2"]["verdict"] == "Failed"
     assert data["nodeid"] == f"test_lamps.py::test_lamps[{BRIGHT}]"
     assert set(data["code"]) == {"lamps/__init__.py", "lamps/guide.py", "lamps/messages.py"}

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 
-import jsonschema
 import pytest
 
-from pytest_hricdv.report.contract import schema
 from pytest_hricdv.results.codec import canonical, load
 from pytest_hricdv.results.model import Report
+from tests import json_schema
 from tests.plugin.project import change
 
 SUITE = "--hri-suite=by-hand"
@@ -21,7 +20,7 @@ def reread(lamps: pytest.Pytester) -> Report:
     text = path.read_text(encoding="ascii")
     report = load(path)
     assert canonical(report) == text
-    jsonschema.validate(json.loads(text), schema())
+    json_schema.REPORT.validate(json.loads(text))
     return report
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import jsonschema
 import pytest
 
-from pytest_hricdv.report.contract import schema
+from tests import json_schema
 from tests.plugin.project import MODES, change, nodeids, report
 
 
@@ -22,7 +21,7 @@ def test_a_run_is_the_same_in_every_mode_and_for_one_test_alone(lamps: pytest.Py
         result = lamps.runpytest_subprocess("--hri-suite=rl", *options)
         assert result.ret == 0, mode
         reports[mode] = report(lamps.path)
-        jsonschema.validate(reports[mode], schema())
+        json_schema.REPORT.validate(reports[mode])
     plain = reports["plain"]
     assert [reports[mode]["workers"] for mode in MODES] == [1, 2, 1]
     assert plain["selected"] == plain["reported"] == len(plain["tests"]) == 34

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import shlex
 
-import jsonschema
 import pytest
 
-from pytest_hricdv.report.contract import schema
+from tests import json_schema
 from tests.plugin.project import MODES, change, report
 from tests.plugin.test_replay import refused
 
@@ -31,7 +30,7 @@ def test_a_violation_beside_the_suite_fails_the_run_and_can_be_replayed(
     assert result.ret == 1
     result.assert_outcomes(passed=32, xfailed=2)
     written = report(tight.path)
-    jsonschema.validate(written, schema())
+    json_schema.REPORT.validate(written)
     found = written["search"]["R3"]
     assert found["status"] == "violated"
     assert found["suite_margin"] > found["margin"] == 0.0

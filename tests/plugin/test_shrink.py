@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import shlex
 
-import jsonschema
 import pytest
 
-from pytest_hricdv.report.contract import schema
+from tests import json_schema
 from tests.plugin.project import MODES, change, report
 from tests.plugin.test_replay import refused
 
@@ -30,7 +29,7 @@ def test_the_shortest_failing_test_of_a_requirement_is_shrunk_and_can_be_replaye
     result = long.runpytest_inprocess(SUITE, "--hri-shrink", "--hri-strict", *options)
     assert result.ret == 1
     written = report(long.path)
-    jsonschema.validate(written, schema())
+    json_schema.REPORT.validate(written)
     ((test, shrunk),) = [(each, each["shrunk"]["R2"]) for each in written["tests"] if each.get("shrunk")]
     assert test["abstract"] == LONG
     assert shrunk["abstract"] == ["set_lamp level = 100"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import jsonschema
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -10,11 +9,11 @@ from msgspec import json
 from msgspec.structs import replace
 
 from pytest_hricdv.coverage.records import CodeShare
-from pytest_hricdv.report.contract import schema
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import derive
 from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
+from tests import json_schema
 from tests.results import reports as made
 
 few = settings(max_examples=40, deadline=None)
@@ -69,7 +68,7 @@ def test_parts_make_the_whole(tests: tuple[TestResult, ...], parts: list[int]) -
 @given(made.reports(), made.reports())
 def test_a_merged_report_keeps_the_contract_and_loses_nothing(a: Report, b: Report) -> None:
     both = merged(a, b)
-    jsonschema.validate(json.decode(canonical(both)), schema())
+    json_schema.REPORT.validate(json.decode(canonical(both)))
     assert json.decode(canonical(both), type=Report) == both
     assert {test.nodeid for test in both.tests} == {test.nodeid for each in (a, b) for test in each.tests}
     was_run = {test.nodeid for each in (a, b) for test in each.tests if test.outcome != "not-run"}
