@@ -17,10 +17,10 @@ from pytest_hricdv.bdi.memo.decision_diagram import Segment
 from pytest_hricdv.bdi.memo.recording import RecordingRun
 from tests.bdi.generated import PROPOSITIONS, systems
 from tests.bdi.models import BELIEFS, LEG_STARTS, TABLE, system_of
+from tests.bdi.run.test_runs import BRIEF, LONG
 from tests.bdi.test_programs import PROGRAMS, REFERENCE_PROGRAMS
-from tests.bdi.test_runs import BRIEF, LONG
 
-SPINNING = Path(__file__).parents[2] / "benchmarks" / "spinning" / "spinning.mas2j"
+SPINNING = Path(__file__).parents[3] / "benchmarks" / "spinning" / "spinning.mas2j"
 
 STEER = "!steer. +!steer <- for (chosen(B)) { .send(a, tell, B) }; .send(a, achieve, g0); .send(b, tell, p2)."
 STEER_TWO = "!steer. +!steer <- for (chosen(B)) { .send(a, tell, B); .send(b, tell, B) }; .send(b, achieve, g1)."

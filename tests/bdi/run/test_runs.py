@@ -18,8 +18,8 @@ from tests.bdi.generated import systems
 from tests.bdi.models import system_of
 from tests.bdi.test_programs import PROGRAMS, REFERENCE_PROGRAMS
 
-RECORDED = Path(__file__).parent / "data" / "recorded_runs.json"
-"""The runs of :data:`CASES`; written by `python -m tests.bdi.test_runs`, which is only right if they may change."""
+RECORDED = Path(__file__).parent / "recorded_runs.json"
+"""The runs of :data:`CASES`; written by `python -m tests.bdi.run.test_runs`, which is only right if they may change."""
 BRIEF = settings(deadline=None, max_examples=40, suppress_health_check=list(HealthCheck))
 LONG = settings(deadline=None, max_examples=1000, suppress_health_check=list(HealthCheck))
 
