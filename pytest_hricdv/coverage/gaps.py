@@ -8,10 +8,22 @@ from dataclasses import dataclass
 
 from pytest_hricdv.coverage.code_map import Arc, Bits, CodeMap, SourceFile
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.coverage.records import ExplorationRecord, Gap, ProductDeclaration, RequirementResult
+from pytest_hricdv.coverage.records import ExplorationRecord, Gap, GapKind, ProductDeclaration, RequirementResult
 from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage
 
 MODULE = "the module"
+
+
+def _gap(
+    kind: GapKind,
+    place: str,
+    items: tuple[str, ...],
+    reason: str,
+    suggestion: str = "",
+    test: str = "",
+    beliefs: tuple[str, ...] = (),
+) -> Gap:
+    return Gap(kind, place, items, reason, suggestion, test, beliefs)
 
 
 def code_gaps(code: CodeMap, total: Bits, runs: Iterable[RunCoverage]) -> Iterator[Gap]:
@@ -47,11 +59,11 @@ class _FileGaps:
         near = self._nearest([line for line in self.bits if line in function])
         items = tuple(map(str, lines))
         if not near:
-            return Gap("statements", self._where(function), items, "no test comes to this function")
+            return _gap("statements", self._where(function), items, "no test comes to this function")
         into = [arc for arc in arcs if arc[1] == lines[0] and arc[0] not in lines]
         how = f": {self._turn(into[0])}" if into else ""
         reason = "the function is run, this part of it is not"
-        return Gap("statements", self._where(function), items, reason, f"vary {near}{how}", near)
+        return _gap("statements", self._where(function), items, reason, f"vary {near}{how}", near)
 
     def branch(self, function: Function, arc: Arc) -> Gap:
         """A branch that no test takes, between lines that are run."""
@@ -59,7 +71,7 @@ class _FileGaps:
         target = "exit" if arc[1] < 0 else str(arc[1])
         reason = f"line {arc[0]} runs, but never goes on to {target}"
         how = f"vary {near}: {self._turn(arc)}" if near else ""
-        return Gap("branches", self._where(function), (f"{arc[0]}->{target}",), reason, how, near)
+        return _gap("branches", self._where(function), (f"{arc[0]}->{target}",), reason, how, near)
 
     def _where(self, function: Function) -> str:
         return self.file.name if function.name == MODULE else f"{self.file.name} {function.name}"
@@ -81,7 +93,7 @@ def _waived(file: SourceFile, waived: Mapping[int, str]) -> Iterator[Gap]:
     for line, reason in waived.items():
         reasons.setdefault(reason, []).append(line)
     for reason, lines in reasons.items():
-        yield Gap("statements", file.name, tuple(map(str, lines)), f"waived as unreachable: {reason}")
+        yield _gap("statements", file.name, tuple(map(str, lines)), f"waived as unreachable: {reason}")
 
 
 def _innermost(inner_first: Sequence[Function], line: int) -> Function | None:
@@ -133,9 +145,9 @@ def plan_gaps(
             beliefs = known.get(agent, {}).get(label, ())
             if beliefs:
                 suggestion = f"the beliefs {' '.join(beliefs)} reach it"
-                yield Gap("plans", agent, (label,), "no test has beliefs that trigger it", suggestion, "", beliefs)
+                yield _gap("plans", agent, (label,), "no test has beliefs that trigger it", suggestion, "", beliefs)
             else:
-                yield Gap("plans", agent, (label,), _unreached(exploration))
+                yield _gap("plans", agent, (label,), _unreached(exploration))
 
 
 def _unreached(exploration: ExplorationRecord) -> str:
@@ -157,7 +169,7 @@ def bin_gaps(
         for each in bins:
             beliefs = planned.get(each[:size], ()) if size else ()
             suggestion = f"the beliefs {' '.join(beliefs)} aim at {_part(each, size)}" if beliefs else ""
-            yield Gap("bins", name, (" x ".join(each),), reason, suggestion, "", beliefs)
+            yield _gap("bins", name, (" x ".join(each),), reason, suggestion, "", beliefs)
 
 
 def _part(bins: Bin, size: int) -> str:
@@ -171,7 +183,7 @@ def requirement_gaps(requirements: Iterable[str], tests: Sequence[TestCoverage])
             continue
         test, missing = nearest_miss((test.id, test.requirements[name]) for test in tests)
         suggestion = f"vary {test}, which lacked {' & '.join(missing)}" if test else ""
-        yield Gap("requirements", name, (), "no test triggers it", suggestion, test)
+        yield _gap("requirements", name, (), "no test triggers it", suggestion, test)
 
 
 def nearest_miss(results: Iterable[tuple[str, RequirementResult]]) -> tuple[str, tuple[str, ...]]:

@@ -300,8 +300,8 @@ class MinimalStep(Record, frozen=True, kw_only=True):
 GapKind = Literal["statements", "branches", "plans", "bins", "requirements"]
 
 
-class Gap(Record, frozen=True, omit_defaults=False):
-    """Something that no test covers. All of its fields are always written.
+class Gap(Record, frozen=True):
+    """Something that no test covers.
 
     Args:
         kind: of what is missing.
@@ -317,9 +317,9 @@ class Gap(Record, frozen=True, omit_defaults=False):
     place: str
     items: Names
     reason: str
-    suggestion: str = ""
-    test: str = ""
-    beliefs: Names = ()
+    suggestion: str
+    test: str
+    beliefs: Names
 
 
 class Closure(Record, frozen=True, kw_only=True):

@@ -59,9 +59,9 @@ def test_functions_are_told_by_their_innermost_name() -> None:
 def test_a_function_nobody_calls_and_a_waived_line_are_told_apart() -> None:
     whole = bits(3, 4, 5, arcs=((3, 4), (3, 5)))
     assert found(run("t", whole), total=whole) == [
-        Gap("statements", "arm.py", ("8",), "waived as unreachable: nothing stops it"),
-        Gap("statements", "arm.py spare.inner", ("12",), "no test comes to this function"),
-        Gap("statements", "arm.py spare", ("11", "13"), "no test comes to this function"),
+        Gap("statements", "arm.py", ("8",), "waived as unreachable: nothing stops it", "", "", ()),
+        Gap("statements", "arm.py spare.inner", ("12",), "no test comes to this function", "", "", ()),
+        Gap("statements", "arm.py spare", ("11", "13"), "no test comes to this function", "", "", ()),
     ]
 
 
@@ -82,6 +82,7 @@ def test_a_branch_between_lines_that_run_is_a_gap_of_its_own() -> None:
         "line 3 runs, but never goes on to 5",
         "vary t: line 3 has to go on to line 5 (`if way:`)",
         "t",
+        (),
     )
 
 

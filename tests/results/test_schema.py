@@ -8,11 +8,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pytest_hricdv.results.codec import ReportError, load
+from pytest_hricdv.results.model import Report
 from tests import json_schema
 from tests.report import sample
 
@@ -40,6 +42,28 @@ def test_extra_keys_are_allowed(tmp_path: Path) -> None:
     data = {**GOOD, "host": {"cores": 2}}
     json_schema.REPORT.validate(data)
     assert refusal(data, tmp_path) == ""
+
+
+def _properties(described: dict[str, Any], root: dict[str, Any], place: str = "$") -> Iterator[str]:
+    """The places of all properties that a schema describes; test results in test results are not followed."""
+    for choice in described.get("anyOf", ()):
+        yield from _properties(choice, root, place)
+    if "$ref" in described:
+        described = root["$defs"][described["$ref"].removeprefix("#/$defs/")]
+    for name, inner in described.get("properties", {}).items():
+        yield f"{place}.{name}"
+        if name != "repeats":
+            yield from _properties(inner, root, f"{place}.{name}")
+    for keyword, sign in (("additionalProperties", ".*"), ("items", "[]")):
+        if isinstance(described.get(keyword), dict):
+            yield from _properties(described[keyword], root, place + sign)
+
+
+def test_schema_and_types_have_the_same_properties() -> None:
+    (typed,), definitions = msgspec.json.schema_components([Report], ref_template="#/$defs/{name}")
+    of_types = set(_properties(typed, {"$defs": definitions}))
+    schema: Any = json_schema.REPORT.schema
+    assert of_types == set(_properties(schema, schema))
 
 
 def _drop(*path: str | int) -> Callable[[Data], None]:
