@@ -23,7 +23,7 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 
 
 class MonitorFeed:
-    """Hands the record's events on to the monitors: only what the vocabulary names, numbers as floats."""
+    """Forwards events of the record to the monitors: those that the vocabulary names, numbers as floats."""
 
     def __init__(self, monitors: MonitorSet, vocabulary: Vocabulary) -> None:
         self._monitors = monitors
@@ -44,7 +44,7 @@ class MonitorFeed:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """What one run gave: outcome, record, a verdict per requirement, and what it covered (None: unmeasured)."""
+    """The result of one run: outcome, record, a verdict per requirement, and coverage (None: unmeasured)."""
 
     test: ConcreteTest
     outcome: Outcome
@@ -55,7 +55,7 @@ class CaseResult:
     cross: Mapping[str, tuple[Bin, ...]] = field(default_factory=dict)
     """The bins that the run hit, by cross product, verdicts included."""
     acted_s: tuple[float, ...] = ()
-    """When each of the test's actions began (s of simulated time), as far as the testbench's `run` told."""
+    """When each of the test's actions began (s of simulated time), as far as the testbench's `run` reported it."""
 
     @property
     def failed(self) -> tuple[str, ...]:
@@ -99,7 +99,7 @@ def execute(
     recorder = Recorder()
     monitors = MonitorSet(requirements)
     recorder.listeners.append(MonitorFeed(monitors, testbench.vocabulary()))
-    # Who steps through a node takes his time: that it hangs is not to be concluded then.
+    # Disable the watchdog while debugging.
     kernel = Kernel(stuck_after_s=math.inf if debugger() else None)
     run = Run(
         test=test,
@@ -154,7 +154,7 @@ class HriCase:
 
     @cached_property
     def concrete(self) -> ConcreteTest:
-        """The test with its parameters, sampled when first asked for: collecting thousands stays quick."""
+        """The test with its parameters, sampled at the first use, because collecting thousands must be fast."""
         return self.fixed or concretize(self.abstract, self.ranges, sampling=self.sampling)
 
     def run(self) -> CaseResult:
@@ -166,14 +166,14 @@ class HriCase:
     def check(self, result: CaseResult) -> None:
         """Fail, once and with every violation, when a requirement failed that is not a known violation.
 
-        Where a test does not call this, it is done when the test is over: no violation goes unseen.
+        If a test does not call this, it is done after the test, so that no violation is missed.
         """
         assert self.judge is not None, "hri_case can be checked only inside its own test"
         self.checked = True
         self.judge(self, result)
 
     def forget(self) -> None:
-        """Let go of the run, and of parameters that can be sampled again."""
+        """Release the run, and parameters that can be sampled again."""
         self.result = None
         self.__dict__.pop("concrete", None)
 

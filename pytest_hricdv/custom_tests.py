@@ -1,4 +1,4 @@
-"""Tests that a user writes as functions of his own: `hri_run` runs what he says, and gives back what came of it."""
+"""Custom tests: `hri_run` runs an abstract test that a test function gives as text, and returns the result."""
 
 from __future__ import annotations
 
@@ -64,18 +64,18 @@ class HriRun:
                 every command that has it, and for the run.
 
         Returns:
-            Verdicts (`.verdict("R1")`, `.failed`), outcome, record, and simulated seconds. Nothing is judged: say what
-            must hold with `assert`, or give the result to `check`.
+            Verdicts (`.verdict("R1")`, `.failed`), outcome, record, and simulated seconds. Nothing is
+            checked: use `assert`, or give the result to `check`.
 
         Raises:
             GenerateError: a command or a parameter that the testbench does not declare, or a value that is no number.
             KernelError: a node failed; the text names it and the simulated time.
         """
-        testbench = self._running.collecting.testbench
+        testbench = self._running.collection.testbench
         try:
             case = self._case(test, seed, parameters)
         except GenerateError as error:
-            raise GenerateError(str(error)) from None  # from here, so that only its author's line is shown
+            raise GenerateError(str(error)) from None  # raised here, so that only the author's line is shown
         result = execute(testbench, self._running.requirements, case.concrete, UNMEASURED, "handmade")
         nodeid = self._running.shown(self._item.nodeid)
         built = build_result(case, nodeid, result, requirements=self._running.requirements)
@@ -93,7 +93,7 @@ class HriRun:
         if result.failed and all(requirement in known for requirement in result.failed):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in result.failed))
         if result.failed:
-            units = self._running.collecting.testbench.units
+            units = self._running.collection.testbench.units
             texts = self._running.texts
             text = explanation.failure(built, texts, seed=None, known=known, units=units)
             pytest.fail(text, pytrace=False)
@@ -102,7 +102,7 @@ class HriRun:
         return "<hri_run>"
 
     def _case(self, test: str | Iterable[str] | ConcreteTest, seed: int, parameters: Mapping[str, float]) -> HriCase:
-        ranges = self._running.collecting.testbench.concretization
+        ranges = self._running.collection.testbench.concretization
         if isinstance(test, ConcreteTest):
             lines = tuple(action.command for action in test.actions)
             abstract = AbstractTest(test.id, test.suite, "given", (), lines, seed=test.seed)
@@ -118,7 +118,7 @@ def hri_run(request: pytest.FixtureRequest) -> HriRun:
     try:
         if running is None:
             running = config.stash[_RUNNING] = Running(Collection(config, read_options(config)))
-        _ = running.collecting.testbench, running.requirements
+        _ = running.collection.testbench, running.requirements
     except (pytest.UsageError, TestbenchError) as error:
         pytest.fail(f"hri_run: {error}", pytrace=False)
     return HriRun(running, request.node)

@@ -1,4 +1,4 @@
-"""The hook through which a project hands its testbench over."""
+"""The hook that a project implements: it returns the testbench."""
 
 from __future__ import annotations
 

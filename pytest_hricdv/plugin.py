@@ -1,4 +1,4 @@
-"""The plugin: options and hooks. Hooks delegate; nothing heavy is imported before a suite is active."""
+"""The plugin: options and hooks. Hooks delegate; nothing heavy is imported unless a suite is active."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_addhooks(pluginmanager: pytest.PytestPluginManager) -> None:
-    """Registers the hook that hands the testbench over."""
+    """Registers the hook that returns the testbench."""
     from pytest_hricdv import hooks
 
     pluginmanager.add_hookspecs(hooks)
 
 
 def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) -> None:
-    """Explains `-n` without xdist, which pytest would only call unrecognized."""
+    """Explains `-n` without xdist; pytest only reports an unrecognized argument."""
     if early_config.pluginmanager.hasplugin("xdist"):
         return
     asked = any(
@@ -52,9 +52,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _register(config: pytest.Config, options: Options) -> None:
+    from pytest_hricdv.session.aggregation import Aggregation
     from pytest_hricdv.session.collection import Collection, worker_input
     from pytest_hricdv.session.export_options import ExportOptions
     from pytest_hricdv.session.exports import Exporting
+    from pytest_hricdv.session.gate_check import GateCheck
+    from pytest_hricdv.session.preparation import Preparation
     from pytest_hricdv.session.progress import Progress
     from pytest_hricdv.session.reporting import Reporting
     from pytest_hricdv.session.running import Running
@@ -65,15 +68,19 @@ def _register(config: pytest.Config, options: Options) -> None:
     config.pluginmanager.register(collection, "hricdv-collection")
     config.pluginmanager.register(running, "hricdv-running")
     if worker_input(config) is None:
-        reporting = Reporting(collection, running)
+        gate_check = GateCheck(collection)
+        aggregation = Aggregation(collection, running)
+        reporting = Reporting(collection, running, aggregation, gate_check)
+        config.pluginmanager.register(Preparation(collection, running, gate_check), "hricdv-preparation")
+        config.pluginmanager.register(aggregation, "hricdv-aggregation")
         config.pluginmanager.register(reporting, "hricdv-reporting")
-        config.pluginmanager.register(Progress(config, reporting.chosen), "hricdv-progress")
+        config.pluginmanager.register(Progress(config, aggregation.chosen), "hricdv-progress")
         config.pluginmanager.register(Exporting(config, reporting, ExportOptions.read(config)), "hricdv-exporting")
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection(session: pytest.Session) -> Iterator[None]:
-    """Where pytest did not find a generated test that was named, says on what it depends that there is one."""
+    """Explains why pytest did not find a generated test that the command line names."""
     try:
         return (yield)
     except pytest.UsageError as error:
@@ -87,7 +94,7 @@ def pytest_collection(session: pytest.Session) -> Iterator[None]:
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Without a suite, a test that asks for `hri_case` is skipped with a word on how to choose one."""
+    """Without a suite, a test that asks for `hri_case` is skipped; the reason says how to choose a suite."""
     if "hri_case" in metafunc.fixturenames and not metafunc.config.pluginmanager.hasplugin("hricdv-collection"):
         skip = pytest.mark.skip(reason=NO_SUITE)
         metafunc.parametrize("hri_case", [pytest.param(None, marks=skip)], ids=["no-suite"])

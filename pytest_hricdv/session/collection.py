@@ -26,7 +26,7 @@ _NAMED = re.compile(r"::[^\[]*\[.*?(?P<id>[A-Za-z0-9_]+(?:-[A-Za-z0-9_]+)*-[0-9a
 
 
 def worker_input(config: pytest.Config) -> dict[str, object] | None:
-    """What xdist's controller handed to this process; None in the controller, or without xdist."""
+    """What xdist's controller sent to this worker; None in the controller, or without xdist."""
     given: dict[str, object] | None = getattr(config, "workerinput", None)
     return given
 
@@ -39,7 +39,7 @@ def case_of(item: pytest.Item) -> HriCase | None:
 
 
 class Collection:
-    """Holds the session's testbench and suites, and turns suites into parameters of `hri_case`."""
+    """Testbench and suites of the session; parametrizes `hri_case` with the tests of the suites."""
 
     def __init__(self, config: pytest.Config, options: Options) -> None:
         self.config = config
@@ -65,7 +65,7 @@ class Collection:
 
     @cached_property
     def selected(self) -> list[GeneratedSuite]:
-        """The suites; generated at most once per session, and never in an xdist worker."""
+        """The suites; generated at most once in a session, and never in a worker."""
         given = worker_input(self.config)
         if given is not None:
             return from_text(str(given[WORKER_INPUT]))
@@ -77,7 +77,7 @@ class Collection:
 
     @cached_property
     def replays(self) -> dict[str, ReplayInput]:
-        """Test id -> the file that it came from, where the session replays files."""
+        """Test id -> its replay file; empty if nothing is replayed."""
         handed = worker_input(self.config)
         if handed is not None:
             given = replaying.from_text(str(handed[REPLAYS]))
@@ -103,7 +103,7 @@ class Collection:
 
     @cached_property
     def only_cases(self) -> bool:
-        """Leave other items out: a suite was named on the command line, and no paths were."""
+        """Whether only generated tests are collected: a suite is named on the command line, and no paths are."""
         given = worker_input(self.config)
         if given is not None:
             return bool(given[ONLY_CASES])
@@ -120,14 +120,14 @@ class Collection:
             self.config.args = _host_paths(self.config) or self.config.args
 
     def say(self, text: str) -> None:
-        """Say what is going on when it takes a while."""
+        """Report progress of what takes long."""
         reporter = self.config.pluginmanager.get_plugin("terminalreporter")
         if reporter is not None and self.config.get_verbosity() >= 0:
             reporter.ensure_newline()
             reporter.write_line(text)
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
-        """Parametrizes `hri_case`: fixtures, -k, --lf and IDEs then work as with any parametrized test."""
+        """Parametrizes `hri_case`, so that fixtures, -k, --lf and IDEs work as with any parametrized test."""
         if "hri_case" in metafunc.fixturenames:
             metafunc.parametrize("hri_case", self.cases, ids=[case.abstract.id for case in self.cases])
 
@@ -143,7 +143,7 @@ class Collection:
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_configure_node(self, node: object) -> None:
-        """xdist: hands the suites to a worker that is about to start; workers never generate."""
+        """xdist: sends the suites to a worker that starts; workers do not generate."""
         given: dict[str, object] = node.workerinput  # type: ignore[attr-defined]
         given[WORKER_INPUT] = to_text(self.selected)
         given[ONLY_CASES] = self.only_cases
@@ -191,7 +191,7 @@ def _host_paths(config: pytest.Config) -> list[str]:
 
 
 def _located(error: Exception) -> str:
-    """The error with the deepest place of it outside of installed packages, as a user reads it."""
+    """The error with its deepest place outside of installed packages."""
     trace, place = error.__traceback__, ""
     while trace is not None:
         code = trace.tb_frame.f_code

@@ -14,7 +14,7 @@ from pytest_hricdv.session.option_table import FILES
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """The files to write; None for those that nobody asked for.
+    """The files to write; None for those that were not asked for.
 
     `job_summary` is GitHub's, and is appended to; `github` says that the session runs in a workflow there.
     """

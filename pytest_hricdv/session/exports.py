@@ -1,4 +1,4 @@
-"""Exporting: what other tools read of a session, written when it is over. For the controlling process."""
+"""Exports: files for other tools, written after the session. Registered in the controlling process only."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Written:
-    """What to say of files: where they are, or why they are not written; and what went wrong."""
+    """Messages: files written or not, with the reason; and errors."""
 
     notes: tuple[str, ...]
     problems: tuple[str, ...]
@@ -59,7 +59,7 @@ def write_exports(report: Report, exports: ExportOptions, root: str) -> Written:
 
 
 def _appended(path: Path, text: str) -> list[str]:
-    """GitHub reads the file when the step is over, and other steps may have written to it."""
+    """Appends: other steps may have written to the file, which GitHub reads after the step."""
     try:
         with path.open("a", encoding="utf-8", errors="backslashreplace") as file:
             file.write(text)
@@ -69,7 +69,7 @@ def _appended(path: Path, text: str) -> list[str]:
 
 
 class Exporting:
-    """Writes the files after the report, whatever became of the session; what cannot be written fails it."""
+    """Writes the files after the report, also of a stopped session; a file that cannot be written fails it."""
 
     def __init__(self, config: pytest.Config, reporting: Reporting, exports: ExportOptions) -> None:
         self._config = config
@@ -81,7 +81,7 @@ class Exporting:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionstart(self) -> None:
-        """Finds out before the first test that a file could not be written after the last."""
+        """Checks before the first test that the files can be written after the last."""
         exports = self._exports
         if self._config.getoption("collectonly"):
             return
@@ -93,13 +93,13 @@ class Exporting:
                     raise pytest.UsageError(f"{path}: {error}") from None
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Notes where the test function stands."""
+        """Stores the place of the test function."""
         file, line, _ = report.location
         self._places[report.nodeid] = (self._in_repository(file), (line or 0) + 1)
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Iterator[None]:
-        """Around everything else: the report is there when this is over."""
+        """The outermost wrapper: the report exists when the others have ended."""
         try:
             return (yield)
         finally:
@@ -109,7 +109,7 @@ class Exporting:
 
     @pytest.hookimpl(trylast=True)
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """Where the files are, what went wrong with them, and what GitHub is to show beside the source."""
+        """Writes where the files are, errors, and GitHub's annotations."""
         for note in self._notes:
             terminalreporter.write_line(note, light=True)
         for problem in self._problems:
@@ -133,6 +133,6 @@ class Exporting:
                     plugin.add_global_property(name, value)
 
     def _in_repository(self, file: str) -> str:
-        """A file's name as GitHub knows it: relative to the checked-out repository, with slashes."""
+        """A file's name as GitHub expects it: relative to the checked-out repository, with slashes."""
         root = os.environ.get("GITHUB_WORKSPACE") or self._config.invocation_params.dir
         return Path(os.path.relpath(self._config.rootpath / file, root)).as_posix()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Set
 from dataclasses import replace
 from functools import cached_property
 
@@ -12,22 +12,21 @@ from pytest_hricdv.results import baseline
 from pytest_hricdv.results.baseline import Baseline, BaselineError
 from pytest_hricdv.results.judgement import Judgement, judge
 from pytest_hricdv.results.model import Report
-from pytest_hricdv.session.options import Options
+from pytest_hricdv.session.collection import Collection
 
 
 class GateCheck:
     """Checks the gates of a session.
 
     Args:
-        options: of the session.
-        testbench: its name.
+        collection: of the session.
     """
 
-    def __init__(self, options: Options, testbench: str) -> None:
-        self.options = options
-        self._testbench = testbench
+    def __init__(self, collection: Collection) -> None:
+        self.options = collection.options
+        self._collection = collection
 
-    def check(self, requirements: Collection[str]) -> None:
+    def check(self, requirements: Set[str]) -> None:
         """Find faults before any test runs.
 
         Raises:
@@ -48,7 +47,7 @@ class GateCheck:
         if path is None or (self.options.update_baseline and not path.exists()):
             return None
         try:
-            return baseline.read(path, self._testbench)
+            return baseline.read(path, self._collection.testbench.name)
         except BaselineError as error:
             raise pytest.UsageError(f"--hri-baseline: {error}") from None
 

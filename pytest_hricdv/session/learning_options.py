@@ -1,4 +1,4 @@
-"""How the suite `rl` is learned: what the testbench, the ini file and the command line say; the last one counts."""
+"""Options of learning the suite `rl`: of the testbench, the ini file and the command line; the last one counts."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ METHOD = "rl"
 
 @dataclass(frozen=True)
 class LearningOptions:
-    """What was said about learning.
+    """Options of learning, as given.
 
     Args:
-        settings: (where it was said, NAME=VALUE), in order.
-        reward: name of the reward; empty where none was named.
-        start: the file to begin with.
+        settings: (source, NAME=VALUE), in order.
+        reward: name of the reward; empty: the default.
+        start: the file to start from.
         save: the file to save the table in.
-        named: options of these that the command line had: they make no sense without learning.
+        named: options of learning on the command line, which make no sense without learning.
     """
 
     settings: tuple[tuple[str, str], ...] = ()
@@ -37,12 +37,12 @@ class LearningOptions:
 
     @property
     def again(self) -> tuple[str, ...]:
-        """What the command line said on which tests there are."""
+        """Options of the command line that decide which tests are generated."""
         return tuple(option for option in self.named if not option.startswith("--hri-rl-save"))
 
 
 def read_learning(config: pytest.Config) -> LearningOptions:
-    """What the ini file and the command line say."""
+    """The options of the ini file and the command line."""
     given: Sequence[str] = config.getoption("hri_rl") or ()
     named = [f"--hri-rl={line}" for line in given]
     texts = {}
@@ -85,7 +85,7 @@ def parameters(options: LearningOptions, testbench: Testbench) -> QLearning:
 
 
 def warm_start(options: LearningOptions, testbench: Testbench) -> WarmStart:
-    """What learning begins with.
+    """What learning starts from.
 
     Raises:
         pytest.UsageError: the file cannot be read, or is not for this testbench.

@@ -75,11 +75,11 @@ class Options:
     today: datetime.date = datetime.date.min
     """The day on which the session began (UTC)."""
     again: tuple[str, ...] = ()
-    """What the command line said, beside suite and seed, on which tests there are and what fails."""
+    """Options of the command line, besides suite and seed, that decide which tests are generated and which fail."""
 
 
 def read_options(config: pytest.Config) -> Options:
-    """The options in force. Raises pytest.UsageError for one that makes no sense."""
+    """The options in force. Raises pytest.UsageError for an invalid one."""
     replay, today = _replay(config), session_day(config)
     known, baseline = _allowed(config, "known", "known_violations"), _text(config, "baseline")
     if config.getoption("hri_update_baseline") and not baseline:
@@ -210,7 +210,7 @@ def _allowed(config: pytest.Config, option: str, ini: str) -> dict[str, Exemptio
 
 
 def session_day(config: pytest.Config) -> datetime.date:
-    """The day on which the session began (UTC): taken once, so that a run over midnight is judged by one day."""
+    """The day on which the session began (UTC), taken once: a session over midnight has one day."""
     handed = getattr(config, "workerinput", {}).get(SESSION_DAY)
     if handed is not None:
         return datetime.date.fromisoformat(handed)

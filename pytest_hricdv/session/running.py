@@ -1,4 +1,4 @@
-"""Running: what happens around each generated test. Registered where tests run: in workers, or without xdist."""
+"""Running: executes and measures each generated test. Registered where tests run: in workers, or without xdist."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ class RerunInfo(TypedDict):
 
 
 class Running:
-    """Runs cases, measures them, and sends one JSON text per test along with pytest's own report."""
+    """Runs cases, measures them, and attaches one JSON text per test to pytest's report."""
 
-    def __init__(self, collecting: Collection) -> None:
-        self.collecting = collecting
-        self.options = collecting.options
+    def __init__(self, collection: Collection) -> None:
+        self.collection = collection
+        self.options = collection.options
         self._used: Measurement = NoMeasurement("nothing has run")
         self._built: tuple[HriCase, CaseResult | None, TestResult] | None = None
 
     @cached_property
     def requirements(self) -> tuple[Requirement, ...]:
         """The testbench's requirements. Raises pytest.UsageError, located, when a text does not parse."""
-        testbench = self.collecting.testbench
+        testbench = self.collection.testbench
         try:
             return load_requirements(testbench.requirements, testbench.vocabulary())
         except (RequirementError, ValueError) as error:
@@ -58,7 +58,7 @@ class Running:
 
     @property
     def known(self) -> Mapping[str, str]:
-        """Requirements whose violation is known, with the reasons; none in a strict run."""
+        """Requirements with a known violation, with the reasons; none in a strict run."""
         return {} if self.options.strict else self.options.known
 
     @property
@@ -70,48 +70,48 @@ class Running:
     def code(self) -> CodeMap:
         """What can be covered. Raises pytest.UsageError for code that is not there or a waiver without reason."""
         try:
-            return map_code(self.collecting.testbench.code, Path(self.collecting.config.rootpath))
+            return map_code(self.collection.testbench.code, Path(self.collection.config.rootpath))
         except CoverageError as error:
             raise pytest.UsageError(str(error)) from None
 
     @property
     def measurement(self) -> Measurement:
-        """How the code under test is measured now: not at all while somebody debugs, and he may begin at any time."""
+        """How the code under test is measured now. A debugger, which can attach at any time, disables it."""
         if not self.options.coverage:
             return NoMeasurement("switched off with --hri-no-cov")
         stepping = self._stepping() or debugger()
         return NoMeasurement(stepping) if stepping else self._chosen
 
     def _stepping(self) -> str:
-        given = self.collecting.config.option
+        given = self.collection.config.option
         asked = [name for name, use in (("--pdb", "usepdb"), ("--trace", "trace")) if getattr(given, use, False)]
         return f"{asked[0]} was given: measuring would get in its way" if asked else ""
 
     @cached_property
     def _chosen(self) -> Measurement:
-        by_test = getattr(self.collecting.config.option, "cov_context", None) == "test"
+        by_test = getattr(self.collection.config.option, "cov_context", None) == "test"
         return choose(self.code, contexts_by_test=by_test)
 
     @cached_property
     def provenance(self) -> Provenance:
-        """What runs depend on, as it is in this process."""
-        return Provenance.now(self.code, self.collecting.testbench)
+        """What the runs of this process depend on."""
+        return Provenance.now(self.code, self.collection.testbench)
 
     @cached_property
     def failures(self) -> Failures:
-        """Where the files of tests that failed are."""
-        return Failures(self.options.report, self.collecting.config.invocation_params.dir)
+        """Writes the replay files of failing tests."""
+        return Failures(self.options.report, self.collection.config.invocation_params.dir)
 
     @cached_property
     def filming(self) -> Filming | None:
-        """What films in this process, when asked to."""
+        """Films failing tests of this process; None without --hri-film."""
         if not self.options.film:
             return None
-        return Filming(self.collecting.testbench, self.requirements, self.options.report)
+        return Filming(self.collection.testbench, self.requirements, self.options.report)
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
-        """Lets go of the run when its test is over: pytest keeps all items to the end, and a run is large."""
+        """Releases the run after its test: pytest keeps all items to the end, and a run is large."""
         try:
             return (yield)
         finally:
@@ -121,7 +121,7 @@ class Running:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
-        """Lends the case its runner for the duration of the test, and tells JUnit how it went."""
+        """Binds the runner for the call phase and records JUnit properties."""
         case = case_of(item)
         if case is None:
             return (yield)
@@ -130,10 +130,10 @@ class Running:
         case.judge = lambda this, result: self._judge(this, result, item.nodeid)
         try:
             yield
-            self._see_that_it_was_checked(case)
+            self._require_check(case)
         finally:
             case.runner = case.judge = None
-            result, label = self._result(case, item.nodeid), self.collecting.testbench.outcome_label
+            result, label = self._result(case, item.nodeid), self.collection.testbench.outcome_label
             item.user_properties.extend(junit.properties(result, label))
 
     @pytest.hookimpl(wrapper=True)
@@ -156,23 +156,23 @@ class Running:
         if self.filming is None or case.result is None or result.outcome not in ("failed", "known-violation"):
             return result
         film = self.filming.film(case.result)
-        folder = os.path.relpath(self.options.report, self.collecting.config.invocation_params.dir)
+        folder = os.path.relpath(self.options.report, self.collection.config.invocation_params.dir)
         report.sections.append(("film", film_text(film, Path(folder))))
         return replace(result, film=film)
 
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
-        testbench, self._used = self.collecting.testbench, self.measurement
+        testbench, self._used = self.collection.testbench, self.measurement
         try:
             return execute(testbench, self.requirements, case.concrete, self._used, f"hricdv|{nodeid}")
         except Exception as error:
-            # The author's own exception, from his own line, says more than that a node failed.
+            # The exception of the author's code, with its line, says more than that a node failed.
             failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error
             what = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
         shown = self._shown_result(case, nodeid)
         failure.add_note("\n" + explanation.aborted(shown, what, **self._rerun_info(case)))
         raise failure
 
-    def _see_that_it_was_checked(self, case: HriCase) -> None:
+    def _require_check(self, case: HriCase) -> None:
         if case.result is None:
             pytest.fail("the test ended without a run: call hri_case.check(hri_case.run())", pytrace=False)
         if not case.checked:
@@ -181,13 +181,13 @@ class Running:
     def _judge(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
         failed, known = result.failed, self.known
         mismatch = replay_mismatch(self._result(case, nodeid).replayed)
-        faults = "\n".join(filter(None, [mismatch, *result.illegal(self.collecting.testbench)]))
+        faults = "\n".join(filter(None, [mismatch, *result.illegal(self.collection.testbench)]))
         if not failed and not faults:
             return
         if not faults and all(requirement in known for requirement in failed):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed))
         shown = replace(self._shown_result(case, nodeid), failure=faults)
-        texts, units = self.texts, self.collecting.testbench.units
+        texts, units = self.texts, self.collection.testbench.units
         text = explanation.failure(shown, texts, known=known, units=units, **self._rerun_info(case))
         pytest.fail(text, pytrace=False)
 
@@ -195,13 +195,13 @@ class Running:
         return replace(self._result(case, nodeid), nodeid=self.shown(nodeid))
 
     def shown(self, nodeid: str) -> str:
-        """The node id as it can be given to pytest in the folder where the run was started."""
-        config = self.collecting.config
+        """The node id relative to the folder where pytest was started."""
+        config = self.collection.config
         path, colons, rest = nodeid.partition("::")
         return os.path.relpath(config.rootpath / path, config.invocation_params.dir) + colons + rest
 
     def _rerun_info(self, case: HriCase) -> RerunInfo:
-        given = self.collecting.replays.get(case.abstract.id)
+        given = self.collection.replays.get(case.abstract.id)
         file = given.name if given else self.failures.name(case.abstract.id)
         options = self.options
         return {"seed": options.seed, "suite": options.suites, "more": options.again, "file": file}
@@ -219,7 +219,7 @@ class Running:
                 requirements=self.requirements,
                 unmeasured=self._used.reason if unmeasured else "",
             )
-            given = self.collecting.replays.get(case.abstract.id)
+            given = self.collection.replays.get(case.abstract.id)
             if given is not None:
                 result = replace(result, replay=given.name, replayed=self.provenance.compared(given, result))
             self._built = (case, run, result)

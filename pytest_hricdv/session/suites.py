@@ -36,7 +36,7 @@ def selected_suites(
     Args:
         root: the folder that paths of suites are relative to.
         cache: `config.cache`, or None where the cache plugin is off.
-        say: told what is going on when it takes a while.
+        say: receives progress messages.
 
     Raises:
         pytest.UsageError: an unknown suite, a missing path, a model or a file that is wrong, or two equal names.
@@ -108,7 +108,9 @@ def check_commands(suite: Suite, testbench: Testbench) -> None:
         for line in test.lines:
             if line not in known:
                 commands = ", ".join(known)
-                raise pytest.UsageError(f"suite {suite.name}, test {test.id}: nobody knows {line!r}; known: {commands}")
+                raise pytest.UsageError(
+                    f"suite {suite.name}, test {test.id}: unknown command {line!r}; known: {commands}"
+                )
 
 
 def cases(

@@ -232,7 +232,7 @@ def test_other_bad_input(failed: pytest.Pytester) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ('"set_lamp level = 100": pause,', "", "nobody knows 'set_lamp level = 100'"),
+        ('"set_lamp level = 100": pause,', "", "unknown command 'set_lamp level = 100'"),
         ('"set_lamp level = 100": pause', '"set_lamp level = 100": {}', "'set_lamp level = 100' has the parameters"),
         ('{"patience_s": Range(5.0, 8.0, "s")}', "{}", "the run has the parameters patience_s; the testbench declar"),
     ],

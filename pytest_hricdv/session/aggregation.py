@@ -1,0 +1,145 @@
+"""Aggregation: the results of all workers. Registered in the controlling process only."""
+
+from __future__ import annotations
+
+import re
+import zlib
+from collections.abc import KeysView
+from functools import cached_property
+
+import msgspec
+import pytest
+
+from pytest_hricdv.case import HriCase
+from pytest_hricdv.results.codec import decode
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.session.collection import Collection, case_of
+from pytest_hricdv.session.replaying import LEAVE_A_FILE
+from pytest_hricdv.session.running import ATTRIBUTE, Running
+
+_DIGEST = re.compile(r"-[0-9a-f]{8,16}(?:-corners)?(?:-k\d+)?(?=[-\]])")
+FASTEST = 1
+"""Level of compression: a quarter of the size in half a millisecond; the best one saves little more."""
+
+
+class ResultStore:
+    """Node id -> result, as compressed JSON: results of thousands of tests would need gigabytes as objects.
+
+    The last one that was put counts, as a test that is run again counts once.
+    """
+
+    def __init__(self) -> None:
+        self._packed: dict[str, bytes] = {}
+
+    def put(self, nodeid: str, text: str) -> None:
+        """Keep a result, as `pytest_hricdv.results.codec.encode` wrote it."""
+        self._packed[nodeid] = zlib.compress(text.encode(), FASTEST)
+
+    def nodeids(self) -> KeysView[str]:
+        """Of all results."""
+        return self._packed.keys()
+
+    def results(self) -> list[TestResult]:
+        """All results, in the order in which their tests were first put."""
+        return [decode(zlib.decompress(packed)) for packed in self._packed.values()]
+
+
+class _Head(msgspec.Struct):
+    """All that decides whether a result has to be decoded when it arrives."""
+
+    outcome: str
+
+
+class Aggregation:
+    """Collects results by node id, writes replay files of failed tests, and finds out which results are missing."""
+
+    def __init__(self, collection: Collection, running: Running) -> None:
+        self.collection = collection
+        self.running = running
+        self.chosen: dict[str, HriCase] = {}
+        """Node id -> test: the tests that were selected."""
+        self.reasons: dict[str, str] = {}
+        """Node id -> why the test has no result."""
+        self.workers = 1
+        self.is_distributed = False
+        self._results = ResultStore()
+        self._replays: dict[str, str] = {}
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """Without xdist: stores which tests are selected."""
+        for item in session.items:
+            case = case_of(item)
+            if case is not None:
+                self.chosen[item.nodeid] = case
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_xdist_setupnodes(self, specs: list[object]) -> None:
+        """With xdist: stores the number of workers; replacements of crashed workers do not count."""
+        self.workers = len(specs)
+        self.is_distributed = True
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_xdist_node_collection_finished(self, node: object, ids: list[str]) -> None:
+        """With xdist: stores which tests are selected, by the node ids that the workers report."""
+        by_id = {case.abstract.id: case for case in self.collection.cases}
+        for nodeid in ids:
+            case = _case_named(nodeid, by_id)
+            if case is not None:
+                self.chosen[nodeid] = case
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Takes the result from a report, of whichever worker; the same test twice counts once.
+
+        A report without a result says why there is none: skipped, a fixture that failed, a worker that crashed.
+        """
+        text = getattr(report, ATTRIBUTE, None)
+        if isinstance(text, str):
+            self._results.put(report.nodeid, text)
+            self._keep_failure(text)
+            delattr(report, ATTRIBUTE)  # pytest keeps reports to the end
+        elif not report.passed:
+            self.reasons[report.nodeid] = (
+                report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longreprtext
+            )
+
+    def _keep_failure(self, text: str) -> None:
+        """Writes the replay file of a failed test; that of a replayed test exists already."""
+        if msgspec.json.decode(text, type=_Head).outcome not in LEAVE_A_FILE:
+            return
+        result = decode(text)
+        case = self.chosen.get(result.nodeid)
+        if result.replay is None and case is not None:
+            replay = self.running.provenance.replay(case, result, self.seeds[case.suite])
+            name = self.running.failures.keep(replay)
+            if name is not None:
+                self._replays[result.nodeid] = name
+
+    def results(self) -> list[TestResult]:
+        """With the names of the replay files that were written here."""
+        return [
+            msgspec.structs.replace(result, replay=self._replays[result.nodeid])
+            if result.replay is None and result.nodeid in self._replays
+            else result
+            for result in self._results.results()
+        ]
+
+    @cached_property
+    def seeds(self) -> dict[str, int]:
+        """Suite -> the seed that it was generated from."""
+        return {each.suite.name: each.suite.seed for each in self.collection.selected}
+
+    def losses(self) -> list[str]:
+        """Tests without a result or a reason: the session must not look as if all were well."""
+        lost = len(self.chosen.keys() - self._results.nodeids() - self.reasons.keys())
+        return [f"{lost} of {len(self.chosen)} tests left no result: a worker or a plugin lost them"] if lost else []
+
+
+def _case_named(nodeid: str, by_id: dict[str, HriCase]) -> HriCase | None:
+    """The case whose id is in the brackets of a node id, perhaps among other parameters."""
+    parameters = nodeid[nodeid.find("[") + 1 :]
+    for match in _DIGEST.finditer(parameters):
+        head = parameters[: match.end()]
+        for start in [0, *(dash.end() for dash in re.finditer("-", head))]:
+            if head[start:] in by_id:
+                return by_id[head[start:]]
+    return None
