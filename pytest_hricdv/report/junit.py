@@ -11,7 +11,7 @@ def properties(test: TestResult, outcome_label: str = "outcomes") -> tuple[tuple
     """Name and value pairs for `item.user_properties`: suite, id, seed, verdicts, coverage, fidelity, outcomes.
 
     What a test does not have, such as the coverage of unmeasured code, has no property: some tools would read an empty
-    one as zero.
+    one as zero. Nor has its own outcome, which JUnit XML states itself, and which is not known yet while the test runs.
 
     Args:
         test: its result.
@@ -21,7 +21,6 @@ def properties(test: TestResult, outcome_label: str = "outcomes") -> tuple[tuple
         ("hri.suite", test.suite),
         ("hri.id", test.id),
         ("hri.seed", test.seed),
-        ("hri.outcome", test.outcome),
         *((f"hri.{name}", test.requirements[name].verdict) for name in sorted(test.requirements, key=natural)),
         ("hri.statements_percent", _tenths(test.code.percent if test.code else None)),
         ("hri.simulated_s", _tenths(test.sim_s)),

@@ -73,6 +73,7 @@ def test_junit_has_properties_of_each_test_and_of_the_whole(lamps: pytest.Pytest
         properties = cases[test["nodeid"].partition("::")[2]]
         assert properties["hri.record_sha256"] == test["record_sha256"]
         assert properties["hri.R1"] == test["requirements"]["R1"]["verdict"]
+        assert "hri.outcome" not in properties
 
 
 @pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
