@@ -17,7 +17,6 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 
-from benchmarks.end_to_end import machine
 from pytest_hricdv.bdi import MultiAgentSystem
 from pytest_hricdv.bdi.memo import Memo
 from pytest_hricdv.generate.beliefs import BeliefSpace
@@ -25,6 +24,7 @@ from pytest_hricdv.generate.learner import learn
 from pytest_hricdv.generate.model import Model, ModelRun
 from pytest_hricdv.generate.model_runner import ModelRunner
 from pytest_hricdv.generate.qlearning import QLearning
+from studies.session import machine
 
 ROOT = Path(__file__).parents[1]
 TABLE = ROOT / "models_bdi" / "table_assembly.mas2j"
