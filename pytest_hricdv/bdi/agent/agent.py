@@ -72,7 +72,7 @@ class Agent(AgentState):
         if self.waits and self.beliefs.version != self._checked_version:
             self._checked_version = self.beliefs.version
             self._wake_by_conditions()
-        self.awake = bool(self.intentions or self.events) or self.has_news()
+        self.awake = True if self.intentions or self.events else self.has_news()
 
     def has_work(self) -> bool:
         """Whether a reasoning cycle would do anything."""
@@ -217,7 +217,7 @@ class Agent(AgentState):
         intention = event.intention
         if intention is None:
             intention = self.new_intention()
-        elif intention.stack:
+        elif intention.stack and intention.stack[-1].literal.key == event.literal.key:
             intention.optimize_tail_recursion(event)
         intention.stack.append(means)
         self.intentions.append(intention)

@@ -125,7 +125,10 @@ class AgentState:
     def resume(self, intention: Intention) -> None:
         """What an intention waited for has come: it is ready for the next statement, if any, in its turn."""
         intention.stack[-1].advance()
-        self.ready(intention)
+        if self.suspending:
+            self.ready(intention)
+        else:
+            self.intentions.append(intention)
 
     def requeue(self, intention: Intention) -> None:
         """Make an intention ready for the statement that it is at, or end the plan if it has none left."""

@@ -133,12 +133,15 @@ class Intention:
         return any(means.plan.atomic for means in self.stack)
 
     def optimize_tail_recursion(self, event: Event) -> None:
-        """Drop a plan that ends by pursuing its own goal again, so that such loops need no memory."""
+        """Drop a plan that ends by pursuing its own goal again, so that such loops need no memory.
+
+        Args:
+            event: the event of that goal; its predicate is that of the plan's goal.
+        """
         top = self.stack[-1]
         if (
             event.sign == "+!"
             and top.sign == "+!"
-            and top.literal.key == event.literal.key
             and top.pc == len(top.body) - 1
             and not top.blocks
             and not top.plan.atomic

@@ -13,7 +13,6 @@ from pytest_hricdv.bdi.language.terms import Structure, Variable
 class RunServices(Protocol):
     """What a run offers to its agents."""
 
-    rounds: int
     progress: int
     """Grows with everything that another agent, or the user, could notice, or that the agent could remember."""
 
