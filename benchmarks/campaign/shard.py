@@ -21,7 +21,7 @@ class ShardError(Exception):
 
 
 @dataclass(frozen=True)
-class Run:
+class CampaignRun:
     """The results of one run.
 
     Args:
@@ -67,7 +67,7 @@ class Shard:
 
     seed: int
     identity: str
-    runs: tuple[Run, ...]
+    runs: tuple[CampaignRun, ...]
     statements: Total
     branches: Total | None
     titles: Mapping[str, str]
@@ -118,11 +118,11 @@ def _of_report(seed: int, identity: str, done: session.Session, base: Mapping[st
     )
 
 
-def _run(entry: Mapping[str, Any], test: str) -> Run:
+def _run(entry: Mapping[str, Any], test: str) -> CampaignRun:
     verdicts = entry["requirements"]
     aborted = entry["outcome"] == "error"
     statements, branches = ("0x0", "0x0") if aborted else entry["code"]["bits"]
-    return Run(
+    return CampaignRun(
         test=test,
         id=entry["id"],
         legs=tuple(entry["legs"]),
@@ -162,5 +162,5 @@ def read(path: Path) -> Shard:
 _LINES = ("missing", "waived")
 
 
-def _read_run(data: dict[str, Any]) -> Run:
-    return Run(**{**data, "legs": tuple(data["legs"]), "bins": tuple(data["bins"])})
+def _read_run(data: dict[str, Any]) -> CampaignRun:
+    return CampaignRun(**{**data, "legs": tuple(data["legs"]), "bins": tuple(data["bins"])})

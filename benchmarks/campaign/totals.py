@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
-from benchmarks.campaign.shard import Run, Shard
+from benchmarks.campaign.shard import CampaignRun, Shard
 from studies.estimates import Interval, mean, share
 
 
@@ -40,7 +40,7 @@ class Requirement:
     least: tuple[float, str] | None
 
 
-def ended(shards: Iterable[Shard]) -> list[Run]:
+def ended(shards: Iterable[Shard]) -> list[CampaignRun]:
     """All runs that ended without an error, seed by seed."""
     return [run for shard in shards for run in shard.runs if not run.error]
 
@@ -110,17 +110,17 @@ def coverage(shards: Sequence[Shard]) -> Coverage:
     )
 
 
-def statements(run: Run) -> int:
+def statements(run: CampaignRun) -> int:
     """The statements that a run covered, as a bit set."""
     return run.statements
 
 
-def branches(run: Run) -> int:
+def branches(run: CampaignRun) -> int:
     """The branches that a run covered, as a bit set; empty where they are not measured."""
     return run.branches or 0
 
 
-def union(runs: Iterable[Run], of: Callable[[Run], int]) -> int:
+def union(runs: Iterable[CampaignRun], of: Callable[[CampaignRun], int]) -> int:
     """The bits of all runs together."""
     bits = 0
     for run in runs:
@@ -143,7 +143,7 @@ def _missing(shards: Sequence[Shard]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def growth(shards: Sequence[Shard], of: Callable[[Run], int], whole: int) -> list[tuple[float, float]]:
+def growth(shards: Sequence[Shard], of: Callable[[CampaignRun], int], whole: int) -> list[tuple[float, float]]:
     """Covered after 1, 2, ... seeds, % of the whole."""
     bits, points = 0, []
     for number, shard in enumerate(shards, 1):

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from benchmarks.campaign import __main__ as campaign
 from benchmarks.campaign import results, shard, totals
 from benchmarks.campaign.progress import duration
-from benchmarks.campaign.shard import Run, Shard, ShardError, Total
+from benchmarks.campaign.shard import CampaignRun, Shard, ShardError, Total
 from benchmarks.campaign.state import Plan, State, StateError
 from studies import session
 from tests.plugin import project
@@ -118,10 +118,10 @@ OF_A = ("Failed", "Passed", "Passed")
 PLAN = Plan("rl", 0, 2, {"code/a.py": "0" * 64, "python": "3.11.1"})
 
 
-def a_run(test: str, seed: int, verdict: str = "Passed", statements: int = 0b1, **more: object) -> Run:
+def a_run(test: str, seed: int, verdict: str = "Passed", statements: int = 0b1, **more: object) -> CampaignRun:
     """A run with one requirement."""
     given: dict[str, object] = {"margins": {"R1": 0.5}, "legs": ("released",), "bins": ("a x b",)}
-    return Run(
+    return CampaignRun(
         test=test,
         id=f"{test}-k{seed}",
         verdicts={"R1": verdict},
@@ -134,7 +134,7 @@ def a_run(test: str, seed: int, verdict: str = "Passed", statements: int = 0b1, 
     )
 
 
-def a_shard(seed: int, runs: Sequence[Run], **more: object) -> Shard:
+def a_shard(seed: int, runs: Sequence[CampaignRun], **more: object) -> Shard:
     """A shard of four statements."""
     given: dict[str, object] = {"identity": PLAN.identity, "wall_s": 1.0, "cpu_s": 2.0}
     return Shard(

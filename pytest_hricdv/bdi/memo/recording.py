@@ -19,7 +19,7 @@ from pytest_hricdv.bdi.memo.snapshot import AgentSnapshot, restore, snapshot
 from pytest_hricdv.bdi.run.agent_template import AgentTemplate
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.livelock import QUIET_ROUNDS
-from pytest_hricdv.bdi.run.scheduler import Run
+from pytest_hricdv.bdi.run.scheduler import SystemRun
 
 _CUT = "cut"
 """How a run has ended that is at the end of a segment, to go on from there."""
@@ -33,7 +33,7 @@ _QUIET_BEFORE = 10
 """Rounds without progress that a segment may begin after."""
 
 
-class RecordingRun(Run):
+class RecordingRun(SystemRun):
     """A run that is recorded in segments.
 
     Args:

@@ -15,13 +15,13 @@ from collections.abc import Iterator, Mapping
 from pytest_hricdv.bdi.agent.intentions import Message
 from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.run.environment import Environment
-from pytest_hricdv.bdi.run.scheduler import Run
+from pytest_hricdv.bdi.run.scheduler import SystemRun
 
 MAX_JITTER = 1000
 """Rounds that something may be late at most."""
 
 
-class JitteredRun(Run):
+class JitteredRun(SystemRun):
     """A run in which agents act in random order, and messages and percepts may be late.
 
     Args:

@@ -21,7 +21,7 @@ from pytest_hricdv.bdi.run.livelock import LivelockDetector
 from pytest_hricdv.bdi.run.run_state import RunState
 
 
-class Run(RunState):
+class SystemRun(RunState):
     """A run of a system.
 
     Args:

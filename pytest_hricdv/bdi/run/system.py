@@ -17,7 +17,7 @@ from pytest_hricdv.bdi.run.agent_template import AgentTemplate, read_templates
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.jitter import MAX_JITTER, JitteredRun
 from pytest_hricdv.bdi.run.result import Result, Trace
-from pytest_hricdv.bdi.run.scheduler import Run
+from pytest_hricdv.bdi.run.scheduler import SystemRun
 from pytest_hricdv.bdi.run.tracing import TracedAgent, TracedRun
 
 MAX_ROUNDS = 100_000
@@ -167,13 +167,15 @@ class MultiAgentSystem:
         return agent
 
 
-def _new_run(environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int, trace: bool) -> Run:
+def _new_run(
+    environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int, trace: bool
+) -> SystemRun:
     if trace:
         return TracedRun(environment, seed, goal, jitter)
-    return JitteredRun(environment, seed, goal, jitter) if jitter else Run(environment, seed, goal)
+    return JitteredRun(environment, seed, goal, jitter) if jitter else SystemRun(environment, seed, goal)
 
 
-def _result(run: Run, ended: str) -> Result:
+def _result(run: SystemRun, ended: str) -> Result:
     plans = {name: agent.executed for name, agent in run.agents.items()}
     trace = Trace(tuple(run.steps)) if isinstance(run, TracedRun) else None
     return Result(run.prints, plans, run.actions, run.rounds, ended, run.warnings, run.time_ms, trace)

@@ -20,7 +20,7 @@ from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.conditions import ask, condition_of
 from pytest_hricdv.bdi.logic.inference import first, solve
 from pytest_hricdv.bdi.logic.substitution import Bindings
-from pytest_hricdv.bdi.run.scheduler import Run
+from pytest_hricdv.bdi.run.scheduler import SystemRun
 from tests.bdi.models import prints_of
 
 _ATOMS = st.sampled_from(("1", "2", "a", '"s"'))
@@ -69,7 +69,7 @@ def believer(beliefs: list[str], rules: list[str]) -> Agent:
         base.add_rule(rule)
     for belief in beliefs:
         base.add(parse_literal(f"{belief}[source(self)]"))
-    return Agent("a", Run(Environment(), 0, None), StandardActions(), base, PlanLibrary(()), [])
+    return Agent("a", SystemRun(Environment(), 0, None), StandardActions(), base, PlanLibrary(()), [])
 
 
 _BOUND = st.dictionaries(st.sampled_from((Variable("X"), Variable("Y"))), st.sampled_from((Number(1), Number(2))))
