@@ -62,7 +62,7 @@ def main() -> int:
     parser.add_argument("--seed", action="append", type=int, help="only these (repeatable)")
     given = parser.parse_args()
     chosen = [(suite, seed) for seed in given.seed or SEEDS for suite in given.suite or SUITES]
-    stored = {} if given.action == "store" else json.loads(gzip.decompress(given.file.read_bytes()))
+    stored = {} if given.action == "store" else stable(json.loads(gzip.decompress(given.file.read_bytes())))
     found, faults = {}, 0
     for suite, seed in chosen:
         key = f"{suite} seed {seed}"
