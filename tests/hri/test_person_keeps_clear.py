@@ -40,6 +40,7 @@ def test_the_person_keeps_clear_of_table_and_robot(suite: str, monkeypatch: pyte
         nonlocal ticks
         tick(world)
         ticks += 1
+        assert world.engine.pose(TABLE)[0] == pytest.approx(TABLE_M)
         assert not too_near(world)
 
     monkeypatch.setattr(World, "_tick", observed_tick)
