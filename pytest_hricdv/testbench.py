@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -39,6 +40,9 @@ __all__ = [
 ]
 
 
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
+
 class TestbenchError(Exception):
     """The testbench is missing, or lacks a part; the text says which and what it is for."""
 
@@ -56,6 +60,9 @@ class Outcome:
         cross: the bins that the run hit, by the name of the declared cross product: one bin for each coordinate, but
             none for those that are named after a requirement.
         fidelity: how the world was simulated, where there are several ways; every report shows it.
+
+    Raises:
+        TestbenchError: a text is no text, or `skipped_s` is no time.
     """
 
     ended: str
@@ -63,6 +70,15 @@ class Outcome:
     skipped_s: float = 0.0
     cross: Mapping[str, Sequence[Bin]] = field(default_factory=dict, hash=False)
     fidelity: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("ended", "fidelity"):
+            if not isinstance(getattr(self, name), str):
+                raise TestbenchError(f"Outcome: {name} is {getattr(self, name)!r}; expected a text")
+        if isinstance(self.outcomes, str) or not all(isinstance(each, str) for each in self.outcomes):
+            raise TestbenchError(f"Outcome: outcomes is {self.outcomes!r}; expected a tuple of texts")
+        if not isinstance(self.skipped_s, int | float) or not 0 <= self.skipped_s < math.inf:
+            raise TestbenchError(f"Outcome: skipped_s is {self.skipped_s!r}; expected a time in seconds")
 
 
 @dataclass(frozen=True)

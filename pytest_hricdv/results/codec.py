@@ -36,10 +36,21 @@ class _Head(msgspec.Struct):
 def encode(result: TestResult) -> str:
     """A result as JSON text, for another process."""
     try:
-        return msgspec.json.encode(result).decode()
+        return msgspec.json.encode(result, enc_hook=_exact).decode()
     except UnicodeEncodeError:  # a lone surrogate, which has no UTF-8: show its number rather than lose the result
-        text = json.dumps(msgspec.to_builtins(result), ensure_ascii=False)
+        text = json.dumps(msgspec.to_builtins(result, enc_hook=_exact), ensure_ascii=False)
         return re.sub("[\ud800-\udfff]", lambda match: f"\\\\u{ord(match[0]):04x}", text)
+
+
+def _exact(value: object) -> object:
+    """A value of a subclass of JSON's types, such as numpy's float or a StrEnum, as the type itself."""
+    if isinstance(value, str):
+        return str.__str__(value)
+    if isinstance(value, float):
+        return float(value)
+    if isinstance(value, int):
+        return int(value)
+    raise NotImplementedError  # msgspec then says that the type is not supported
 
 
 def decode(text: str | bytes) -> TestResult:
@@ -55,7 +66,7 @@ def canonical(record: object) -> str:
         ReportError: a value has no JSON, such as NaN or a set.
     """
     try:
-        plain = msgspec.to_builtins(record)
+        plain = msgspec.to_builtins(record, enc_hook=_exact)
         lines = [f"{_compact(key)}: {_itemized(plain[key])}" for key in sorted(plain)]
     except (TypeError, ValueError) as error:
         place = next(_not_finite(plain, "$"), "") if isinstance(error, ValueError) else ""
@@ -126,7 +137,7 @@ def decode_located(text: str, kind: type[T]) -> T:
 
 
 def _syntax_fault(text: str) -> str:
-    """Line and column of what is no JSON. The standard decoder tells them; msgspec's tells bytes or nothing."""
+    """Line and column of what is no JSON: the standard decoder names them, msgspec's does not."""
     try:
         json.loads(text)
     except json.JSONDecodeError as error:

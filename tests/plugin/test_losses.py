@@ -63,9 +63,25 @@ def test_full_trace_shows_the_frames_of_the_plugin(lamps: pytest.Pytester) -> No
         ("conftest.py", '"lamp_level", level', '"lamplevel", level', "*signal 'lamplevel' is recorded but not*"),
         ("conftest.py", '"lamp_level", level', '"lamp_level", float("nan")', "*expected a finite number*"),
         ("conftest.py", "    return Outcome(", "    Outcome(", "*run returned None; expected a pytest_hricdv*Outcome*"),
+        ("conftest.py", 'outcomes=("released",)', "outcomes=(1,)", "*outcomes is (1,); expected a tuple of texts"),
+        (
+            "conftest.py",
+            'outcomes=("released",)',
+            'skipped_s=float("nan")',
+            "*Outcome: skipped_s is nan; expected a time in seconds",
+        ),
         ("conftest.py", 'levels or ["none"]', '["99"]', "*cross product 'light': ('hall', '99') is no bin*"),
     ],
-    ids=["negative sleep", "undeclared message", "undeclared signal", "NaN", "no outcome", "no bin"],
+    ids=[
+        "negative sleep",
+        "undeclared message",
+        "undeclared signal",
+        "NaN",
+        "no outcome",
+        "number as outcome",
+        "NaN as time",
+        "no bin",
+    ],
 )
 def test_misuse_of_the_runtime_is_told_at_the_users_own_line(
     lamps: pytest.Pytester, name: str, old: str, new: str, told: str

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from enum import StrEnum
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,22 @@ def test_a_result_is_written_under_the_keys_of_the_report() -> None:
     written = json.loads(encode(result(skipped_s=2.5, outcomes=("released",))))
     assert (written["frozen_s"], written["legs"]) == (2.5, ["released"])
     assert not {"film", "shrunk", "repeats", "replayed", "acted_s"} & written.keys()
+
+
+class Reading(float):
+    """A subclass of float, as numpy's is."""
+
+
+class Word(StrEnum):
+    RELEASED = "released"
+
+
+def test_values_of_subclasses_are_written_as_json() -> None:
+    """A testbench may report numpy's floats and enumerations."""
+    concrete = ConcreteParameters(actions=(), run={"speed": Reading(0.5)})
+    made = result(outcomes=(Word.RELEASED,), concrete=concrete)
+    assert decode(encode(made)) == made
+    assert '"legs": ["released"]' in canonical({"test": made})
 
 
 def test_text_that_has_no_utf8_is_kept_readable() -> None:
