@@ -110,6 +110,32 @@ def test_memo_agrees_on_made_up_programs_that_are_steered(
     assert_memo_agrees_on(sources, steer, choices)
 
 
+NEUTRAL = st.lists(st.sets(st.sampled_from(("p2", "p3", "other", "p9"))), min_size=3, max_size=8)
+"""Beliefs that no plan reacts to when they come."""
+
+
+def without_goals(source: str) -> str:
+    """A program that does nothing before it is sent a goal: most of its runs can be reused in part."""
+    return "\n".join(line for line in source.splitlines() if not line.startswith("!"))
+
+
+@BRIEF
+@given(systems(), STEERS, NEUTRAL)
+def test_memo_agrees_on_made_up_programs_that_begin_when_they_are_steered(
+    sources: dict[str, str], steer: str, choices: list[set[str]]
+) -> None:
+    assert_memo_agrees_on({name: without_goals(source) for name, source in sources.items()}, steer, choices)
+
+
+@pytest.mark.slow
+@LONG
+@given(systems(), STEERS, NEUTRAL)
+def test_memo_agrees_on_many_made_up_programs_that_begin_when_they_are_steered(
+    sources: dict[str, str], steer: str, choices: list[set[str]]
+) -> None:
+    assert_memo_agrees_on({name: without_goals(source) for name, source in sources.items()}, steer, choices)
+
+
 QUERIES = {
     "test": "+!g0 : p0 <- .print(held). +!g0 <- .print(not_held).",
     "not": "+!g0 : not p0 <- .print(not_held). +!g0 <- .print(held).",
