@@ -67,9 +67,8 @@ def measure() -> Times:
                 context,
                 exhaustive_exploration,
                 learner,
+                methods,
                 model_runner,
-                policy,
-                rl,
                 suite,
             )
         space, parameters = testbench.beliefs, testbench.learning
@@ -79,8 +78,8 @@ def measure() -> Times:
             learned = learner.learn(runner, space, parameters, seed=0)
         with timed("selection", times):
             count = parameters.suite_size * parameters.candidates
-            subsets = policy.policy_subsets(learned.q, space, parameters, count, seed=0)
-            selector = rl.GreedySelector()
+            subsets = learner.policy_subsets(learned.q, space, parameters, count, seed=0)
+            selector = methods.GreedySelector()
             selector.choose(map(runner.run, subsets), parameters.suite_size)
             drafts = [context.draft_of(run, space) for run in selector.chosen]
             suite.Suite.of_drafts("rl", 0, drafts, suite.Generation(declared_plans=runner.plan_labels))

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from msgspec import structs
 
-from pytest_hricdv.generate.text_format import dump_tests
+from pytest_hricdv.generate.suite_files import dump_tests
 from pytest_hricdv.report.files import write, write_text
 from pytest_hricdv.results import baseline
 from pytest_hricdv.results.baseline import Baseline, BaselineError

@@ -11,10 +11,10 @@ import pytest
 
 from pytest_hricdv.case import CaseResult, HriCase, execute
 from pytest_hricdv.coverage.measurement import NoMeasurement
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, concretize
-from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.text_format import parse_tests
+from pytest_hricdv.generate.suite_files import parse_tests
 from pytest_hricdv.report import explanation
 from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.model import TestResult

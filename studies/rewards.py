@@ -15,8 +15,8 @@ from statistics import fmean
 
 import conftest
 from pytest_hricdv.generate.context import GenerationContext
+from pytest_hricdv.generate.methods import ReinforcementLearning
 from pytest_hricdv.generate.qlearning import QLearning
-from pytest_hricdv.generate.rl import ReinforcementLearning
 from pytest_hricdv.generate.rng import make_rng, random_index
 from pytest_hricdv.generate.suite import Suite, diagnose
 from studies import page

@@ -10,7 +10,7 @@ from typing import Any
 
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import variant
-from pytest_hricdv.generate.text_format import dump_tests
+from pytest_hricdv.generate.suite_files import dump_tests
 from studies import session
 
 SCHEMA = "hricdv-campaign-shard/1"

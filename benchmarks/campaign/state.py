@@ -24,7 +24,7 @@ from benchmarks.campaign import shard
 from benchmarks.campaign.shard import Shard
 from pytest_hricdv import atomic_file
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.text_format import parse_tests
+from pytest_hricdv.generate.suite_files import parse_tests
 
 SCHEMA = "hricdv-campaign/1"
 DIGITS = 64

@@ -11,11 +11,11 @@ from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.cross_closure import declare
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.coverage.records import ExplorationRecord, PlannedBin, ProductDeclaration, Proof
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
-from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.exhaustive_exploration import Exploration, explore_exhaustively
 
-CACHE_KEY = "hricdv/survey-{}"
+CACHE_KEY = "hricdv/exploration-{}"
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def unexplored(products: Mapping[str, CrossProduct]) -> Reachability:
 
 
 def _explored(context: GenerationContext, cache: Any | None) -> Exploration:
-    key = CACHE_KEY.format(context.fingerprint("survey"))
+    key = CACHE_KEY.format(context.fingerprint("exploration"))
     kept = cache.get(key, None) if cache is not None else None
     if kept is not None:
         try:
@@ -96,7 +96,7 @@ def _plans(exploration: Exploration) -> dict[str, dict[str, tuple[str, ...]]]:
 
 
 def _planned(name: str, product: CrossProduct, exploration: Exploration) -> dict[Bin, tuple[str, ...]]:
-    """Bins that abstract tests aim at -> the smallest belief set found that leads to it."""
+    """The bins planned by abstract tests -> the smallest belief set found that leads to it."""
     assert product.planned is not None
     found: dict[Bin, tuple[str, ...]] = {}
     size: int | None = None
@@ -126,7 +126,7 @@ def _check(name: str, product: CrossProduct, planned: Bin, size: int) -> None:
 def _impossible(
     product: CrossProduct, planned: Mapping[Bin, tuple[str, ...]] | None, exploration: Exploration
 ) -> dict[Bin, str]:
-    """The bins that no run of the model aims at; none unless the exploration is complete."""
+    """The bins that no run of the model plans; none unless the exploration is complete."""
     if planned is None or not exploration.complete:
         return {}
     size = max(map(len, planned), default=0)

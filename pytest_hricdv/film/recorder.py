@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from pytest_hricdv.film.caption import Caption, blank, captioned, titled
-from pytest_hricdv.film.film import Camera
-from pytest_hricdv.film.schedule import END, US_PER_S, VIOLATION, Schedule
+from pytest_hricdv.film.film import END, US_PER_S, VIOLATION, Camera, Schedule
 from pytest_hricdv.film.video import FRAMES_PER_S, Video
 from pytest_hricdv.runtime import RecordedMessage, World
 

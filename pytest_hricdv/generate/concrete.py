@@ -9,8 +9,8 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, canonical_command
-from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.rng import canonical_json, derive_seed, make_rng
 from pytest_hricdv.generate.sampler import SAMPLINGS, Constant, Sampler
 from pytest_hricdv.suggestion import nearest

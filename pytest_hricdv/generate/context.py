@@ -7,10 +7,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from pytest_hricdv.generate.abstract import Plans
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.abstract import Draft, Plans
 from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.ids import Draft
 from pytest_hricdv.generate.model import Model, ModelRun, file_digests
 from pytest_hricdv.generate.qlearning import COLD_START, QLearning, WarmStart
 from pytest_hricdv.generate.rng import digest

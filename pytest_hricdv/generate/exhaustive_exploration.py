@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
-from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.model import ExploredRun
 
 if TYPE_CHECKING:
     from pytest_hricdv.generate.model_runner import ModelRunner
 
-SCHEMA = "hricdv-survey/1"
+SCHEMA = "hricdv-exploration/1"
 MAX_OTHERS = 9
 """A space with at most this many beliefs beside the start beliefs is explored set by set: 512 runs per start belief."""
 TOO_LARGE = "too large: the model has too many different runs"

@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import Plans
-from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.rng import Json, digest
 
 MAX_ROUNDS = 20_000

@@ -9,9 +9,9 @@ from pathlib import Path
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure
 from pytest_hricdv.bdi.language.syntax_tree import children
 from pytest_hricdv.bdi.memo import Memo
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import Plans, command_from_action
 from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.model import ExploredRun, Model, ModelRun
 from pytest_hricdv.suggestion import nearest
 

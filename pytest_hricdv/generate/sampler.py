@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from random import Random
 
-from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.rng import pick
 
 

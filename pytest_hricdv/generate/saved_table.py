@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv import atomic_file
-from pytest_hricdv.generate.belief_sets import read_belief_sets
-from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.error import GenerateError
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.beliefs import BeliefSpace, read_belief_sets
 from pytest_hricdv.generate.learner import LearningResult
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning, QTable, WarmStart

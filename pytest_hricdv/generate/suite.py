@@ -9,9 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-from pytest_hricdv.generate.abstract import AbstractTest, Plans
-from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.ids import Draft, identify
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.abstract import AbstractTest, Draft, Plans, identify
 from pytest_hricdv.generate.rng import canonical_json
 
 SCHEMA = "hricdv-suite/3"

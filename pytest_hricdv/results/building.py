@@ -10,8 +10,8 @@ from pytest_hricdv.case import CaseResult, HriCase
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.reachability import Reachability
 from pytest_hricdv.coverage.records import CodeUnderTest, ReportedNearMiss, ReportedViolation, RequirementResult
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.suite import Suite, diagnose
 from pytest_hricdv.monitor import Requirement, Verdict
 from pytest_hricdv.results.codec import ReportError

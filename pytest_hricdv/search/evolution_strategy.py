@@ -17,7 +17,7 @@ from random import Random
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, Parameters
 from pytest_hricdv.generate.rng import pick, random_index
 from pytest_hricdv.generate.sampler import Chance, Range, Sampler
-from pytest_hricdv.search.budget import Budget, BudgetSpentError, Ended
+from pytest_hricdv.search import Budget, BudgetSpentError, Ended
 
 _PATIENCE = 8
 _WIDER, _NARROWER = 1.5, 1.5**-0.25  # with one success in five, the width stays the same

@@ -11,9 +11,9 @@ from typing import Any, Literal
 import msgspec
 
 from pytest_hricdv import atomic_file
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
-from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.results.codec import MalformedError, decode_located
 from pytest_hricdv.results.model import ConcreteParameters
 

@@ -16,7 +16,7 @@ from typing import TypeVar
 
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Chance, Range, Sampler
-from pytest_hricdv.search.budget import Budget, BudgetSpentError, Ended
+from pytest_hricdv.search import Budget, BudgetSpentError, Ended
 
 T = TypeVar("T")
 

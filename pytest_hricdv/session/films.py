@@ -16,9 +16,8 @@ from pytest_hricdv.atomic_file import temporary_path
 from pytest_hricdv.case import CaseResult, execute
 from pytest_hricdv.coverage.measurement import NoMeasurement
 from pytest_hricdv.coverage.records import ReportedViolation
-from pytest_hricdv.film.film import Film
+from pytest_hricdv.film.film import Film, Schedule, key_moments, schedule
 from pytest_hricdv.film.recorder import Alarm, FilmedWorld, FilmRecorder
-from pytest_hricdv.film.schedule import Schedule, key_moments, schedule
 from pytest_hricdv.film.video import FRAMES_PER_S, Video, video
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.report.explanation import violation

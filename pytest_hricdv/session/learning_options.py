@@ -68,7 +68,7 @@ def parameters(options: LearningOptions, testbench: Testbench) -> QLearning:
     Raises:
         pytest.UsageError: an unknown constant or reward, or a value out of range.
     """
-    from pytest_hricdv.generate.error import GenerateError
+    from pytest_hricdv.generate import GenerateError
 
     found = testbench.learning
     for where, line in options.settings:
@@ -90,7 +90,7 @@ def warm_start(options: LearningOptions, testbench: Testbench) -> WarmStart:
     Raises:
         pytest.UsageError: the file cannot be read, or is not for this testbench.
     """
-    from pytest_hricdv.generate.error import GenerateError
+    from pytest_hricdv.generate import GenerateError
     from pytest_hricdv.generate.qlearning import COLD_START
 
     if options.start is None:
@@ -105,7 +105,7 @@ def warm_start(options: LearningOptions, testbench: Testbench) -> WarmStart:
 
 def _setting(line: str) -> dict[str, Any]:
     """The constant of a line, by name."""
-    from pytest_hricdv.generate.error import GenerateError
+    from pytest_hricdv.generate import GenerateError
     from pytest_hricdv.generate.qlearning import QLearning
     from pytest_hricdv.suggestion import nearest
 

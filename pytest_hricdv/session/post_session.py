@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.results.model import SearchResult, ShrunkTest, TestResult
-from pytest_hricdv.search.budget import Budget
+from pytest_hricdv.search import Budget
 from pytest_hricdv.session.options import Options
 from pytest_hricdv.session.rerunning import Rerunning
 from pytest_hricdv.session.searching import Searching

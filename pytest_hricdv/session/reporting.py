@@ -15,8 +15,8 @@ import pytest
 
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.reachability import Reachability, explore, unexplored
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
-from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.model import list_model
 from pytest_hricdv.report import files, findings, terminal
 from pytest_hricdv.results.building import SessionInfo, build_report

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 from pytest_hricdv.case import CaseResult, HriCase, execute
 from pytest_hricdv.coverage.measurement import NoMeasurement
+from pytest_hricdv.generate.abstract import slug
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.generate.ids import slug
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.results.building import build_result

@@ -18,7 +18,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.results.model import SearchResult, TestResult
-from pytest_hricdv.search.budget import Budget
+from pytest_hricdv.search import Budget
 from pytest_hricdv.search.evolution_strategy import Evaluation, SearchOutcome, search_violation
 from pytest_hricdv.search.replay import Origin
 from pytest_hricdv.session.rerunning import Rerunning, named

@@ -13,7 +13,7 @@ from pytest_hricdv.case import CaseResult, HriCase
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.results.model import ShrunkTest, TestResult
-from pytest_hricdv.search.budget import Budget
+from pytest_hricdv.search import Budget
 from pytest_hricdv.search.failure_signature import FailureSignature, failure_signature, has_signature
 from pytest_hricdv.search.replay import Origin
 from pytest_hricdv.search.shrink import Shrunk, shrink

@@ -13,13 +13,12 @@ import pytest
 
 from pytest_hricdv.atomic_file import write_text
 from pytest_hricdv.case import HriCase
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.concrete import UNIFORM, expand
 from pytest_hricdv.generate.context import GenerationContext, Method
-from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.files import Files
 from pytest_hricdv.generate.methods import select_methods
 from pytest_hricdv.generate.suite import Suite
-from pytest_hricdv.generate.text_format import dump_tests
+from pytest_hricdv.generate.suite_files import Files, dump_tests
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session.learning_options import METHOD, parameters, warm_start
 from pytest_hricdv.session.options import Options

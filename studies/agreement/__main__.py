@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pytest_hricdv.generate.context import GenerationContext
-from pytest_hricdv.generate.files import Files
+from pytest_hricdv.generate.suite_files import Files
 from studies import page, plots, session
 from studies.agreement.pair import OurRun, Pair, readings_by_turn
 from studies.agreement.tables import context, coverage_chart

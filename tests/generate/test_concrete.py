@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize, expand, variant
-from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
 from tests.generate.table import COMMANDS, CONCRETIZATION
 

@@ -10,8 +10,8 @@ import pytest
 
 import conftest
 from pytest_hricdv.bdi.memo import exhaustive_exploration
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.exhaustive_exploration import NOT_ENUMERABLE, TOO_LARGE, Exploration, explore_exhaustively
 from pytest_hricdv.generate.model_runner import ModelRunner
 from tests.generate.toy import LAMPS, lamps
@@ -76,7 +76,9 @@ def test_an_exploration_is_the_same_from_the_cache() -> None:
     assert Exploration.from_json(json.loads(json.dumps(empty.to_json()))) == empty
 
 
-@pytest.mark.parametrize("change", [{"schema": "hricdv-survey/0"}, {"runs": "?,zz,1"}, {"runs": "0"}, {"plans": None}])
+@pytest.mark.parametrize(
+    "change", [{"schema": "hricdv-exploration/0"}, {"runs": "?,zz,1"}, {"runs": "0"}, {"plans": None}]
+)
 def test_an_invalid_cache_is_an_error(change: dict[str, object]) -> None:
     data = explore_exhaustively(ModelRunner(TABLE.model, SPACES["two legs"])).to_json()
     with pytest.raises(GenerateError):

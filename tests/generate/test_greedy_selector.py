@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_hricdv.generate.methods import GreedySelector
 from pytest_hricdv.generate.model import ModelRun
-from pytest_hricdv.generate.rl import GreedySelector
 
 model_runs = st.lists(
     st.builds(

@@ -7,11 +7,17 @@ from pathlib import Path
 
 import pytest
 
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext, evenly_spaced
-from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.files import Files
-from pytest_hricdv.generate.methods import METHODS, BdiPseudorandom, ByHand, Pseudorandom, select_methods
-from pytest_hricdv.generate.rl import ReinforcementLearning
+from pytest_hricdv.generate.methods import (
+    METHODS,
+    BdiPseudorandom,
+    ByHand,
+    Pseudorandom,
+    ReinforcementLearning,
+    select_methods,
+)
+from pytest_hricdv.generate.suite_files import Files
 from tests.generate.table import COMMANDS
 from tests.generate.toy import LAMPS, lamps
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.model_runner import ModelRunner
 from tests.generate.toy import GUIDE, LAMPS, VISITOR, lamps

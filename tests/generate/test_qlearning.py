@@ -11,9 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.qlearning import QLearning
-from pytest_hricdv.generate.reward import REWARDS, ROUNDS, Published, Uncovered
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.qlearning import REWARDS, ROUNDS, Published, QLearning, Uncovered
 from pytest_hricdv.generate.rng import make_rng
 
 PLANS = st.frozensets(st.sampled_from("pqrst"))

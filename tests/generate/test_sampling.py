@@ -12,9 +12,9 @@ from hypothesis import find, given, settings
 from hypothesis import strategies as st
 from hypothesis.errors import NoSuchExample
 
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize, expand
-from pytest_hricdv.generate.error import GenerateError
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler, corners, uniform
 from pytest_hricdv.strategies import concrete_tests, values

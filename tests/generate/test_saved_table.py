@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.context import GenerationContext
-from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.rl import ReinforcementLearning
+from pytest_hricdv.generate.methods import ReinforcementLearning
 from pytest_hricdv.generate.saved_table import SavedTable, read_warm_start
 from tests.generate.toy import GUIDE, LAMPS, lamps
 

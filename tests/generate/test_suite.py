@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.abstract import Draft
 from pytest_hricdv.generate.context import GenerationContext
-from pytest_hricdv.generate.error import GenerateError
-from pytest_hricdv.generate.ids import Draft
-from pytest_hricdv.generate.rl import ReinforcementLearning
+from pytest_hricdv.generate.methods import ReinforcementLearning
 from pytest_hricdv.generate.suite import Generation, Suite, diagnose, entropy_bits
-from pytest_hricdv.generate.text_format import parse_tests
+from pytest_hricdv.generate.suite_files import parse_tests
 from tests.generate.strategies import abstract_tests
 from tests.generate.table import CONTEXT
 from tests.generate.toy import LAMPS, lamps

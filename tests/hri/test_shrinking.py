@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.search.budget import Budget
+from pytest_hricdv.search import Budget
 from pytest_hricdv.search.failure_signature import failure_signature, has_signature
 from pytest_hricdv.search.shrink import shrink
 from tests.hri import bench

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.generate.sampler import Constant, Range
-from pytest_hricdv.search.budget import Budget
+from pytest_hricdv.search import Budget
 from pytest_hricdv.search.evolution_strategy import Evaluation, SearchOutcome, mutate, search_violation
 from tests.search.test_shrink import SPACE, TESTS, is_inside
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
-from pytest_hricdv.search.budget import Budget
+from pytest_hricdv.search import Budget
 from pytest_hricdv.search.shrink import Shrunk, shrink, shrink_candidates
 
 SPACE = Concretization(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from pytest_hricdv.case import CaseResult
-from pytest_hricdv.film import schedule
+from pytest_hricdv.film import film
 from pytest_hricdv.film.caption import ALARM
 from pytest_hricdv.film.video import FRAMES_PER_S, has_encoder
 from pytest_hricdv.runtime import Recorder
@@ -53,7 +53,7 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Filmed]:
     folder = tmp_path_factory.mktemp("report")
     result = bench.run(bench.concrete(bench.leg("111"), seed=3, **IN_THE_WAY))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(schedule, "SHORTEST_STEP_S", 2.0)
+        patch.setattr(film, "SHORTEST_STEP_S", 2.0)
         yield Filmed(result, Filming(bench.testbench(), bench.requirements(), folder).film(result), folder)
 
 

@@ -1,4 +1,4 @@
-"""When pictures are taken: a pure function of what happened in the run."""
+"""What a film declares, and when pictures are taken: a pure function of what happened in the run."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.film.film import Film
-from pytest_hricdv.film.schedule import FRAMES, Moment, key_moments, schedule
+from pytest_hricdv.film.film import FRAMES, Film, Moment, key_moments, schedule
 
 PERIOD_US = 50_000
 MOMENTS = {"request": "request", "grasp": "leg_held", "offer": "leg_ready", "decision": "reading"}

@@ -1,0 +1,267 @@
+"""Files of abstract tests: their text format (described in `abstract`), and a suite from files.
+
+A suite is read from a text file, a folder of text files, or a JSON file of recorded runs.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.abstract import AbstractTest, Draft, canonical_command, identify, slug, target_of_commands
+from pytest_hricdv.generate.context import GenerationContext, evenly_spaced
+from pytest_hricdv.generate.suite import Generation, Suite
+from pytest_hricdv.suggestion import nearest
+
+_HEADER = re.compile(r"#\s*(id|suite|aim|beliefs|seed|name|plans \S+)\s*:(.*)\Z")
+
+
+@dataclass
+class _Block:
+    """The lines between two blank lines: a test, or comments only."""
+
+    where: str = ""
+    headers: dict[str, str] = field(default_factory=dict)
+    commands: list[str] = field(default_factory=list)
+
+    @property
+    def is_test(self) -> bool:
+        """Commands make a test; so does an id alone, as a test may have no action."""
+        return bool(self.commands) or "id" in self.headers
+
+
+def dump_tests(tests: Iterable[AbstractTest]) -> str:
+    """The tests as text that `parse_tests` reads back unchanged."""
+    return "\n".join(_dump(test) for test in tests)
+
+
+def _dump(test: AbstractTest) -> str:
+    headers = [f"# id: {test.id}", f"# suite: {test.suite}", f"# aim: {test.target}", f"# seed: {test.seed}"]
+    if test.beliefs:
+        headers.append(f"# beliefs: {' '.join(test.beliefs)}")
+    if test.name:
+        headers.append(f"# name: {test.name}")
+    headers += [f"# plans {agent}: {' '.join(labels)}".rstrip() for agent, labels in sorted(test.plans.items())]
+    return "\n".join([*headers, *test.lines]) + "\n"
+
+
+def parse_tests(
+    text: str, *, file: str, suite: str, master_seed: int = 0, known: Collection[str] = ()
+) -> tuple[AbstractTest, ...]:
+    """The tests of a text.
+
+    A test that states an id keeps it; others get id and seed from their content.
+
+    Args:
+        text: the text.
+        file: name of the text in errors.
+        suite: the suite of tests that state none.
+        master_seed: for the seeds of tests that state none.
+        known: the commands that can be executed; if any are given, others are errors.
+
+    Raises:
+        GenerateError: a malformed or unknown command or a malformed header, with file, line and column.
+    """
+    blocks = [block for block in _blocks(text, file, known) if block.is_test]
+    complete = [_complete_test(block) if "id" in block.headers else None for block in blocks]
+    _check_ids(blocks)
+    drafts: dict[str, list[Draft]] = {}
+    for block, test in zip(blocks, complete, strict=True):
+        if test is None:
+            drafts.setdefault(block.headers.get("suite", suite), []).append(_draft_of_block(block))
+    identified = {name: iter(identify(name, master_seed, listed)) for name, listed in drafts.items()}
+    return tuple(
+        test if test is not None else next(identified[block.headers.get("suite", suite)])
+        for block, test in zip(blocks, complete, strict=True)
+    )
+
+
+def _check_ids(blocks: Iterable[_Block]) -> None:
+    places: dict[str, str] = {}
+    for block in blocks:
+        name = block.headers.get("id")
+        if name is not None and name in places:
+            raise GenerateError(
+                f"{block.where}: a second test with the id {name!r}, which is at {places[name]} already; expected "
+                "each id once: without its '# id:' line a test gets a new one"
+            )
+        places |= {} if name is None else {name: block.where}
+
+
+def _blocks(text: str, file: str, known: Collection[str]) -> list[_Block]:
+    blocks = [_Block()]
+    for number, line in enumerate(text.splitlines(), 1):
+        where = f"{file}:{number}:{len(line) - len(line.lstrip()) + 1}"
+        stripped = line.strip()
+        if not stripped:
+            blocks.append(_Block())
+        elif stripped.startswith("#"):
+            _read_comment(blocks[-1], stripped, where)
+        else:
+            blocks[-1].where = blocks[-1].where or where
+            blocks[-1].commands.append(_read_command(stripped.partition("#")[0], where, known))
+    return blocks
+
+
+def _read_comment(block: _Block, comment: str, where: str) -> None:
+    match = _HEADER.match(comment)
+    if match is None:
+        return
+    key, value = match[1], " ".join(match[2].split())
+    if key in block.headers:
+        raise GenerateError(f"{where}: a second '# {key}:' in one test; expected a blank line between tests")
+    if key == "seed" and not (value.isascii() and value.isdigit()):
+        raise GenerateError(f"{where}: seed {value!r}: expected a whole number, at least 0")
+    block.where = block.where or where
+    block.headers[key] = value
+
+
+def _read_command(text: str, where: str, known: Collection[str]) -> str:
+    try:
+        command = canonical_command(text)
+    except GenerateError as error:
+        raise GenerateError(f"{where}: {error}{nearest(text.strip(), known)}") from None
+    if known and command not in known:
+        raise GenerateError(f"{where}: unknown command {command!r}{nearest(command, known)}")
+    return command
+
+
+def _plans(block: _Block) -> dict[str, tuple[str, ...]]:
+    return {key.split()[1]: tuple(value.split()) for key, value in block.headers.items() if key.startswith("plans ")}
+
+
+def _draft_of_block(block: _Block) -> Draft:
+    headers = block.headers
+    name = headers.get("name", "")
+    target = headers.get("aim") or (slug(name)[:40].rstrip("-") if name else target_of_commands(block.commands))
+    return Draft(target, tuple(headers.get("beliefs", "").split()), tuple(block.commands), _plans(block), name)
+
+
+def _complete_test(block: _Block) -> AbstractTest:
+    missing = [key for key in ("suite", "aim", "seed") if key not in block.headers]
+    if missing:
+        raise GenerateError(
+            f"{block.where}: test {block.headers['id']!r} has an id but no {missing[0]}; "
+            f"expected '# {missing[0]}: ...' beside it, or no id at all"
+        )
+    draft = _draft_of_block(block)
+    try:
+        return AbstractTest(
+            id=block.headers["id"],
+            suite=block.headers["suite"],
+            target=draft.target,
+            beliefs=draft.beliefs,
+            lines=draft.lines,
+            plans=draft.plans,
+            seed=int(block.headers["seed"]),
+            name=draft.name,
+        )
+    except GenerateError as error:
+        raise GenerateError(f"{block.where}: {error}") from None
+
+
+@dataclass(frozen=True)
+class Files:
+    """Abstract tests that exist already.
+
+    `path` is a text file (its format: see `abstract`), a folder with text files (`*.txt`, subfolders included), or a
+    JSON file `{suite: [{"n": 1, "steps": [command, ...]}, ...]}`. Its entries without steps (null) are left out and
+    counted. Tests without an id get one from their content and the name of their file, or of their suite in JSON.
+    """
+
+    path: Path
+
+    @property
+    def name(self) -> str:
+        """The file's or the folder's name, in the characters of an id."""
+        return slug(self.path.stem if self.path.is_file() else self.path.resolve().name)
+
+    def generate(self, context: GenerationContext) -> Suite:
+        """Read the tests; with `GenerationContext.tests`, that many of them, evenly spaced.
+
+        The suite has the name that all its tests state, or else the name of the file.
+
+        Raises:
+            GenerateError: there is nothing to read, or something in it is wrong; with file, line and column.
+        """
+        notes: list[str] = []
+        if self.path.suffix == ".json" and self.path.is_file():
+            tests = tuple(_from_json(self.path, context, notes))
+        else:
+            tests = tuple(self._from_text(context))
+        if not tests:
+            raise GenerateError(f"{self.path}: no tests in it; expected at least one")
+        if context.tests is not None and context.tests > len(tests):
+            notes.append(f"{context.tests} tests asked for, but {self.path.name} has {len(tests)} only")
+        if repeats := len(tests) - len({test.lines for test in tests}):
+            notes.append(f"{repeats} of {len(tests)} tests repeat the commands of others")
+        kept = evenly_spaced(tests, min(context.tests or len(tests), len(tests)))
+        suites = {test.suite for test in tests}
+        name = suites.pop() if len(suites) == 1 else self.name
+        return Suite.of_tests(name, context.seed, kept, Generation(notes=tuple(notes)))
+
+    def _from_text(self, context: GenerationContext) -> Iterator[AbstractTest]:
+        paths = sorted(self.path.rglob("*.txt")) if self.path.is_dir() else [self.path]
+        if not paths:
+            raise GenerateError(f"{self.path}: no text file (*.txt) in this folder; expected at least one")
+        file_of: dict[str, Path] = {}
+        for path in paths:
+            suite = slug(path.stem)
+            for test in parse_tests(
+                _read(path), file=str(path), suite=suite, master_seed=context.seed, known=context.commands
+            ):
+                if test.id in file_of:
+                    raise GenerateError(
+                        f"{path}: test {test.id!r} is in {file_of[test.id]} already; expected each id once: "
+                        "take one of the two away"
+                    )
+                file_of[test.id] = path
+                yield test
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise GenerateError(f"{path}: {error}; expected a file of abstract tests") from error
+
+
+def _from_json(path: Path, context: GenerationContext, notes: list[str]) -> Iterator[AbstractTest]:
+    try:
+        data = json.loads(_read(path))
+    except json.JSONDecodeError as error:
+        raise GenerateError(f"{path}:{error.lineno}:{error.colno}: {error.msg}") from None
+    if not isinstance(data, dict):
+        raise GenerateError(f"{path}:1:1: a JSON {type(data).__name__}; expected an object of suites")
+    for suite, entries in data.items():
+        if not isinstance(entries, list):
+            raise GenerateError(f"{path}: suite {suite!r} is {entries!r}; expected a list of tests")
+        drafts = [_draft_of_entry(path, suite, place, entry, context) for place, entry in enumerate(entries, 1)]
+        recorded = [draft for draft in drafts if draft is not None]
+        if len(recorded) < len(drafts):
+            notes.append(
+                f"{suite}: {len(drafts) - len(recorded)} of {len(drafts)} entries have no steps and are left out"
+            )
+        yield from identify(slug(suite), context.seed, recorded)
+
+
+def _draft_of_entry(path: Path, suite: str, place: int, entry: Any, context: GenerationContext) -> Draft | None:
+    """The draft of an entry; None if its steps were not recorded."""
+    where = f"{path}: suite {suite!r}, entry {place}"
+    if not isinstance(entry, dict) or "steps" not in entry:
+        raise GenerateError(f"{where}: expected an object with 'steps', a list of commands or null")
+    steps = entry["steps"]
+    if steps is None:
+        return None
+    if not isinstance(steps, list) or not all(isinstance(step, str) for step in steps):
+        raise GenerateError(f"{where}: steps {steps!r}; expected a list of commands or null")
+    lines = tuple(
+        _read_command(step, f"{where}, step {number}", context.commands) for number, step in enumerate(steps, 1)
+    )
+    name = f"{suite} {entry['n']}" if "n" in entry else ""
+    return Draft(target_of_commands(lines), (), lines, {}, " ".join(name.split()))
