@@ -19,7 +19,7 @@ def grade(number):
 
 
 def never():
-    return 1  # unreachable: nobody calls it
+    return 1  # unreachable: never called
 '''
 
 

@@ -24,7 +24,7 @@ def test_statements_branches_and_waivers_are_found_without_importing(code: CodeM
     assert file.name == "graded/__init__.py"
     assert file.statements == (3, 6, 7, 8, 9, 10, 11, 14, 15)
     assert file.branches == ((7, 8), (7, 9), (9, 10), (9, 11))
-    assert [(w.line, w.reason) for w in code.waivers] == [(15, "nobody calls it")]
+    assert [(w.line, w.reason) for w in code.waivers] == [(15, "never called")]
 
 
 def test_bits_tell_what_is_missing(code: CodeMap) -> None:

@@ -1,4 +1,4 @@
-"""Gaps of code, plans and bins: told by where they are, with the nearest test or the beliefs that would close them."""
+"""Gaps of code, plans and bins: named by their place, with the nearest test or the beliefs that would close them."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def found(*runs: RunCoverage, total: Bits) -> list[Gap]:
     return list(code_gaps(CODE, total, runs))
 
 
-def test_functions_are_told_by_their_innermost_name() -> None:
+def test_functions_have_their_qualified_name() -> None:
     names = [function.name for function in functions(SOURCE)]
     assert sorted(names) == ["Arm.move", "Arm.stop", "spare", "spare.inner", "the module"]
     inner = next(function for function in functions(SOURCE) if 12 in function)
@@ -56,7 +56,7 @@ def test_functions_are_told_by_their_innermost_name() -> None:
     assert [function.name for function in functions("no python (")] == ["the module"]
 
 
-def test_a_function_nobody_calls_and_a_waived_line_are_told_apart() -> None:
+def test_an_uncalled_function_and_a_waived_line_are_different_gaps() -> None:
     whole = bits(3, 4, 5, arcs=((3, 4), (3, 5)))
     assert found(run("t", whole), total=whole) == [
         Gap("statements", "arm.py", ("8",), "waived as unreachable: nothing stops it", "", "", ()),
@@ -86,7 +86,7 @@ def test_a_branch_between_lines_that_run_is_a_gap_of_its_own() -> None:
     )
 
 
-def test_of_a_plan_the_beliefs_are_told_or_that_there_are_none() -> None:
+def test_a_plan_gap_names_the_beliefs_that_reach_it_or_says_that_none_do() -> None:
     declared = {"human": ("p1", "p2", "p3")}
     runs = [RunCoverage("t", None, {"human": frozenset({"p1"})})]
     plans = {"human": {"p1": ("a",), "p2": ("a", "b")}}
@@ -99,7 +99,7 @@ def test_of_a_plan_the_beliefs_are_told_or_that_there_are_none() -> None:
     assert "is not proven (too large)" in list(plan_gaps(declared, runs, unknown))[-1].reason
 
 
-def test_of_a_bin_the_beliefs_that_aim_at_it_are_told() -> None:
+def test_a_bin_gap_names_the_beliefs_that_aim_at_it() -> None:
     products = {
         name: ProductDeclaration(coordinates=(), impossible=(), illegal=(), proof=proof)
         for name, proof in {"turn": Proof(status="proven", reason="", runs=9), "read": Proof()}.items()
