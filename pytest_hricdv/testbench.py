@@ -103,7 +103,7 @@ class Testbench:
         film: how runs are filmed; None where they are not.
         learning: the constants of Q-learning, for the suite `rl`.
         lengths: fewest and most actions of a test of the suite `pseudorandom`.
-        outcome_label: what the outcomes of a run's turns are called in reports, for instance "legs".
+        outcome_label: the name in reports of a run's interactions, listed by their outcomes; for instance "legs".
     """
 
     __test__ = False
@@ -124,7 +124,7 @@ class Testbench:
     learning: QLearning = field(default_factory=QLearning)
     lengths: tuple[int, int] = PSEUDORANDOM_LENGTHS
     units: Mapping[str, str] = field(default_factory=dict, hash=False)
-    outcome_label: str = "outcomes"
+    outcome_label: str = "interactions"
 
     def vocabulary(self) -> Vocabulary:
         """The names that requirements may use: signals, topics, and the bool and numeric fields of messages."""

@@ -1,15 +1,17 @@
-"""The text of a failing test, for readers who do not know this tool."""
+"""The text of a failing test, for readers who do not know this tool, and the commands that run a test again."""
 
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv.coverage.records import ReportedNearMiss, ReportedViolation, RequirementResult
 from pytest_hricdv.report.formatting import natural, plural, quantity, seconds, visible
-from pytest_hricdv.report.rerun import instructions
-from pytest_hricdv.results.model import RequirementText, TestResult
+from pytest_hricdv.results.model import Report, RequirementText, TestResult
 
 _MAX_VIOLATIONS = 3
 _MAX_ACTIONS = 14
 _MAX_MISSING = 6
+_JUDGING = ("--hri-replay-anyway", "--hri-known", "--hri-strict")
+_PLAIN_IN_DOUBLE_QUOTES = set("[]/.:-_ ()=,+@%#~{}&;<>|*?'")
 
 
 def failure(
@@ -20,7 +22,7 @@ def failure(
     suite: str | None = None,
     known: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
-    more: Sequence[str] = (),
+    rerun_options: Sequence[str] = (),
     file: str | None = None,
 ) -> str:
     """Why a test failed: requirement, times, values, margin; what happened; what the human did; how to run it again.
@@ -32,7 +34,7 @@ def failure(
         suite: what `--hri-suite` was given, for the same; None for the suite's name, empty in a replay.
         known: known violations, name -> reason; they are listed last and do not count as the cause.
         units: signal -> unit.
-        more: further options for the command that runs the test again.
+        rerun_options: further options for the command that runs the test again.
         file: the test's replay file, if it has one.
 
     Returns:
@@ -49,7 +51,7 @@ def failure(
         lines += [*test.failure.strip("\n").splitlines(), ""]
     lines += [*_other_requirements(test, failed), *_course(test), ""]
     lines += [*_actions(test, _first_violation_s(test, failed[:1])), ""]
-    lines += instructions(test, suite, seed, more, file)
+    lines += instructions(test, suite, seed, rerun_options, file)
     return "\n".join(visible(line) for line in lines)
 
 
@@ -59,7 +61,7 @@ def aborted(
     *,
     seed: int,
     suite: str | None = None,
-    more: Sequence[str] = (),
+    rerun_options: Sequence[str] = (),
     file: str | None = None,
 ) -> str:
     """The text of a test that an exception ended: where it was, what the human did, how to run it again.
@@ -67,9 +69,11 @@ def aborted(
     Args:
         test: as for `failure`.
         what: where it was when it ended, in a line.
-        seed: the suite's seed, for the command that runs the test again; `suite`, `more` and `file` as for `failure`.
+        seed: the suite's seed, for the command that runs the test again; `suite`, `rerun_options` and `file` as for
+            `failure`.
     """
-    lines = [f"{what}; nothing was checked", "", *_actions(test), "", *instructions(test, suite, seed, more, file)]
+    again = instructions(test, suite, seed, rerun_options, file)
+    lines = [f"{what}; nothing was checked", "", *_actions(test), "", *again]
     return "\n".join(visible(line) for line in lines)
 
 
@@ -123,6 +127,56 @@ def nearest_miss(found: ReportedNearMiss) -> str:
     text = f"only {shown} was missing" if len(found.missing) == 1 else f"{shown} were missing"
     distance = f", by {quantity(found.distance)}" if found.distance is not None else ""
     return f"nearest at {seconds(found.time_s)}: {text}{distance}"
+
+
+def generate_command(nodeid: str, suite: str, seed: int, options: Sequence[str] = ()) -> str:
+    """The command that generates a test anew: `pytest "tests/..[rl-leg1-3fa2b1c0]" --hri-suite=rl --hri-seed=0`.
+
+    Args:
+        nodeid: of the test.
+        suite: what `--hri-suite` is given to have the test generated.
+        seed: the suite's seed, not the test's own.
+        options: further options that the run was given and that decide which tests exist or what fails.
+    """
+    words = [f"--hri-suite={suite}", f"--hri-seed={seed}", *options]
+    return " ".join(["pytest", _quoted(nodeid), *map(_option, words)])
+
+
+def replay_command(file: str, options: Sequence[str] = ()) -> str:
+    """The command that replays a file: `pytest --hri-replay=hri-report/failures/rl-leg1-3fa2b1c0.json`.
+
+    Args:
+        file: the replay file.
+        options: as for `generate_command`; only those that decide what fails are used.
+    """
+    words = [f"--hri-replay={file}", *(each for each in options if each.startswith(_JUDGING))]
+    return " ".join(["pytest", *map(_option, words)])
+
+
+def instructions(
+    test: TestResult, suite: str | None, seed: int | None, options: Sequence[str] = (), file: str | None = None
+) -> list[str]:
+    """How to run a test again: commands, each below a line that says what it does.
+
+    Args:
+        test: a test of the report.
+        suite: as for `generate_command`; empty for a test from a replay file, None for the test's own suite.
+        seed: as for `generate_command`; None for a custom test function, which belongs to no suite.
+        options: as for `generate_command`.
+        file: the test's replay file, if it has one.
+    """
+    if seed is None:
+        return ["run it again:", f"  pytest {_quoted(test.nodeid)}"]
+    if file and suite == "":
+        return ["run it again:", f"  {replay_command(file, options)}"]
+    lines = ["run it again:", f"  {generate_command(test.nodeid, suite or test.suite, seed, options)}"]
+    return [*lines, "or the very same run, from its file:", f"  {replay_command(file, options)}"] if file else lines
+
+
+def instructions_of(report: Report, test: TestResult) -> list[str]:
+    """How to run a test of a report again, with the options of the report's run."""
+    seeds = {suite.name: suite.seed for suite in report.suites}
+    return instructions(test, report.rerun.suite, seeds.get(test.suite, 0), report.rerun.options, test.replay)
 
 
 def _requirement(
@@ -211,3 +265,15 @@ def _actions_before(actions: Sequence[str], times: Sequence[float], until_s: flo
 
 def _names(test: TestResult) -> list[str]:
     return sorted(test.requirements, key=natural)
+
+
+def _quoted(nodeid: str) -> str:
+    # Some shells require quotes around brackets. Every shell understands double quotes, so these are used unless a
+    # character of the name has a meaning inside of them.
+    if all(char.isalnum() or char in _PLAIN_IN_DOUBLE_QUOTES for char in nodeid):
+        return f'"{nodeid}"'
+    return shlex.quote(nodeid)
+
+
+def _option(text: str) -> str:
+    return text if all(char.isalnum() or char in "-_=/.,:" for char in text) else shlex.quote(text)

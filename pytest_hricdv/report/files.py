@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_hricdv import atomic_file
-from pytest_hricdv.report.details import FOLDER
+from pytest_hricdv.report.tests_view import FOLDER
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, canonical
 from pytest_hricdv.results.model import Report
 

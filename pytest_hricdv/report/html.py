@@ -10,11 +10,9 @@ from urllib.parse import quote
 import jinja2
 from markupsafe import Markup
 
-from pytest_hricdv.report import details, explanation, formatting, gaps, plot_data, totals
+from pytest_hricdv.report import explanation, formatting, plot_data, tests_view, totals
 from pytest_hricdv.report.requirement_view import margin_unit, requirement_view, triggers_over_time
-from pytest_hricdv.report.rerun import replay_command
 from pytest_hricdv.report.source_view import code_sources, model_sources
-from pytest_hricdv.report.tests_index import anchor, index, requirement_names
 from pytest_hricdv.results.model import Report
 
 EMBEDDED_BYTES = 1_200_000
@@ -47,11 +45,11 @@ _OUTCOME_WORDS = {
 
 def page(report: Report) -> tuple[str, dict[str, str]]:
     """The page, and the files beside it: name relative to the page -> text. Equal reports give equal text."""
-    packs = list(details.packs(report))
+    packs = list(tests_view.packs(report))
     embedded = sum(map(len, packs)) <= EMBEDDED_BYTES
     template = _environment(report.rerun.options).get_template("index.html.jinja")
     text = template.render(_context(report), packs=packs if embedded else [])
-    beside = {details.pack_name(n): f'hricdvPack({n},"{pack}")\n' for n, pack in enumerate(packs)}
+    beside = {tests_view.pack_name(n): f'hricdvPack({n},"{pack}")\n' for n, pack in enumerate(packs)}
     return text, {} if embedded else beside
 
 
@@ -69,10 +67,10 @@ def _environment(options: Sequence[str]) -> jinja2.Environment:
         percent=formatting.percent,
         seconds=formatting.seconds,
         quantity=formatting.quantity,
-        anchor=anchor,
+        anchor=tests_view.anchor,
         address=_address,
         speedup=formatting.speedup,
-        replay_command=lambda file: replay_command(file, options),
+        replay_command=lambda file: explanation.replay_command(file, options),
         outcome=_OUTCOME_WORDS.__getitem__,
     )
     return environment
@@ -89,7 +87,7 @@ def _address(name: str) -> str:
 
 
 def _context(report: Report) -> dict[str, Any]:
-    names = requirement_names(report)
+    names = tests_view.requirement_names(report)
     return {
         "report": report,
         "code": report.code_under_test,
@@ -98,7 +96,7 @@ def _context(report: Report) -> dict[str, Any]:
         "loss": totals.loss(report),
         "duration": totals.duration(report),
         "suites": [(suite, totals.requirement_rows(report, suite)) for suite in report.suites],
-        "gaps": gaps.explained_gaps(report),
+        "gaps": totals.explained_gaps(report),
         "shown_items": _SHOWN_ITEMS,
         "waivers": totals.waivers(report),
         "unmeasured": totals.unmeasured(report),
@@ -124,10 +122,10 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
         {"closure": plot_data.closure_curves(suite), "learning": plot_data.learning_curve(suite)}
         for suite in report.suites
     ]
-    return index(report) | {
+    return tests_view.index(report) | {
         "outcomeWords": _OUTCOME_WORDS,
         "outcomeLabel": report.outcome_label,
-        "packSize": details.TESTS_PER_PACK,
+        "packSize": tests_view.TESTS_PER_PACK,
         "curves": curves,
         "triggers": [triggers_over_time(report, name) for name in names],
         "marginUnits": [margin_unit(report, name) for name in names],

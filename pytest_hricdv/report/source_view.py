@@ -6,7 +6,7 @@ from operator import add
 from typing import Literal
 
 from pytest_hricdv.coverage.records import MappedFile
-from pytest_hricdv.report.tests_index import code_bits, plan_bits, plan_names
+from pytest_hricdv.report.tests_view import code_bits, plan_bits, plan_names
 from pytest_hricdv.results.model import ModelSource, Report
 
 LineKind = Literal["hit", "missed", "partial", "waived", ""]

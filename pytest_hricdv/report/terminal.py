@@ -6,6 +6,7 @@ from pathlib import Path
 
 from pytest_hricdv.coverage.records import CodeCoverage, CrossCoverage
 from pytest_hricdv.report import totals
+from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
     Line,
@@ -13,9 +14,11 @@ from pytest_hricdv.report.formatting import (
     and_more,
     fit,
     listing,
+    natural,
     pad,
     percent,
     plural,
+    quantity,
     seconds,
     share,
     speedup,
@@ -23,13 +26,27 @@ from pytest_hricdv.report.formatting import (
     width,
     wrap,
 )
-from pytest_hricdv.report.gaps import gaps
-from pytest_hricdv.results.model import Diagnosis, GenerationResult, Report, SuiteResult
+from pytest_hricdv.results.model import (
+    Diagnosis,
+    GenerationResult,
+    ReplayComparison,
+    Report,
+    SearchResult,
+    ShrunkTest,
+    SuiteResult,
+)
 
 _MAX_GAPS = 8
 _MAX_NOT_RUN = 3
+_MAX_ACTIONS = 14
 _LABEL_COLUMNS = 20
 _SLOW_FACTOR, _SLOW_S = 5.0, 1.0  # a test is named as slow when it takes this many times the mean, and this long
+_SHRINKING_ENDED = {
+    "done": "",
+    "runs": "; the budget of runs is used up, a shorter test may exist",
+    "seconds": "; the budget of time is used up, a shorter test may exist",
+    "interrupted": "; interrupted, a shorter test may exist",
+}
 
 
 def header(suites: Sequence[str], seed: int, tests: int | None, testbench: str) -> str:
@@ -48,6 +65,11 @@ def header(suites: Sequence[str], seed: int, tests: int | None, testbench: str) 
     return visible(f"hri: {', '.join(parts)}")
 
 
+def replay_header(testbench: str, files: int) -> str:
+    """The line in pytest's header: `hri: table-assembly, replay of 1 test`."""
+    return visible(f"hri: {testbench}, replay of {plural(files, 'test')}")
+
+
 def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...]:
     """The report in lines of at most `width` columns.
 
@@ -61,6 +83,19 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
     lines += _totals(report, width)
     fitted = [Line(fit(visible(line.text), width), line.style) for line in lines]
     return (*fitted, Line(visible(f"report: {directory / PAGE_NAME}"), "dim"))
+
+
+def findings(report: Report) -> Iterator[Line]:
+    """Replays, shrunk tests and violations found by a search, in lines of any width: a cut command cannot be used."""
+    options = report.rerun.options
+    for test in report.tests:
+        if test.replayed:
+            yield _replayed(test.id, test.replayed)
+    for test in report.tests:
+        for requirement in sorted(test.shrunk, key=natural):
+            yield from _shrunk(requirement, test.id, test.shrunk[requirement], options, test.replay)
+    for requirement in sorted(report.search, key=natural):
+        yield from _searched(requirement, report.search[requirement], options)
 
 
 def _suite(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:
@@ -150,7 +185,7 @@ def _variety(diagnosis: Diagnosis) -> str:
 
 
 def _gaps(report: Report, columns: int) -> Iterator[Line]:
-    found = gaps(report)
+    found = totals.gaps(report)
     if not found:
         return
     yield Line("not covered", "title")
@@ -216,3 +251,56 @@ def _row(label: str, text: str, columns: int, style: Style = "plain") -> Iterato
     for line in wrap(visible(text).split(" "), columns - width(start)):
         yield Line(start + line, style)
         start = " " * width(start)
+
+
+def _replayed(test: str, replayed: ReplayComparison) -> Line:
+    start = visible(f"replay of {test}: ")
+    if replayed.same:
+        return Line(f"{start}the same run, to the bit", "ok")
+    if replayed.changed:
+        return Line(f"{start}differs from the recording: {visible(', '.join(replayed.changed))}", "warn")
+    return Line(f"{start}differs from the recording; cause unknown", "bad")
+
+
+def _shrunk(
+    requirement: str, test: str, shrunk: ShrunkTest, options: Sequence[str], file: str | None
+) -> Iterator[Line]:
+    name = f"{requirement} of {test}"
+    if shrunk.note:
+        yield Line(visible(f"{name} was not shrunk: {shrunk.note}"), "warn")
+        return
+    cost = f"{plural(shrunk.runs, 'run')}, {seconds(shrunk.wall_s)}{_SHRINKING_ENDED[shrunk.ended]}"
+    size = f"{plural(shrunk.actions_before, 'action')} to {len(shrunk.abstract)}"
+    yield Line(visible(f"{name} shrunk from {size}, for {' & '.join(shrunk.reason)} ({cost}):"), "title")
+    yield from (Line(visible(f"  {action}")) for action in shrunk.concrete[:_MAX_ACTIONS] or ["nothing"])
+    if len(shrunk.concrete) > _MAX_ACTIONS:
+        yield Line(f"  ... and {plural(len(shrunk.concrete) - _MAX_ACTIONS, 'more action')}")
+    file = shrunk.replay or file
+    if file:
+        yield Line(visible(f"  {replay_command(file, options)}"), "dim")
+
+
+def _searched(requirement: str, searched: SearchResult, options: Sequence[str]) -> Iterator[Line]:
+    search = f"search for a violation of {requirement}"
+    interrupted = "; interrupted" if searched.ended == "interrupted" else ""
+    cost = f"{plural(searched.runs, 'run')}, {seconds(searched.wall_s)}{interrupted}"
+    before, margin = _margin(searched.suite_margin), _margin(searched.margin)
+    match searched.status:
+        case "never triggered":
+            yield Line(visible(f"{search}: no test triggers it, so nothing was run"), "warn")
+        case "violated by the suite":
+            yield Line(visible(f"{search}: not needed, {searched.test} violates it"), "dim")
+        case "not violated":
+            text = f"no violation of {requirement} found: margin {margin}, {before} in the suite"
+            yield Line(visible(f"{text}; nearest was a variant of {searched.test} ({cost})"), "ok")
+        case "violated":
+            text = f"violation of {requirement} found: a variant of {searched.test}, margin {margin} ({cost})"
+            yield Line(visible(text), "bad")
+            if searched.replay:
+                yield Line(visible(f"  {replay_command(searched.replay, options)}"), "dim")
+            if searched.shrunk:
+                yield from _shrunk(requirement, searched.id or "", searched.shrunk, options, searched.replay)
+
+
+def _margin(margin: float | None) -> str:
+    return "none (no value is compared)" if margin is None else quantity(margin)

@@ -303,7 +303,7 @@ class Report(Record, frozen=True, kw_only=True):
         models: agent -> source, of the agents whose plans are covered.
         closure: over the tests of all suites.
         units: signal -> unit; a merged report has none.
-        outcome_label: what the testbench calls the outcomes of interactions.
+        outcome_label: what the testbench calls the interactions, which views list by their outcomes.
         shard: of a session that ran one part of the suites: which, as in 2/3.
         sessions: of a merged report: the sessions it was merged from.
         search: requirement -> result, where a search was asked for.
@@ -333,7 +333,7 @@ class Report(Record, frozen=True, kw_only=True):
     closure: Closure
     tests: tuple[TestResult, ...]
     units: Mapping[str, str] | None = None
-    outcome_label: str = "outcomes"
+    outcome_label: str = "interactions"
     shard: str = ""
     sessions: tuple[SessionSummary, ...] = ()
     search: Mapping[str, SearchResult] = {}

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from pytest_hricdv.report import coverage_files, files, junit, markdown, totals
-from pytest_hricdv.report.annotations import Place, commands
+from pytest_hricdv.report import ci_formats, coverage_files, files, totals
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
 
@@ -41,7 +40,7 @@ def write_exports(report: Report, exports: ExportOptions, root: str) -> Written:
     texts: dict[str, tuple[Path | None, Callable[[], str]]] = {
         "cobertura": (exports.cobertura, lambda: coverage_files.cobertura(report, root)),
         "lcov": (exports.lcov, lambda: coverage_files.lcov(report)),
-        "summary": (exports.summary, lambda: markdown.markdown(report)),
+        "summary": (exports.summary, lambda: ci_formats.markdown(report)),
     }
     for name, (path, text) in texts.items():
         if path is None:
@@ -54,7 +53,7 @@ def write_exports(report: Report, exports: ExportOptions, root: str) -> Written:
         except ReportError as error:
             problems.append(f"--hri-{name}: {error}")
     if exports.job_summary is not None:
-        problems += _appended(exports.job_summary, f"{markdown.markdown(report)}\n")
+        problems += _appended(exports.job_summary, f"{ci_formats.markdown(report)}\n")
     return Written(tuple(notes), tuple(problems))
 
 
@@ -75,7 +74,7 @@ class Exporting:
         self._config = config
         self._reporting = reporting
         self._exports = exports
-        self._places: dict[str, Place] = {}
+        self._places: dict[str, ci_formats.Place] = {}
         self._notes: list[str] = []
         self._problems: list[str] = []
 
@@ -115,8 +114,8 @@ class Exporting:
         for problem in self._problems:
             terminalreporter.write_line(f"FAILED {problem}", red=True, bold=True)
         if self._exports.github and self._reporting.report is not None:
-            for command in commands(self._reporting.report, self._places):
-                terminalreporter.write_line(command)
+            for annotation in ci_formats.annotations(self._reporting.report, self._places):
+                terminalreporter.write_line(annotation)
 
     def _export(self, report: Report) -> None:
         self._tell_junit(report)
@@ -129,7 +128,7 @@ class Exporting:
         # no XML is written.
         for plugin in self._config.pluginmanager.get_plugins():
             if hasattr(plugin, "add_global_property"):
-                for name, value in junit.suite_properties(report):
+                for name, value in ci_formats.junit_suite_properties(report):
                     plugin.add_global_property(name, value)
 
     def _in_repository(self, file: str) -> str:

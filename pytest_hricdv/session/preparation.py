@@ -6,7 +6,7 @@ import importlib
 
 import pytest
 
-from pytest_hricdv.report import files, findings, terminal
+from pytest_hricdv.report import files, terminal
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.session import films
 from pytest_hricdv.session.collection import Collection
@@ -37,7 +37,7 @@ class Preparation:
     def _replay_header(self) -> list[str]:
         given = self.collection.replays.values()
         notes = [self.running.provenance.note(each) for each in given]
-        return [findings.replay_header(self.collection.testbench.name, len(given)), *(note for note in notes if note)]
+        return [terminal.replay_header(self.collection.testbench.name, len(given)), *(note for note in notes if note)]
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionstart(self) -> None:

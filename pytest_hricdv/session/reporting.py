@@ -18,7 +18,7 @@ from pytest_hricdv.coverage.reachability import Reachability, explore, unexplore
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import list_model
-from pytest_hricdv.report import files, findings, terminal
+from pytest_hricdv.report import files, terminal
 from pytest_hricdv.results.building import SessionInfo, build_report
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import GateResult, ModelSource, Report, RerunOptions, SearchResult, TestResult
@@ -141,7 +141,7 @@ class Reporting:
         if self.report is not None:
             for line in terminal.summary(self.report, self.options.report, shutil.get_terminal_size().columns):
                 terminalreporter.write_line(line.text, **MARKUP[line.style])
-            for line in findings.findings(self.report):
+            for line in terminal.findings(self.report):
                 terminalreporter.write_line(line.text, **MARKUP[line.style])
         for text in self.report.gates.improved if self.report and self.report.gates else ():
             terminalreporter.write_line(text, green=True)

@@ -15,7 +15,7 @@ from pytest_hricdv.case import CaseResult, HriCase, execute
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
 from pytest_hricdv.monitor import Requirement, RequirementError, load_requirements
-from pytest_hricdv.report import explanation, junit
+from pytest_hricdv.report import ci_formats, explanation
 from pytest_hricdv.results.building import build_result, requirement_texts
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import RequirementText, TestOutcome, TestResult
@@ -34,7 +34,7 @@ class RerunInfo(TypedDict):
 
     seed: int
     suite: str
-    more: tuple[str, ...]
+    rerun_options: tuple[str, ...]
     file: str
 
 
@@ -134,7 +134,7 @@ class Running:
         finally:
             case.runner = case.judge = None
             result, label = self._result(case, item.nodeid), self.collection.testbench.outcome_label
-            item.user_properties.extend(junit.properties(result, label))
+            item.user_properties.extend(ci_formats.junit_properties(result, label))
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self, item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
@@ -204,7 +204,7 @@ class Running:
         given = self.collection.replays.get(case.abstract.id)
         file = given.name if given else self.failures.name(case.abstract.id)
         options = self.options
-        return {"seed": options.seed, "suite": options.suites, "more": options.again, "file": file}
+        return {"seed": options.seed, "suite": options.suites, "rerun_options": options.again, "file": file}
 
     def _result(self, case: HriCase, nodeid: str) -> TestResult:
         """The test's result, without what pytest says of it; built once for a run."""

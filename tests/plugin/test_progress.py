@@ -12,7 +12,7 @@ from collections.abc import Callable
 import pytest
 
 from tests.plugin.project import MODES, change
-from tests.report.screen import Screen
+from tests.plugin.screen import Screen
 
 STATUS = re.compile(
     r"hri: (\d+) of 4(, a few seconds left)?(: (by-hand-(hall|cellar)-\w+-[0-9a-f]{8}(, | and 1 more)?)+)?"

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.report.formatting import width
 from pytest_hricdv.session.status_line import Status, StatusLine, time_left
-from tests.report.screen import Screen
+from tests.plugin.screen import Screen
 
 
 @pytest.mark.parametrize(

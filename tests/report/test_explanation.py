@@ -8,8 +8,7 @@ from msgspec import convert
 from msgspec.structs import replace
 
 from pytest_hricdv.coverage.records import ReportedNearMiss
-from pytest_hricdv.report.explanation import failure, nearest_miss
-from pytest_hricdv.report.rerun import generate_command
+from pytest_hricdv.report.explanation import failure, generate_command, nearest_miss
 from pytest_hricdv.results.model import TestResult
 from tests.report import sample
 

@@ -1,4 +1,4 @@
-"""Formatted figures and names, thinned curves, and JUnit properties."""
+"""Formatted figures and names, and thinned curves."""
 
 import itertools
 import random
@@ -6,9 +6,7 @@ import random
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from msgspec.structs import replace
 
-from pytest_hricdv.coverage.records import CodeShare
 from pytest_hricdv.report.formatting import (
     branches,
     line_ranges,
@@ -18,9 +16,7 @@ from pytest_hricdv.report.formatting import (
     quantity,
     seconds,
 )
-from pytest_hricdv.report.junit import properties
 from pytest_hricdv.report.plot_data import thinned
-from tests.report import sample
 
 
 @pytest.mark.parametrize(
@@ -64,20 +60,3 @@ def test_a_thinned_curve_keeps_its_ends_and_extremes(count: int, columns: int) -
     if points:
         assert (thin[0], thin[-1]) == (points[0], points[-1])
         assert max(up for _, up in thin) == max(up for _, up in points)
-
-
-def test_junit_properties_are_text_and_leave_out_what_is_not_known() -> None:
-    test = sample.result(random.Random(0))
-    code = CodeShare(statements=250, percent=77.4, bits=("0x0", None))
-    test = replace(test, sim_s=131.25, code=code, outcomes=("released", "discarded"))
-    found = dict(properties(test, "legs"))
-    assert found["hri.suite"] == "rl"
-    assert found["hri.id"] == test.id
-    assert found["hri.seed"] == str(test.seed)
-    assert found["hri.R4"] == "Passed"
-    assert found["hri.statements_percent"] == "77.4"
-    assert found["hri.legs"] == "released discarded"
-    assert "hri.outcome" not in found  # not known while the test runs
-    unmeasured = dict(properties(replace(test, code=None, record_sha256=None)))
-    assert found.keys() - unmeasured.keys() == {"hri.statements_percent", "hri.record_sha256", "hri.legs"}
-    assert unmeasured["hri.outcomes"] == "released discarded"

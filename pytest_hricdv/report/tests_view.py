@@ -1,9 +1,13 @@
-"""What the page shows of each single test, packed: the browser unpacks it when the test's page is opened."""
+"""What the page shows of tests: an index with a short row for each, and the details of each, packed.
+
+From the index the browser makes its tables, plots and searches; it unpacks details when the test's page is opened.
+"""
 
 import base64
 import json
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from hashlib import sha256
 from typing import Any
 
 from msgspec import to_builtins
@@ -11,12 +15,64 @@ from msgspec import to_builtins
 from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.report import explanation
 from pytest_hricdv.report.formatting import natural, quantity, seconds
-from pytest_hricdv.report.rerun import instructions_of, replay_command
 from pytest_hricdv.results.model import ReplayComparison, Report, ShrunkTest, TestResult
 
 TESTS_PER_PACK = 50
 FOLDER = "details"
 """The folder beside the page that holds the packs of a large report."""
+
+_LETTERS = {"Passed": "P", "Failed": "F", "NC": "N"}
+PlanName = tuple[str, str]
+"""Agent and label."""
+
+
+def index(report: Report) -> dict[str, Any]:
+    """The rows, and the names that they refer to by number, as plain data.
+
+    Returns:
+        `requirements`, `suites`, `plans` ([agent, label] each): names. `rows`: a list per test, in the order of the
+        report's tests; `data.js` says what stands at which position.
+    """
+    requirements = requirement_names(report)
+    suites = [suite.name for suite in report.suites]
+    suites += sorted({test.suite for test in report.tests} - set(suites))
+    plans = plan_names(report)
+    numbers = {plan: number for number, plan in enumerate(plans)}
+    rows = [_row(test, requirements, suites.index(test.suite), numbers) for test in report.tests]
+    return {"requirements": requirements, "suites": suites, "plans": plans, "rows": rows}
+
+
+def requirement_names(report: Report) -> list[str]:
+    """Every requirement that a test or the report names, R2 before R10."""
+    names = {name for test in report.tests for name in test.requirements}
+    return sorted(names | set(report.requirements), key=natural)
+
+
+def plan_names(report: Report) -> list[PlanName]:
+    """All coverage plans of all suites."""
+    found: dict[PlanName, None] = {}
+    for suite in report.suites:
+        for agent in sorted(suite.plans):
+            labels = sorted({*suite.plans[agent].covered, *suite.plans[agent].missing}, key=natural)
+            found.update(dict.fromkeys((agent, label) for label in labels))
+    return list(found)
+
+
+def code_bits(test: TestResult) -> tuple[int, int]:
+    """The statements and branches that a test covered, bit n for the n-th of the sources; 0 where unmeasured."""
+    statements, branches = test.code.bits if test.code else (None, None)
+    return int(statements or "0", 16), int(branches or "0", 16)
+
+
+def plan_bits(test: TestResult, numbers: Mapping[PlanName, int]) -> int:
+    """The coverage plans that a test's beliefs triggered, as a bit set."""
+    plans = {(agent, label) for agent, labels in test.plans.items() for label in labels}
+    return sum(1 << numbers[plan] for plan in plans if plan in numbers)
+
+
+def anchor(nodeid: str) -> str:
+    """A test's name in links: a digest of the node id, which may hold characters that an address may not."""
+    return sha256(nodeid.encode("utf-8", "backslashreplace")).hexdigest()[:10]
 
 
 def packs(report: Report) -> Iterator[str]:
@@ -48,7 +104,7 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
             for name in sorted(test.requirements, key=natural)
         ],
         "failure": test.failure,
-        "rerun": [line.strip() for line in instructions_of(report, test)[1:]],
+        "rerun": [line.strip() for line in explanation.instructions_of(report, test)[1:]],
         "facts": {name: value for name, value in _facts(test).items() if value},
         "film": to_builtins(test.film),
         "shrunk": [_shrunk(name, each, report) for name, each in sorted(test.shrunk.items())],
@@ -56,6 +112,31 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
         "replayed": _replayed(test.replayed) if test.replayed else "",
         "timeline": to_builtins(test.timeline),
     }
+
+
+def _row(test: TestResult, requirements: Sequence[str], suite: int, plans: Mapping[PlanName, int]) -> list[Any]:
+    """What `data.js` reads by position."""
+    results = [test.requirements.get(name) for name in requirements]
+    return [
+        anchor(test.nodeid),
+        test.id,
+        suite,
+        test.outcome,
+        "".join(_LETTERS[each.verdict] if each else "-" for each in results),
+        [each.triggers if each else 0 for each in results],
+        [_rounded(each.margin) if each else None for each in results],
+        test.outcomes,
+        _rounded(test.code.percent) if test.code else None,
+        _rounded(test.sim_s),
+        " ".join(test.beliefs),
+        f"{code_bits(test)[0]:x}",
+        f"{plan_bits(test, plans):x}",
+    ]
+
+
+def _rounded(value: float | None) -> float | None:
+    """Five digits are more than any table or plot shows."""
+    return None if value is None else float(f"{value:.5g}")
 
 
 def _facts(test: TestResult) -> dict[str, str]:
@@ -95,7 +176,7 @@ def _shrunk(requirement: str, shrunk: ShrunkTest, report: Report) -> dict[str, A
         "from": shrunk.actions_before,
         "abstract": shrunk.abstract,
         "note": shrunk.note,
-        "rerun": replay_command(shrunk.replay, report.rerun.options) if shrunk.replay else "",
+        "rerun": explanation.replay_command(shrunk.replay, report.rerun.options) if shrunk.replay else "",
     }
 
 

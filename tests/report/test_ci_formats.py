@@ -1,16 +1,18 @@
-"""The markdown for a job's summary, and GitHub's annotations."""
+"""The markdown for a job's summary, GitHub's annotations, and JUnit properties."""
 
 from __future__ import annotations
 
+import random
 import re
 from typing import Any
 
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
-from pytest_hricdv.report import annotations
-from pytest_hricdv.report import markdown as view
-from pytest_hricdv.report.annotations import MOST, Place
+from pytest_hricdv.coverage.records import CodeShare
+from pytest_hricdv.report import ci_formats
+from pytest_hricdv.report.ci_formats import MAX_ANNOTATIONS, Place, junit_properties
 from tests.report import sample
 
 
@@ -27,11 +29,11 @@ def _failing(*names: str) -> dict[str, Any]:
 
 
 def markdown(data: dict[str, Any]) -> str:
-    return view.markdown(sample.typed(data))
+    return ci_formats.markdown(sample.typed(data))
 
 
-def commands(data: dict[str, Any], places: dict[str, Place]) -> tuple[str, ...]:
-    return annotations.commands(sample.typed(data), places)
+def annotations(data: dict[str, Any], places: dict[str, Place]) -> tuple[str, ...]:
+    return ci_formats.annotations(sample.typed(data), places)
 
 
 def test_it_has_verdicts_coverage_and_what_failed() -> None:
@@ -103,7 +105,7 @@ def test_an_annotation_for_each_requirement_with_the_worst_test() -> None:
     report["tests"][1]["requirements"]["R1"] = sample.requirement_result("Failed", 0.0) | {"margin": -5.0}
     report["tests"][1]["outcome"] = "failed"
     places = {test["nodeid"]: ("tests/hri/test_table_assembly.py", 8) for test in report["tests"]}
-    first, second = commands(report, places)
+    first, second = annotations(report, places)
     assert first.startswith(
         "::error file=tests/hri/test_table_assembly.py,line=8,title=hri%3A R1 failed in 2 tests::If gaze, pressure"
     )
@@ -113,17 +115,17 @@ def test_an_annotation_for_each_requirement_with_the_worst_test() -> None:
 
 def test_known_violations_are_not_annotated_unless_the_run_is_strict() -> None:
     report = _failing("R1", "R3")
-    assert [re.findall("R[0-9] failed", line) for line in commands(report, {})] == [["R1 failed"]]
+    assert [re.findall("R[0-9] failed", line) for line in annotations(report, {})] == [["R1 failed"]]
     report["strict"] = True
-    assert len(commands(report, {})) == 2
+    assert len(annotations(report, {})) == 2
 
 
 def test_errors_and_gates_are_annotated_ten_at_most() -> None:
     report = _failing("R1")
     report["tests"][1] |= {"outcome": "error", "failure": "ZeroDivisionError: division by zero\nmore"}
     report["gates"] = {"failed": [f"gate {number}: 50 %" for number in range(20)], "improved": []}
-    lines = commands(report, {})
-    assert len(lines) == MOST
+    lines = annotations(report, {})
+    assert len(lines) == MAX_ANNOTATIONS
     assert "1 test in error::first is" in lines[1]
     assert "%0AZeroDivisionError: division by zero%0A" in lines[1]
     assert lines[2] == "::error title=hri%3A gate failed::gate 0: 50 %25"
@@ -135,8 +137,25 @@ def test_an_annotation_is_one_line_whatever_the_names(name: str, title: str) -> 
     report = _failing("R1")
     report["tests"][0]["id"] = name
     report["requirements"]["R1"]["title"] = title
-    (line,) = commands(report, {report["tests"][0]["nodeid"]: (f"tests/{name}.py", 3)})
+    (line,) = annotations(report, {report["tests"][0]["nodeid"]: (f"tests/{name}.py", 3)})
     assert line.isprintable()
     file = line[len("::error file=") : line.index(",line=3")]
     assert ":" not in file
     assert "," not in file
+
+
+def test_junit_properties_are_text_and_leave_out_what_is_not_known() -> None:
+    test = sample.result(random.Random(0))
+    code = CodeShare(statements=250, percent=77.4, bits=("0x0", None))
+    test = replace(test, sim_s=131.25, code=code, outcomes=("released", "discarded"))
+    found = dict(junit_properties(test, "legs"))
+    assert found["hri.suite"] == "rl"
+    assert found["hri.id"] == test.id
+    assert found["hri.seed"] == str(test.seed)
+    assert found["hri.R4"] == "Passed"
+    assert found["hri.statements_percent"] == "77.4"
+    assert found["hri.legs"] == "released discarded"
+    assert "hri.outcome" not in found  # not known while the test runs
+    unmeasured = dict(junit_properties(replace(test, code=None, record_sha256=None), "handovers"))
+    assert found.keys() - unmeasured.keys() == {"hri.statements_percent", "hri.record_sha256", "hri.legs"}
+    assert unmeasured["hri.handovers"] == "released discarded"

@@ -1,0 +1,287 @@
+"""A report in the formats of CI services: markdown for a job's summary, GitHub's annotations, JUnit properties."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from pytest_hricdv.coverage.records import CodeCoverage, CrossCoverage, PlanCoverage
+from pytest_hricdv.report import totals
+from pytest_hricdv.report.explanation import instructions_of, violation
+from pytest_hricdv.report.formatting import fit, natural, percent, plural, seconds, share, visible
+from pytest_hricdv.results.model import Report, SuiteResult, TestResult
+
+MAX_ANNOTATIONS = 10
+"""GitHub shows ten of a kind per step."""
+
+Place = tuple[str, int]
+"""A file, relative to the repository's root, and a line from 1."""
+
+_MAX_FAILURES = 10
+_MAX_GAP_COLUMNS = 200
+_SPECIAL = {
+    "\\": "\\\\",
+    "&": "&amp;",
+    "<": "&lt;",
+    ">": "&gt;",
+    "|": "\\|",
+    "`": "\\`",
+    "*": "\\*",
+    "_": "\\_",
+    "[": "\\[",
+    "#": "\\#",
+}
+
+
+def markdown(report: Report) -> str:
+    """The summary of a CI job: verdicts, coverage, failures and how to run them again.
+
+    Names in it cannot break its tables, and it stays far below GitHub's limit of 1 MiB.
+    """
+    lines: list[str] = []
+    for part in (_head(report), _requirements(report), _coverage(report), _failures(report), _gaps(report)):
+        section = list(part)
+        if section:
+            lines += [*section, ""]
+    return "\n".join(lines)
+
+
+def annotations(report: Report, places: Mapping[str, Place]) -> tuple[str, ...]:
+    """Failures as GitHub's workflow commands: GitHub shows them beside the test in a pull request.
+
+    Format: GitHub Actions, "Workflow commands", `::error file=...,line=...,title=...::text`.
+
+    Args:
+        report: of the session.
+        places: node id -> file and line of its test function.
+
+    Returns:
+        A line for each requirement that was violated, for tests in error, and for each gate that failed; at most
+        `MAX_ANNOTATIONS`.
+    """
+    found = [*_violation_annotations(report, places), *_error_annotation(report, places), *_gate_annotations(report)]
+    if len(found) > MAX_ANNOTATIONS:
+        rest = len(found) - MAX_ANNOTATIONS + 1
+        found[MAX_ANNOTATIONS - 1 :] = [_annotation("", f"and {plural(rest, 'more failure')}", "see the report", {})]
+    return tuple(found)
+
+
+def junit_properties(test: TestResult, outcome_label: str) -> tuple[tuple[str, str], ...]:
+    """JUnit properties of a test, as name and value: suite, id, seed, verdicts, coverage, fidelity, outcomes.
+
+    What a test does not have, such as the coverage of unmeasured code, has no property: some tools would read an empty
+    one as zero. Nor has its own outcome, which JUnit XML states itself, and which is not known yet while the test runs.
+
+    Args:
+        test: its result.
+        outcome_label: what the testbench calls the interactions.
+    """
+    pairs: list[tuple[str, object]] = [
+        ("hri.suite", test.suite),
+        ("hri.id", test.id),
+        ("hri.seed", test.seed),
+        *((f"hri.{name}", test.requirements[name].verdict) for name in sorted(test.requirements, key=natural)),
+        ("hri.statements_percent", _tenths(test.code.percent if test.code else None)),
+        ("hri.simulated_s", _tenths(test.sim_s)),
+        ("hri.fidelity", test.fidelity or None),
+        (f"hri.{outcome_label}", " ".join(test.outcomes)),
+        ("hri.record_sha256", test.record_sha256),
+    ]
+    return _text_pairs(pairs)
+
+
+def junit_suite_properties(report: Report) -> tuple[tuple[str, str], ...]:
+    """JUnit properties of the XML's `testsuite`: what was run, and verdicts and coverage (per cent) by suite."""
+    pairs: list[tuple[str, object]] = [
+        ("hri.testbench", report.testbench),
+        ("hri.version", report.version),
+        ("hri.expected", report.selected),
+        ("hri.reported", report.reported),
+        ("hri.code_sha256", report.code_under_test.sha256 or None),
+    ]
+    for suite in report.suites:
+        pairs += [(f"hri.{suite.name}.{name}", value) for name, value in _suite_figures(suite)]
+    pairs += [("hri.failed_gate", text) for text in totals.failed_gates(report)]
+    return _text_pairs(pairs)
+
+
+def _head(report: Report) -> Iterator[str]:
+    counts, time = totals.outcomes(report), totals.duration(report)
+    loss, failed = totals.loss(report), totals.failed_gates(report)
+    bad = counts["failed"] or counts["error"] or failed or loss
+    yield f"## Human-robot interaction: {_escaped(report.testbench)}, {'failed' if bad else 'passed'}"
+    yield ""
+    lost = f" **{loss}.**" if loss else ""
+    yield f"Tests: {totals.outcomes_text(report)}. Expected {report.selected}, reported {report.reported}.{lost} "
+    yield f"Simulated {seconds(time.simulated_s)} in {seconds(time.wall_s)}."
+    for text in failed:
+        yield f"\n**FAILED** {_escaped(text)}"
+    for text in report.gates.improved if report.gates else ():
+        yield f"\nBetter: {_escaped(text)}"
+
+
+def _requirements(report: Report) -> Iterator[str]:
+    for suite in report.suites:
+        yield f"### Suite {_escaped(suite.name)}, seed {suite.seed}: {plural(suite.tests, 'test')}"
+        yield ""
+        yield "| requirement | passed | failed | NC | triggers | least margin |"
+        yield "|---|---:|---:|---:|---:|---:|"
+        for row in totals.requirement_rows(report, suite):
+            failed = f"**{row.failed}**" if row.failed and not row.known else str(row.failed)
+            known = f" known: {_escaped(row.known)}" if row.failed and row.known else ""
+            margin = "" if row.margin is None else f"{row.margin:.3g}"
+            name = _escaped(f"{row.name} {row.title}")
+            yield f"| {name} | {row.passed} | {failed}{known} | {row.nc} | {row.triggers} | {margin} |"
+        yield ""
+    if report.suites:
+        yield "NC: not checked, because nothing in the run triggered the requirement."
+
+
+def _coverage(report: Report) -> Iterator[str]:
+    suites = report.suites
+    if not suites:
+        return
+    yield f"| coverage | {' | '.join(_escaped(suite.name) for suite in suites)} |"
+    yield f"|---|{'---:|' * len(suites)}"
+    yield f"| statements, of the reachable | {' | '.join(_code(suite.code.statements) for suite in suites)} |"
+    yield f"| branches, of the reachable | {' | '.join(_code(suite.code.branches) for suite in suites)} |"
+    for agent in sorted({agent for suite in suites for agent in suite.plans}):
+        yield f"| plans of {_escaped(agent)} | {' | '.join(_plans(suite.plans.get(agent)) for suite in suites)} |"
+    if any(suite.cross.bins for suite in suites):
+        yield f"| cross products, of the possible | {' | '.join(_cross(suite.cross) for suite in suites)} |"
+    if any(suite.code.statements is None for suite in suites):
+        yield f"\nThe code was not measured: {_escaped(totals.unmeasured(report))}."
+
+
+def _code(coverage: CodeCoverage | None) -> str:
+    return f"{percent(coverage.percent_reachable)} of {coverage.reachable}" if coverage else "unmeasured"
+
+
+def _plans(plans: PlanCoverage | None) -> str:
+    return f"{percent(share(len(plans.covered), plans.total))} of {plans.total}" if plans else ""
+
+
+def _cross(cross: CrossCoverage) -> str:
+    return f"{percent(totals.bins_covered(cross))} of {cross.possible}" if cross.possible else ""
+
+
+def _failures(report: Report) -> Iterator[str]:
+    failed = [test for test in report.tests if test.outcome in ("failed", "error")]
+    if not failed:
+        return
+    yield f"### {plural(len(failed), 'failure')}"
+    yield ""
+    for test in failed[:_MAX_FAILURES]:
+        yield from _failure(report, test)
+    if len(failed) > _MAX_FAILURES:
+        yield f"... and {len(failed) - _MAX_FAILURES} more: see the report."
+
+
+def _failure(report: Report, test: TestResult) -> Iterator[str]:
+    names = sorted((name for name, result in test.requirements.items() if result.verdict == "Failed"), key=natural)
+    what = ", ".join(names) if names else "in error"
+    yield f"<details><summary><b>{_escaped(test.id)}</b>: {_escaped(what)}</summary>"
+    yield ""
+    for name in names:
+        for found in test.requirements[name].violations[:1]:
+            yield f"- {_escaped(name)} {_escaped(violation(found, report.units or {}))}"
+    if not names:
+        yield from (f"- {_escaped(line)}" for line in test.failure.strip().splitlines()[:1])
+    yield ""
+    yield from _fenced(instructions_of(report, test))
+    yield "</details>"
+    yield ""
+
+
+def _gaps(report: Report) -> Iterator[str]:
+    found = totals.gaps(report)
+    if not found:
+        return
+    yield "<details><summary>Not covered</summary>"
+    yield ""
+    for gap in found:
+        yield f"- {_escaped(gap.place)} {gap.kind}: {_escaped(fit(', '.join(gap.items), _MAX_GAP_COLUMNS))}"
+    yield ""
+    yield "</details>"
+
+
+def _fenced(lines: Sequence[str]) -> Iterator[str]:
+    """Lines as a code block; its fence is longer than any sequence of backquotes inside."""
+    text = [visible(line) for line in lines]
+    longest = max((len(part) for line in text for part in _backquotes(line)), default=0)
+    fence = "`" * max(3, longest + 1)
+    yield f"{fence}text"
+    yield from text
+    yield fence
+
+
+def _backquotes(line: str) -> list[str]:
+    return "".join(char if char == "`" else " " for char in line).split()
+
+
+def _escaped(text: str) -> str:
+    """Text without any markup of markdown or HTML."""
+    return "".join(_SPECIAL.get(char, char) for char in visible(text))
+
+
+def _violation_annotations(report: Report, places: Mapping[str, Place]) -> Iterator[str]:
+    for name in sorted(report.requirements, key=natural):
+        failed = [test for test in report.tests if test.outcome == "failed" and _verdict(test, name) == "Failed"]
+        if not failed or (name in report.known_violations and not report.strict):
+            continue
+        worst = min(failed, key=lambda test: (test.requirements[name].margin or 0.0, test.id))
+        first = [violation(each, report.units or {}) for each in worst.requirements[name].violations[:1]]
+        lines = [report.requirements[name].title, f"worst is {worst.id}", *first, *instructions_of(report, worst)]
+        yield _annotation(worst.nodeid, f"{name} failed in {plural(len(failed), 'test')}", "\n".join(lines), places)
+
+
+def _error_annotation(report: Report, places: Mapping[str, Place]) -> Iterator[str]:
+    errors = [test for test in report.tests if test.outcome == "error"]
+    if errors:
+        first = errors[0]
+        lines = [f"first is {first.id}", *first.failure.strip().splitlines()[:1], *instructions_of(report, first)]
+        yield _annotation(first.nodeid, f"{plural(len(errors), 'test')} in error", "\n".join(lines), places)
+
+
+def _gate_annotations(report: Report) -> Iterator[str]:
+    for text in totals.failed_gates(report):
+        yield _annotation("", "gate failed", text, {})
+
+
+def _verdict(test: TestResult, requirement: str) -> str:
+    return test.requirements[requirement].verdict if requirement in test.requirements else ""
+
+
+def _annotation(nodeid: str, title: str, text: str, places: Mapping[str, Place]) -> str:
+    parameters = {"title": f"hri: {title}"}
+    if nodeid in places:
+        file, line = places[nodeid]
+        parameters = {"file": file, "line": str(line)} | parameters
+    properties = ",".join(f"{key}={_annotation_property(value)}" for key, value in parameters.items())
+    return f"::error {properties}::{_annotation_text(text)}"
+
+
+def _annotation_text(text: str) -> str:
+    return visible(text, keep="\n").replace("%", "%25").replace("\n", "%0A")
+
+
+def _annotation_property(text: str) -> str:
+    return _annotation_text(text).replace(":", "%3A").replace(",", "%2C")
+
+
+def _suite_figures(suite: SuiteResult) -> Iterator[tuple[str, object]]:
+    yield "seed", suite.seed
+    yield "tests", suite.tests
+    for name in sorted(suite.requirements, key=natural):
+        tally = suite.requirements[name]
+        yield name, f"{tally.passed} passed, {tally.failed} failed, {tally.nc} NC"
+    for kind, coverage in (("statements", suite.code.statements), ("branches", suite.code.branches)):
+        yield f"{kind}_percent", _tenths(coverage.percent_reachable if coverage else None)
+    for agent, plans in sorted(suite.plans.items()):
+        yield f"plans_of_{agent}_percent", _tenths(share(len(plans.covered), plans.total))
+    yield "cross_percent", _tenths(totals.bins_covered(suite.cross))
+
+
+def _tenths(value: float | None) -> str | None:
+    return None if value is None else f"{value:.1f}"
+
+
+def _text_pairs(pairs: list[tuple[str, object]]) -> tuple[tuple[str, str], ...]:
+    return tuple((name, str(value)) for name, value in pairs if value is not None)
