@@ -39,6 +39,17 @@ def test_the_table_of_tests_is_sorted_and_searched(watched: Watched, tmp_path: P
     watched.assert_quiet()
 
 
+def test_interactions_have_a_column_of_their_own_where_the_testbench_does_not_name_them(
+    watched: Watched, tmp_path: Path
+) -> None:
+    report = sample.data(tests=3)
+    del report["outcome_label"]
+    page = watched.open(report, tmp_path, "tests")
+    titles = [title.strip() for title in page.locator("#tests th").all_inner_texts()]
+    assert {"Outcome", "Interactions"} <= set(titles)
+    assert page.get_by_role("searchbox").get_attribute("placeholder") == "Search ids, beliefs, interactions"
+
+
 def test_tables_that_come_with_the_page_can_be_sorted(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(sample.data(tests=60), tmp_path)
     table = page.locator("#summary table").first
