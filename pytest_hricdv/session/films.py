@@ -102,7 +102,7 @@ class Filming:
             strip=f"{FOLDER}/{strip.name}",
             seconds=round(film.frames / FRAMES_PER_S, 2),
             frames=film.frames,
-            note="" if same else f"the replay went another way (record {again.record.sha256}): compare with care",
+            note="" if same else f"the replay differs from the run (record {again.record.sha256}): compare with care",
         )
 
 
