@@ -1,10 +1,10 @@
-"""Cost of monitoring a run: online monitors, numpy on the logged run, and rtamt's offline evaluation.
+"""Cost of monitoring a run: the monitors, the search for nearest misses, and rtamt on the same run.
 
     python -m benchmarks.monitors [--repeat N]
 
 The run has 150 s at 240 Hz: 36,000 instants, at each of which three signals change, and a reading every second. R1 to
-R4 of the table assembly are checked. Run it on an otherwise idle machine; needs the extra `offline`, and for its last
-line the dependency group `test`.
+R4 of the table assembly are checked. Run it on an otherwise idle machine; its last line needs the dependency group
+`test`.
 """
 
 from __future__ import annotations
@@ -20,9 +20,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Vocabulary, load_requirements
+from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Vocabulary, evaluate, load_requirements
 from pytest_hricdv.monitor.near_miss import nearest_miss
-from pytest_hricdv.monitor.offline import evaluate
 from studies.session import machine
 
 RATE_HZ = 240
@@ -67,18 +66,20 @@ def main() -> None:
     log = made_up()
     print(f"machine: {machine()}\nmedians of {repeat}; {RATE_HZ * DURATION_S} instants, four requirements\n")
     fed = events(log)
-    online = show("monitors that run along", repeat, lambda: watch(requirements, fed, log.end_s))
-    offline = show("numpy over the log", repeat, lambda: [each.verdict for each in evaluate(requirements, log)])
+    monitored = show("monitors that are fed events", repeat, lambda: watch(requirements, fed, log.end_s))
+    logged = show(
+        "monitors that are fed the log", repeat, lambda: [each.verdict for each in evaluate(requirements, log)]
+    )
     for requirement in requirements:
         show(f"nearest miss of {requirement.id}", repeat, partial(explain, requirement, log))
     try:
         oracle = show("rtamt over the log", min(repeat, 3), rtamt_over(log))
     except ImportError:
-        oracle = online
+        oracle = monitored
         print("rtamt is not installed")
-    print("\nverdicts:", ", ".join(online))
-    if not online == offline == oracle:
-        sys.exit(f"the verdicts differ: {online}, {offline}, {oracle}")
+    print("\nverdicts:", ", ".join(monitored))
+    if not monitored == logged == oracle:
+        sys.exit(f"the verdicts differ: {monitored}, {logged}, {oracle}")
 
 
 def made_up() -> Log:

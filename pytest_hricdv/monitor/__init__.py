@@ -34,7 +34,7 @@ Modules, each built on the ones before it:
 - `verdict` (the result as data), `log` (a logged run), `evaluation_state` (what compiled formulas read)
 - `operators` (operators with memory), `compiler` (formula to Python functions and operators)
 - `attempts`, `responses` (the monitor of one requirement), `monitor_set` (the monitors of a run)
-- `near_miss` (why a requirement was not triggered); `offline` (verdicts on logged runs, with numpy; optional)
+- `near_miss` (why a requirement was not triggered), `logged` (verdicts on a logged run)
 
 A new operator is added in this order; where a `match` has to be complete, mypy reports the missing case.
 
@@ -47,10 +47,9 @@ A new operator is added in this order; where a `match` has to be complete, mypy 
    (`is_instantaneous`), and whether its value right after an instant can differ (`is_right_continuous`).
 5. `operators`: an `Operator`, if it has memory. `compiler`: its expression, or the operator's constructor. For a
    response: a monitor in `responses`.
-6. `offline.array_operators` and `offline.evaluator`: the same on arrays.
-7. `build`: its function.
-8. Tests: the random formulas (`tests/monitor/strategies.py`) and the reference evaluator, with which monitors and
-   offline evaluation are compared; cases in `test_semantics`, `test_requirement_text` and `test_build`; the tables of
+6. `build`: its function.
+7. Tests: the random formulas (`tests/monitor/strategies.py`) and the reference evaluator, with which the monitors are
+   compared; cases in `test_semantics`, `test_requirement_text` and `test_build`; the tables of
    `docs/requirements.md` and the one above.
 """
 
@@ -58,6 +57,7 @@ from pytest_hricdv.monitor.errors import MonitorError, RequirementError
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.loading import check_requirement, load_requirements, parse_formula
 from pytest_hricdv.monitor.log import Log
+from pytest_hricdv.monitor.logged import evaluate
 from pytest_hricdv.monitor.monitor_set import MonitorSet
 from pytest_hricdv.monitor.near_miss import explained
 from pytest_hricdv.monitor.requirement import Requirement, Vocabulary
@@ -76,6 +76,7 @@ __all__ = [
     "Violation",
     "Vocabulary",
     "check_requirement",
+    "evaluate",
     "explained",
     "load_requirements",
     "parse_formula",

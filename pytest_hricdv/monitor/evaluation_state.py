@@ -69,8 +69,11 @@ Robustness = Callable[[Values, Set[str], Outputs], float]
 
 
 def nanoseconds(time_s: float) -> Nanoseconds:
-    """Seconds to whole nanoseconds, so that a computed deadline equals the time of an update at that deadline."""
-    return time_s if math.isinf(time_s) else round(time_s * NS_PER_S)
+    """Seconds to whole nanoseconds, so that a computed deadline equals the time of an update at that deadline.
+
+    A time that is not finite is returned as it is.
+    """
+    return round(time_s * NS_PER_S) if math.isfinite(time_s) else time_s
 
 
 def seconds(time_ns: Nanoseconds) -> float:

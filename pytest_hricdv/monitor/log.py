@@ -1,4 +1,4 @@
-"""A logged run: the input of offline evaluation and of the search for a nearest miss."""
+"""A logged run: the input of `logged.evaluate` and of the search for a nearest miss."""
 
 from __future__ import annotations
 

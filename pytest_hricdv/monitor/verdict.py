@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 Outcome = Literal["Passed", "Failed", "NC"]
@@ -83,8 +83,7 @@ class Verdict:
             It does not decide the verdict: at 0.0, `<` fails and `<=` passes.
         margin_time_s: when the margin first occurred (s).
         nearest_miss: if the antecedent was never true: when it was nearest to it (added by `near_miss.explained`).
-        history: the attempts in the order of their triggers. Offline evaluation of a log does not record it, so it is
-            ignored when verdicts are compared.
+        history: the attempts in the order of their triggers.
     """
 
     requirement: str
@@ -98,7 +97,7 @@ class Verdict:
     margin: float | None
     margin_time_s: float | None
     nearest_miss: NearestMiss | None = None
-    history: tuple[Attempt, ...] = field(default=(), compare=False)
+    history: tuple[Attempt, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The verdict as plain data for JSON: dicts, lists, numbers, strings."""

@@ -1,4 +1,4 @@
-"""Random runs as logs, and judged by the monitors that run along."""
+"""Random runs: as logs, judged by the monitors, and what of a verdict is compared with the reference evaluator."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.log import Log
-from tests.monitor.reference import TICK_S, Trace, Value
+from tests.monitor.reference import TICK_S, Summary, Trace, Value, in_order
 
 
 @dataclass(frozen=True)
@@ -45,3 +45,25 @@ def run(formula: Formula, trace: Trace, shift_s: float = 0.0, shows: tuple[str, 
             monitors.message(time_s, topic, fields)
     [verdict] = monitors.finish(trace.last * TICK_S + shift_s)
     return verdict
+
+
+def summary(verdict: Verdict) -> Summary:
+    """What the reference evaluator has to agree with; the rest of the verdict has to be consistent with it."""
+    assert verdict.attempts == verdict.passes + verdict.failures + verdict.pending
+    assert verdict.vacuous == (verdict.attempts == 0)
+    outcomes = [attempt.outcome for attempt in verdict.history]
+    counted = {"passed": verdict.passes, "failed": verdict.failures, "pending": verdict.pending}
+    assert {outcome: outcomes.count(outcome) for outcome in counted} == counted
+    assert all(attempt.begin_s <= attempt.end_s for attempt in verdict.history)
+    times = [violation.time_s for violation in verdict.violations]
+    assert times == sorted(times)
+    return Summary(
+        verdict.verdict,
+        verdict.attempts,
+        verdict.passes,
+        verdict.failures,
+        verdict.pending,
+        sorted(verdict.violations, key=in_order),
+        verdict.margin,
+        verdict.margin_time_s,
+    )

@@ -11,7 +11,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from pytest_hricdv.monitor.analysis import names_of, walk
+from pytest_hricdv.monitor import Violation
+from pytest_hricdv.monitor.analysis import names_of, names_read, walk
 from pytest_hricdv.monitor.formula import (
     AlwaysWithin,
     And,
@@ -60,15 +61,25 @@ class Trace:
 
 @dataclass(frozen=True)
 class Summary:
-    """The part of a verdict that is compared; times in ticks."""
+    """The part of a verdict that is compared."""
 
     verdict: str
     attempts: int
     passes: int
     failures: int
     pending: int
-    violations: list[tuple[float, float]]
+    violations: list[Violation]
     margin: float | None
+    margin_time_s: float | None
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One attempt: its violations, whether it is undecided, and its margins as (margin, tick)."""
+
+    violations: list[Violation]
+    undecided: bool
+    margins: list[tuple[float, int]]
 
 
 def tick_of(position: int) -> int:
@@ -244,62 +255,82 @@ class ReferenceEvaluator:
 
     # --- attempts
 
-    def judge(self, formula: Formula) -> Summary:
+    def judge(self, formula: Formula, shows: tuple[str, ...] = ()) -> Summary:
         antecedent = [False, *self.truth(formula.antecedent)[1:]]  # nothing triggers before the run
         rising = [p for p in range(1, self.end + 1) if antecedent[p] and not antecedent[p - 1]]
-        attempts = [self.attempt(formula, antecedent, p) for p in rising]
-        failures = sum(bool(violations) for violations, _, _ in attempts)
-        pending = sum(undecided for _, undecided, _ in attempts)
+        attempts = [self.attempt(formula, shows, antecedent, p) for p in rising]
+        failures = sum(bool(attempt.violations) for attempt in attempts)
+        pending = sum(attempt.undecided for attempt in attempts)
         passes = len(attempts) - failures - pending
-        margin = min((margin for _, _, margins in attempts for margin in margins), default=math.inf)
+        margin, tick = min((each for attempt in attempts for each in attempt.margins), default=(math.inf, 0))
         return Summary(
             verdict="Failed" if failures else "Passed" if passes else "NC",
             attempts=len(attempts),
             passes=passes,
             failures=failures,
             pending=pending,
-            violations=sorted(violation for violations, _, _ in attempts for violation in violations),
-            margin=margin if math.isfinite(margin) else None,
+            violations=sorted((each for attempt in attempts for each in attempt.violations), key=in_order),
+            margin=finite(margin),
+            margin_time_s=tick * TICK_S if math.isfinite(margin) else None,
         )
 
-    def attempt(
-        self, formula: Formula, antecedent: list[bool], start: int
-    ) -> tuple[list[tuple[float, float]], bool, list[float]]:
-        """(trigger, violation) times, whether the attempt is undecided, and its margins."""
-        response, trigger, last = formula.response, tick_of(start), self.end
+    def attempt(self, formula: Formula, shows: tuple[str, ...], antecedent: list[bool], start: int) -> Judged:
+        response, last = formula.response, self.end
         match response:
             case Holds():
                 end = next((p for p in range(start, last + 1) if not antecedent[p]), last + 1)
                 good = self.truth(response.condition, since=start)
+                distances = {p: self.distance(response.condition, p) for p in range(start, end)}
                 breaches = [p for p in range(start, end) if not good[p] and (p == start or good[p - 1])]
-                return (
-                    [(trigger, tick_of(p)) for p in breaches],
-                    False,
-                    [self.distance(response.condition, p) for p in range(start, end)],
-                )
+                violations = []
+                for breach in breaches:
+                    lasting = range(breach, next((p for p in range(breach, end) if good[p]), end))
+                    margin = min(distances[p] for p in lasting)
+                    violations.append(self.violation(formula, shows, start, lasting, margin))
+                return Judged(violations, False, [(distance, tick_of(p)) for p, distance in distances.items()])
             case HoldsUntil():
                 released = self.truth(response.release)
                 end = next((p for p in range(start, last + 1) if released[p]), last + 1)
-                return self.safety(response.condition, start, range(start, end), undecided=False)
-        opens, closes = (first_position(trigger + self.ticks(time)) for time in (response.start_s, response.end_s))
+                return self.safety(formula, shows, start, range(start, end), undecided=False)
+        opens, closes = (first_position(tick_of(start) + self.ticks(t)) for t in (response.start_s, response.end_s))
         window = range(max(start, opens), min(closes, last) + 1)
         match response:
             case AlwaysWithin():
-                return self.safety(response.condition, start, window, undecided=opens > last)
+                return self.safety(formula, shows, start, window, undecided=opens > last)
             case Eventually():
                 good = self.truth(response.condition)
                 first = next((p for p in window if good[p]), None)
                 if first is not None:
-                    return [], False, [(tick_of(closes) - tick_of(first)) * TICK_S]
+                    return Judged([], False, [((tick_of(closes) - tick_of(first)) * TICK_S, tick_of(first))])
                 if closes > last:
-                    return [], True, []
-                return [(trigger, tick_of(closes))], False, [0.0]
+                    return Judged([], True, [])
+                violation = self.violation(formula, shows, start, range(closes, closes + 1), 0.0)
+                return Judged([violation], False, [(0.0, tick_of(closes))])
 
-    def safety(
-        self, condition: PastFormula, start: int, window: range, *, undecided: bool
-    ) -> tuple[list[tuple[float, float]], bool, list[float]]:
-        good = self.truth(condition, since=None)
+    def safety(self, formula: Formula, shows: tuple[str, ...], start: int, window: range, *, undecided: bool) -> Judged:
+        good = self.truth(formula.response.condition, since=None)
         breach = next((p for p in window if not good[p]), None)
         checked = window if breach is None else range(window.start, breach + 1)
-        margins = [self.distance(condition, p) for p in checked]
-        return ([] if breach is None else [(tick_of(start), tick_of(breach))]), undecided, margins
+        margins = [(self.distance(formula.response.condition, p), tick_of(p)) for p in checked]
+        if breach is None:
+            return Judged([], undecided, margins)
+        margin, _ = margins[-1]
+        return Judged([self.violation(formula, shows, start, range(breach, breach + 1), margin)], undecided, margins)
+
+    def violation(
+        self, formula: Formula, shows: tuple[str, ...], start: int, lasting: range, margin: float
+    ) -> Violation:
+        """The violation at the positions `lasting`: values at its first one; the largest ones of shown signals."""
+        known = self.values[lasting[0]]
+        values = {name: known[name] for name in shows if name in known}
+        values = {name: max((self.values[p][name] for p in lasting), key=abs) for name in values}
+        values.update({name: known[name] for name in names_read(formula) if name in known})
+        return Violation(tick_of(start) * TICK_S, tick_of(lasting[0]) * TICK_S, values, finite(margin))
+
+
+def finite(margin: float) -> float | None:
+    return margin if math.isfinite(margin) else None
+
+
+def in_order(violation: Violation) -> tuple[float, float]:
+    return violation.time_s, violation.trigger_s
