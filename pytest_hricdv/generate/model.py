@@ -56,7 +56,7 @@ class Model:
         """
         # Imported here: a session that replays a suite declares its model, but needs no BDI engine.
         from pytest_hricdv.bdi import BdiError
-        from pytest_hricdv.bdi.language.project_reader import read_project
+        from pytest_hricdv.bdi.language.project import read_project
 
         try:
             sources = {entry.source for entry in read_project(self.path).agents}
@@ -138,7 +138,7 @@ def list_model(model: Model, root: Path) -> dict[str, Any]:
     """
     from pytest_hricdv.bdi import BdiError
     from pytest_hricdv.bdi.language.parser import read_program
-    from pytest_hricdv.bdi.language.project_reader import read_project
+    from pytest_hricdv.bdi.language.project import read_project
 
     try:
         project = read_project(model.path)

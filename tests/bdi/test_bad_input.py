@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.bdi import BdiError, BdiSyntaxError, MultiAgentSystem
 from pytest_hricdv.bdi.language.parser import parse_program
-from pytest_hricdv.bdi.language.project_reader import read_project
+from pytest_hricdv.bdi.language.project import read_project
 from tests.bdi.models import TABLE, system_of
 
 SOURCES = [path.read_text(encoding="utf-8") for path in sorted(TABLE.parent.glob("*.asl"))]

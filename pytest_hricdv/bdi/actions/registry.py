@@ -10,8 +10,7 @@ from typing import Any, TypeVar
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.intentions import Intention
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, EvaluationError
-from pytest_hricdv.bdi.language.formulas import Formula
-from pytest_hricdv.bdi.language.syntax import Program
+from pytest_hricdv.bdi.language.syntax import Formula, Program
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Call, ListTerm, Number, PlanTerm, String, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.substitution import Bindings

@@ -10,8 +10,7 @@ from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, 
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.agent.run_services import RunServices
 from pytest_hricdv.bdi.language.errors import BdiError
-from pytest_hricdv.bdi.language.formulas import Formula
-from pytest_hricdv.bdi.language.syntax import Plan
+from pytest_hricdv.bdi.language.syntax import Formula, Plan
 from pytest_hricdv.bdi.language.terms import Call, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.inference import MAX_NESTED_QUERIES

@@ -10,8 +10,7 @@ from __future__ import annotations
 from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.agent.intentions import ADDED_GOALS, Event, IntendedMeans, Intention
 from pytest_hricdv.bdi.language.errors import BdiError, Location
-from pytest_hricdv.bdi.language.formulas import Comparison
-from pytest_hricdv.bdi.language.syntax import ConditionStatement, InternalActionCall, TestGoal
+from pytest_hricdv.bdi.language.syntax import Comparison, ConditionStatement, InternalActionCall, TestGoal
 from pytest_hricdv.bdi.language.terms import Number, String, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.unify import unify
 

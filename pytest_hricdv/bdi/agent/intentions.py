@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from pytest_hricdv.bdi.language.formulas import Formula
-from pytest_hricdv.bdi.language.syntax import Body, For, Plan, Statement, Trigger, While
+from pytest_hricdv.bdi.language.syntax import Body, For, Formula, Plan, Statement, Trigger, While
 from pytest_hricdv.bdi.language.terms import Number, Structure, Term
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail, undo, unify

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
-from pytest_hricdv.bdi.language.syntax import SIGNS, EventKey, Plan, Trigger
+from pytest_hricdv.bdi.language.syntax import SIGNS, And, Comparison, EventKey, Formula, Not, Or, Plan, Trigger
 from pytest_hricdv.bdi.language.terms import Key, Structure, Variable, is_evaluable
 from pytest_hricdv.bdi.logic.conditions import Condition, condition_of
 from pytest_hricdv.bdi.logic.substitution import Bindings

@@ -10,13 +10,13 @@ from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.agent.failures import fail
 from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention, Loop
 from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.formulas import GoalTerm
 from pytest_hricdv.bdi.language.syntax import (
     AchievementGoal,
     BeliefUpdate,
     ConditionStatement,
     ExternalAction,
     For,
+    GoalTerm,
     If,
     InternalActionCall,
     TestGoal,

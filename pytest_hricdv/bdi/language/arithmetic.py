@@ -1,53 +1,46 @@
-"""The values of arithmetic expressions, computed on doubles as in Jason."""
+"""Numbers and arithmetic as in Jason: always doubles, printed and computed with as Java does."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-
-from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.terms import Arithmetic, ListTerm, Number, Structure, Term, Variable, is_evaluable
+from collections.abc import Callable
 
 
-def evaluated(expression: Arithmetic, operands: Sequence[Term]) -> Term:
-    """The value of an expression with these operands in place of its own.
+class Number(float):
+    """A number; like Jason's, always a double, printed without a fraction when it has none."""
 
-    Returns:
-        A number; or an expression, if an operand has no value yet.
+    __slots__ = ()
 
-    Raises:
-        EvaluationError: an operand is not a number, or the result is not defined.
-    """
-    numbers: list[float] = []
-    for operand in operands:
-        if isinstance(operand, Number):
-            numbers.append(float(operand))
-        elif isinstance(operand, Variable) or is_evaluable(operand):
-            return Arithmetic(expression.operator, tuple(operands))
-        else:
-            raise EvaluationError(f"{operand} is not a number, in {expression}")
-    if len(numbers) == 1:
-        return Number(-numbers[0])
-    try:
-        return Number(OPERATIONS[expression.operator](*numbers))
-    except (ArithmeticError, ValueError):
-        raise EvaluationError(f"{Arithmetic(expression.operator, tuple(operands))} has no value") from None
+    def __str__(self) -> str:
+        return number_text(float(self))
+
+    def __repr__(self) -> str:
+        return f"Number({number_text(float(self))})"
 
 
-def with_constants_evaluated(term: Term) -> Term:
-    """The term with each expression without variables replaced by its value: ``p(1 + 2, X)`` is ``p(3, X)``.
+def number_text(value: float) -> str:
+    """A double as Jason prints it: whole numbers without a fraction, others as Java does."""
+    if math.isinf(value):
+        return "Infinity" if value > 0 else "-Infinity"
+    if math.isnan(value):
+        return "NaN"
+    if value == math.floor(value) and abs(value) <= 2.0**63:
+        # Jason casts to a Java long, whose greatest value is one less than 2**63.
+        return str(min(int(value), 2**63 - 1))
+    if 1e-3 <= abs(value) < 1e7:
+        return repr(value)
+    mantissa, exponent = _scientific(value)
+    return f"{mantissa}E{exponent}"
 
-    Raises:
-        EvaluationError: see :func:`evaluated`.
-    """
-    if isinstance(term, Arithmetic):
-        return evaluated(term, [with_constants_evaluated(operand) for operand in term.operands])
-    if isinstance(term, Structure) and term.evaluable:
-        args, annots = (tuple(map(with_constants_evaluated, part)) for part in (term.args, term.annots))
-        return Structure(term.functor, args, (), term.negated).with_annotations(annots, term.annots_tail)
-    if isinstance(term, ListTerm) and term.evaluable:
-        return ListTerm(tuple(map(with_constants_evaluated, term.items)), term.tail)
-    return term
+
+def _scientific(value: float) -> tuple[str, int]:
+    """Shortest mantissa with at least one decimal, and the exponent, as Java writes them."""
+    for digits in range(17):
+        text = f"{value:.{digits}e}"
+        if float(text) == value:
+            break
+    mantissa, exponent = text.split("e")
+    return (mantissa if "." in mantissa else mantissa + ".0"), int(exponent)
 
 
 def _divide(x: float, y: float) -> float:

@@ -17,6 +17,10 @@ class Location:
         return f"{self.file}:{self.line}:{self.column}"
 
 
+NO_LOCATION = Location("<text>", 1, 1)
+"""The location of text that is not from a file."""
+
+
 class BdiError(Exception):
     """A model cannot be loaded, or its run cannot continue."""
 

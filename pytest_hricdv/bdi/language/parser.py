@@ -11,7 +11,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_hricdv.bdi.language.depth_limit import DepthLimit, TooDeepError
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
 from pytest_hricdv.bdi.language.syntax import Include, InitialGoal, Plan, Program, Rule, Trigger
 from pytest_hricdv.bdi.language.terms import Structure, Term
@@ -157,7 +156,7 @@ def _with_automatic_labels(plans: list[Plan]) -> tuple[Plan, ...]:
 def _parse(text: str, file: str, start: str) -> Any:
     from lark.exceptions import UnexpectedInput, VisitError
 
-    from pytest_hricdv.bdi.language.syntax_errors import syntax_error
+    from pytest_hricdv.bdi.language.syntax_errors import TooDeepError, syntax_error
 
     lark, transformer = _grammar()
     transformer.begin(text, file)
@@ -171,6 +170,7 @@ def _parse(text: str, file: str, start: str) -> Any:
 
 @lru_cache(maxsize=1)
 def _grammar() -> tuple[Lark, AgentSpeakTransformer]:
+    from pytest_hricdv.bdi.language.syntax_errors import DepthLimit
     from pytest_hricdv.bdi.language.transformer import AgentSpeakTransformer
 
     parser = lark_parser(

@@ -1,14 +1,32 @@
-"""A multi-agent system as its project file describes it."""
+"""Jason's project files (``.mas2j``): the agents of a multi-agent system, and where their sources are."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.parser import parse_program
+from pytest_hricdv.bdi.language.errors import BdiSyntaxError, Location
+from pytest_hricdv.bdi.language.parser import parse_program, read_text
 from pytest_hricdv.bdi.language.syntax import Program, Rule
 from pytest_hricdv.bdi.language.terms import Structure
+
+_TOKEN = re.compile(
+    r"(?P<skip>\s+|//[^\n]*|/\*.*?\*/)|(?P<string>\"[^\"\\\n]*(?:\\.[^\"\\\n]*)*\")"
+    r"|(?P<word>(?:\.{0,2}/)*[A-Za-z_$][\w$]*(?:[./\\-][\w$]+)*)|(?P<number>\d+(?:\.\d+)?)|(?P<sign>[{}()\[\]:;,=#])",
+    re.DOTALL,
+)
+_SECTIONS = frozenset(
+    {"infrastructure", "environment", "executionControl", "agents", "classpath", "aslSourcePath", "directives"}
+)
+MAX_COPIES = 10_000
+"""Greatest number of copies of an agent."""
+_AGENT_EXTRAS = frozenset({"agentArchClass", "agentClass", "beliefBaseClass", "at"})
+_SUPPORTED_OPTIONS = {"beliefs", "goals", "verbose"}
+_DEFAULTS_OF_OPTIONS = {"events": "discard", "intBels": "sameFocus", "synchronised": "false", "nrcbp": "1"}
+"""Options of Jason that have no effect here, with the values that need no warning."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,22 +67,23 @@ class Project:
     environment: str = ""
 
 
-def option_beliefs(entry: AgentEntry) -> tuple[Structure | Rule, ...]:
-    """The beliefs of the option ``beliefs``, in the order written.
+def read_project(path: Path) -> Project:
+    """Read a project file.
 
     Raises:
-        BdiSyntaxError: the text is not a list of beliefs.
+        FileNotFoundError: there is no such file.
+        BdiError: it cannot be read, is not a project, or has no agents.
     """
-    return _read(entry, entry.beliefs, "beliefs", "").beliefs
+    return _Reader(read_text(path), str(path)).project()
 
 
-def option_goals(entry: AgentEntry) -> tuple[Structure, ...]:
-    """The goals of the option ``goals``, in the order written.
+def beliefs_and_goals(entry: AgentEntry) -> tuple[tuple[Structure | Rule, ...], tuple[Structure, ...]]:
+    """The beliefs and the goals that an agent's options give, in the order written.
 
     Raises:
-        BdiSyntaxError: the text is not a list of goals.
+        BdiSyntaxError: an option is not a list of beliefs or goals.
     """
-    return _read(entry, entry.goals, "goals", "!").goals
+    return _read(entry, entry.beliefs, "beliefs", "").beliefs, _read(entry, entry.goals, "goals", "!").goals
 
 
 def _read(entry: AgentEntry, text: str, what: str, sign: str) -> Program:
@@ -83,3 +102,203 @@ def _parts(text: str) -> list[str]:
         else:
             parts[-1] += character
     return [part.strip() for part in parts if part.strip()]
+
+
+@dataclass(frozen=True, slots=True)
+class _Token:
+    kind: str
+    text: str
+    position: int
+
+
+class _Reader:
+    """A recursive descent parser of a project text. Settings of Jason's Java side are skipped."""
+
+    def __init__(self, text: str, file: str) -> None:
+        self._text = text
+        self._file = file
+        self._tokens = list(self._scan())
+        self._next = 0
+        self._source_paths = [Path()]
+        self._warnings: dict[str, str] = {}
+        self._environment = ""
+
+    def project(self) -> Project:
+        self._expect("MAS")
+        name = self._take("word", "a name").text
+        self._expect("{")
+        entries: list[AgentEntry] = []
+        seen_agents: _Token | None = None
+        while not self._at("}"):
+            section = self._take("word", "a section such as 'agents'")
+            if section.text not in _SECTIONS:
+                raise self._error(f"expected one of {', '.join(sorted(_SECTIONS))}, found '{section.text}'", section)
+            self._expect(":")
+            if section.text == "agents":
+                seen_agents = section
+                while self._in_section():
+                    entries += self._agent()
+            else:
+                self._other_section(section)
+        self._expect("}")
+        if self._peek().kind != "end":
+            raise self._unexpected("the end of the file")
+        if not entries:
+            raise self._error("a project needs agents", seen_agents or self._tokens[0])
+        warnings = tuple(self._warnings.values())
+        return Project(name, self._located(entries), self._text, warnings, self._environment)
+
+    def _other_section(self, section: _Token) -> None:
+        """A section other than ``agents``: of these, only the source path and the environment are used."""
+        first = self._peek().text
+        strings = self._section_strings()
+        if section.text == "aslSourcePath":
+            self._source_paths = [Path(part.replace("\\", "/")) for part in strings]
+        elif section.text == "environment":
+            self._environment = first
+        elif section.text == "infrastructure":
+            if first != "Centralised":
+                self._ignore(section, f"infrastructure {first}: agents always run in one process, in turn")
+        elif section.text != "classpath":
+            self._ignore(section, f"section {section.text}")
+
+    def _ignore(self, token: _Token, what: str) -> None:
+        """Warn once that something has no effect."""
+        self._warnings.setdefault(what, f"{self._place(token)}: ignored: {what}")
+
+    def _agent(self) -> list[AgentEntry]:
+        token = self._advance() if self._peek().kind == "string" else self._take("word", "an agent's name")
+        name, count = token.text.strip('"'), 1
+        source = f"{name}.asl"
+        if self._peek().kind in ("word", "string") and self._peek().text not in _AGENT_EXTRAS:
+            source = self._advance().text.strip('"').replace("\\", "/")
+            source += "" if Path(source).suffix else ".asl"
+        options: dict[str, str] = {}
+        while not self._at(";"):
+            if self._at("["):
+                options = self._options()
+            elif self._at("#"):
+                self._advance()
+                count = self._count()
+            elif self._peek().text in _AGENT_EXTRAS:
+                extra = self._advance()
+                self._ignore(extra, f"{extra.text} of agents")
+                self._skip_value()
+            else:
+                raise self._unexpected("';'")
+        self._expect(";")
+        names = [name] if count == 1 else [f"{name}{number}" for number in range(1, count + 1)]
+        place = self._place(token)
+        beliefs, goals = options.get("beliefs", ""), options.get("goals", "")
+        return [AgentEntry(each, Path(source), place, beliefs, goals) for each in names]
+
+    def _count(self) -> int:
+        token = self._take("number", "the number of agents")
+        if not token.text.isdigit() or not 1 <= int(token.text[:9]) <= MAX_COPIES:
+            message = f"expected a whole number of agents from 1 to {MAX_COPIES}, found '{token.text[:20]}'"
+            raise self._error(message, token)
+        return int(token.text)
+
+    def _options(self) -> dict[str, str]:
+        options: dict[str, str] = {}
+        self._expect("[")
+        while True:
+            option = self._take("word", "an option's name")
+            name = option.text
+            self._expect("=")
+            value = self._advance()
+            if value.kind not in ("string", "word", "number"):
+                raise self._unexpected("an option's value", value)
+            options[name] = value.text[1:-1].replace('\\"', '"') if value.kind == "string" else value.text
+            if name not in _SUPPORTED_OPTIONS and options[name] != _DEFAULTS_OF_OPTIONS.get(name):
+                self._ignore(option, f"option {name} of agents")
+            if not self._at(","):
+                self._expect("]")
+                return options
+            self._advance()
+
+    def _skip_value(self) -> None:
+        """Skip a Java class with its arguments, or a host name."""
+        self._advance()
+        if self._at("("):
+            while not self._at(")"):
+                if self._advance().kind == "end":
+                    raise self._unexpected("')'")
+            self._advance()
+
+    def _section_strings(self) -> list[str]:
+        """The strings of a section that ends where the next section or the project does."""
+        strings: list[str] = []
+        while self._in_section():
+            token = self._advance()
+            if token.kind == "end":
+                raise self._unexpected("'}'", token)
+            if token.kind == "string":
+                strings.append(token.text[1:-1])
+        return strings
+
+    def _in_section(self) -> bool:
+        """Whether neither the next section nor the end of the project follows."""
+        following = self._tokens[min(self._next + 1, len(self._tokens) - 1)]
+        starts_section = self._peek().text in _SECTIONS and following.text == ":"
+        return not starts_section and not self._at("}")
+
+    def _located(self, entries: Iterable[AgentEntry]) -> tuple[AgentEntry, ...]:
+        """The entries, each of another name, with their sources searched for in the folders of the source path."""
+        folders = [Path(self._file).parent / folder for folder in self._source_paths]
+        agents: dict[str, AgentEntry] = {}
+        for entry in entries:
+            if entry.name in agents:
+                raise BdiSyntaxError.at(f"a second agent named {entry.name}", entry.location, self._text)
+            candidates = [folder / entry.source for folder in folders]
+            source = next((candidate for candidate in candidates if os.path.exists(candidate)), candidates[0])
+            agents[entry.name] = replace(entry, source=source)
+        return tuple(agents.values())
+
+    # --- tokens
+
+    def _scan(self) -> list[_Token]:
+        tokens: list[_Token] = []
+        position = 0
+        while position < len(self._text):
+            match = _TOKEN.match(self._text, position)
+            if match is None:
+                bad = _Token("bad", self._text[position], position)
+                raise self._error(f"unexpected character {bad.text!r}", bad)
+            if match.lastgroup != "skip":
+                tokens.append(_Token(match.lastgroup or "", match[0], position))
+            position = match.end()
+        return [*tokens, _Token("end", "", len(self._text.rstrip()))]
+
+    def _peek(self) -> _Token:
+        return self._tokens[self._next]
+
+    def _advance(self) -> _Token:
+        token = self._tokens[self._next]
+        self._next = min(self._next + 1, len(self._tokens) - 1)
+        return token
+
+    def _at(self, text: str) -> bool:
+        return self._peek().text == text
+
+    def _expect(self, text: str) -> None:
+        if not self._at(text):
+            raise self._unexpected(f"'{text}'")
+        self._advance()
+
+    def _take(self, kind: str, what: str) -> _Token:
+        if self._peek().kind != kind:
+            raise self._unexpected(what)
+        return self._advance()
+
+    def _unexpected(self, expected: str, token: _Token | None = None) -> BdiSyntaxError:
+        token = token or self._peek()
+        found = "the end of the file" if token.kind == "end" else f"'{token.text}'"
+        return self._error(f"expected {expected}, found {found}", token)
+
+    def _place(self, token: _Token) -> Location:
+        before = self._text[: token.position]
+        return Location(self._file, before.count("\n") + 1, token.position - (before.rfind("\n") + 1) + 1)
+
+    def _error(self, message: str, token: _Token) -> BdiSyntaxError:
+        return BdiSyntaxError.at(message, self._place(token), self._text)

@@ -1,22 +1,60 @@
-"""The nodes of the syntax tree of a program: statements, plans, rules."""
+"""The nodes of the syntax tree of a program: formulas, statements, plans, rules."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
 from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.formulas import Formula, GoalTerm
-from pytest_hricdv.bdi.language.terms import (
-    SOURCE_SELF,
-    Call,
-    Key,
-    Structure,
-    Term,
-    Variable,
-)
+from pytest_hricdv.bdi.language.terms import SOURCE_SELF, AnnotatedVariable, Call, Key, Structure, Term, Variable
 
-NO_LOCATION = Location("<text>", 1, 1)
-"""The location of text that is not from a file."""
+TRUE = Structure("true")
+
+
+@dataclass(frozen=True, slots=True)
+class And:
+    """All parts hold, tried from left to right."""
+
+    parts: tuple[Formula, ...]
+
+    def __str__(self) -> str:
+        return f"({' & '.join(map(str, self.parts))})"
+
+
+@dataclass(frozen=True, slots=True)
+class Or:
+    """Some part holds, tried from left to right."""
+
+    parts: tuple[Formula, ...]
+
+    def __str__(self) -> str:
+        return f"({' | '.join(map(str, self.parts))})"
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    """Negation as failure: the part has no solution."""
+
+    part: Formula
+
+    def __str__(self) -> str:
+        return f"not {self.part}"
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A relation between two terms; ``=`` unifies them, the others compare values."""
+
+    operator: str
+    left: Term
+    right: Term
+
+    def __str__(self) -> str:
+        return f"({self.left} {self.operator} {self.right})"
+
+
+Formula = Structure | Variable | AnnotatedVariable | Call | And | Or | Not | Comparison
+GoalTerm = Structure | Variable | AnnotatedVariable
+"""What can be achieved, tested or believed: a literal, or a variable that stands for one."""
 
 
 def ground_event_literal(literal: GoalTerm) -> Structure | None:
@@ -161,8 +199,6 @@ def block_text(body: Body) -> str:
 
 EventKey = tuple[str, Key]
 """The index of plans: the sign of the event, and the key of its literal."""
-
-
 SIGNS = ("+", "-", "+!", "-!", "+?", "-?")
 """The signs of events: of beliefs, achievement goals and test goals."""
 
@@ -267,6 +303,3 @@ class Program:
     beliefs: tuple[Structure | Rule, ...]
     goals: tuple[Structure, ...]
     plans: tuple[Plan, ...]
-
-
-TRUE = Structure("true")

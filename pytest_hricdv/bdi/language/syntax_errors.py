@@ -1,12 +1,21 @@
-"""Errors of the parser as messages: what was expected, what was found, and what to write instead."""
+"""Syntax errors: what was expected, what was found, and what to write instead; and the limit on nesting. Needs lark."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 from lark import Token
 from lark.exceptions import UnexpectedInput, UnexpectedToken
 
-from pytest_hricdv.bdi.language.depth_limit import MAX_DEPTH, TooDeepError
 from pytest_hricdv.bdi.language.errors import BdiSyntaxError, Location
+
+MAX_DEPTH = 120
+"""Maximum depth of nested brackets and operators: more than any model has, and safe for Python's stack."""
+
+_OPENING = frozenset({"LPAR", "LSQB", "LBRACE"})
+_CLOSING = frozenset({"RPAR", "RSQB", "RBRACE"})
+_NESTING_OPERATORS = frozenset({"MINUS", "PLUS", "STAR", "SLASH", "DIV", "MOD", "POWER", "NOT", "ELIF", "ELSE"})
+_CHAIN_ENDS = frozenset({"_DOT", "SEMICOLON", "COMMA"})
 
 _BRACKETS = {"LPAR": "(", "LSQB": "[", "LBRACE": "{", "BANG": "!", "QMARK": "?"}
 _HINTS = {
@@ -20,6 +29,40 @@ _HINTS = {
     "or": "; one of several conditions is written with '|'",
 }
 _PUNCTUATION = {"_DOT": ".", "SEMICOLON": ";", "COMMA": ",", "RPAR": ")", "RSQB": "]", "RBRACE": "}"}
+
+
+class DepthLimit:
+    """A lark postlexer that refuses text nested so deeply that parsing it would exhaust Python's stack."""
+
+    always_accept = ()
+
+    def process(self, stream: Iterator[Token]) -> Iterator[Token]:
+        chains = [0]
+        depth = 0
+        for token in stream:
+            kind = token.type
+            if kind in _OPENING:
+                chains.append(0)
+                depth += 1
+            elif kind in _CLOSING and len(chains) > 1:
+                depth -= chains.pop() + 1
+            elif kind in _NESTING_OPERATORS:
+                chains[-1] += 1
+                depth += 1
+            elif kind in _CHAIN_ENDS:
+                depth -= chains[-1]
+                chains[-1] = 0
+            if depth > MAX_DEPTH:
+                raise TooDeepError(token)
+            yield token
+
+
+class TooDeepError(Exception):
+    """The nesting depth is exceeded at this token."""
+
+    def __init__(self, token: Token) -> None:
+        super().__init__(token)
+        self.token = token
 
 
 def syntax_error(error: UnexpectedInput | TooDeepError, text: str, file: str) -> BdiSyntaxError:

@@ -1,4 +1,4 @@
-"""Traversal of syntax trees, and the values of plan terms."""
+"""Traversal of syntax trees, and the values of terms in them."""
 
 from __future__ import annotations
 
@@ -6,15 +6,18 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
-from pytest_hricdv.bdi.language.formulas import And, Comparison, Not, Or
 from pytest_hricdv.bdi.language.syntax import (
     AchievementGoal,
+    And,
     BeliefUpdate,
+    Comparison,
     ConditionStatement,
     ExternalAction,
     For,
     If,
     InternalActionCall,
+    Not,
+    Or,
     Plan,
     Rule,
     Statement,
@@ -64,6 +67,22 @@ def _replacements(part: Any, value: Valuation) -> tuple[Statement, ...]:
         if isinstance(body, PlanTerm) and isinstance(body.plan, tuple):
             return body.plan
     return (_valued(part, value),)
+
+
+def with_constants_evaluated(term: Term) -> Term:
+    """The term with each expression without variables replaced by its value: ``p(1 + 2, X)`` is ``p(3, X)``.
+
+    Raises:
+        EvaluationError: see :meth:`~pytest_hricdv.bdi.language.terms.Arithmetic.value`.
+    """
+    if isinstance(term, Arithmetic):
+        return term.value(tuple(map(with_constants_evaluated, term.operands)))
+    if isinstance(term, Structure) and term.evaluable:
+        args, annots = (tuple(map(with_constants_evaluated, part)) for part in (term.args, term.annots))
+        return Structure(term.functor, args, (), term.negated).with_annotations(annots, term.annots_tail)
+    if isinstance(term, ListTerm) and term.evaluable:
+        return ListTerm(tuple(map(with_constants_evaluated, term.items)), term.tail)
+    return term
 
 
 def variables_of(node: object) -> set[Variable]:

@@ -10,13 +10,32 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.scalars import Number as Number
-from pytest_hricdv.bdi.language.scalars import String as String
-from pytest_hricdv.bdi.language.scalars import Variable as Variable
+from pytest_hricdv.bdi.language.arithmetic import OPERATIONS
+from pytest_hricdv.bdi.language.arithmetic import Number as Number
+from pytest_hricdv.bdi.language.errors import EvaluationError, Location
 
 Key = tuple[bool, str, int]
 """The predicate of a literal, the index of beliefs and plans: strongly negated?, functor, arity."""
+
+
+class Variable(str):
+    """A logical variable, identified by its name."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return f"Variable({self!s})"
+
+
+@dataclass(frozen=True, slots=True)
+class String:
+    """A quoted text."""
+
+    value: str
+
+    def __str__(self) -> str:
+        text = self.value.replace("\\", "\\\\").replace('"', '\\"')
+        return '"' + text.replace("\n", "\\n").replace("\t", "\\t").replace("\r", "\\r") + '"'
 
 
 class Structure:
@@ -149,6 +168,27 @@ class Arithmetic:
 
     operator: str
     operands: tuple[Term, ...]
+
+    def value(self, operands: tuple[Term, ...]) -> Number | Arithmetic:
+        """Its value with these operands in place of its own; an expression, if an operand has no value yet.
+
+        Raises:
+            EvaluationError: an operand is not a number, or the result is not defined.
+        """
+        numbers: list[float] = []
+        for operand in operands:
+            if isinstance(operand, Number):
+                numbers.append(float(operand))
+            elif isinstance(operand, Variable) or is_evaluable(operand):
+                return Arithmetic(self.operator, operands)
+            else:
+                raise EvaluationError(f"{operand} is not a number, in {self}")
+        if len(numbers) == 1:
+            return Number(-numbers[0])
+        try:
+            return Number(OPERATIONS[self.operator](*numbers))
+        except (ArithmeticError, ValueError):
+            raise EvaluationError(f"{Arithmetic(self.operator, operands)} has no value") from None
 
     def __str__(self) -> str:
         if len(self.operands) == 1:

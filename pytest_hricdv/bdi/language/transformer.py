@@ -10,22 +10,25 @@ from lark import v_args
 from lark.tree import Meta
 from lark.visitors import Transformer_NonRecursive
 
-from pytest_hricdv.bdi.language.arithmetic import with_constants_evaluated
-from pytest_hricdv.bdi.language.errors import BdiSyntaxError, EvaluationError, Location
-from pytest_hricdv.bdi.language.formulas import FORMULAS, GOAL_TERMS, And, Comparison, Formula, GoalTerm, Not, Or
+from pytest_hricdv.bdi.language.errors import NO_LOCATION, BdiSyntaxError, EvaluationError, Location
 from pytest_hricdv.bdi.language.syntax import (
-    NO_LOCATION,
     TRUE,
     AchievementGoal,
+    And,
     BeliefUpdate,
     Body,
+    Comparison,
     ConditionStatement,
     ExternalAction,
     For,
+    Formula,
+    GoalTerm,
     If,
     Include,
     InitialGoal,
     InternalActionCall,
+    Not,
+    Or,
     Plan,
     Rule,
     Statement,
@@ -33,7 +36,7 @@ from pytest_hricdv.bdi.language.syntax import (
     Trigger,
     While,
 )
-from pytest_hricdv.bdi.language.syntax_tree import variables_of
+from pytest_hricdv.bdi.language.syntax_tree import variables_of, with_constants_evaluated
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Arithmetic,
@@ -161,7 +164,7 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         return BeliefUpdate(str(items[0]), items[1], self._at(meta))
 
     def literal_group(self, meta: Meta, items: Children) -> GoalTerm:
-        if not isinstance(items[0], GOAL_TERMS):
+        if not isinstance(items[0], GoalTerm):
             raise self._error(meta, f"expected a literal in the parentheses, found {items[0]}")
         return items[0]
 
@@ -207,7 +210,7 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         return Comparison(str(operator), self._term(meta, left), self._term(meta, right))
 
     def _formula(self, meta: Meta, value: Any) -> Formula:
-        if not isinstance(value, FORMULAS):
+        if not isinstance(value, Formula):
             raise self._error(meta, f"expected a condition or an action, found {value}")
         return value
 

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.formulas import And, Comparison, Not, Or
 from pytest_hricdv.bdi.language.syntax import (
     AchievementGoal,
+    And,
     BeliefUpdate,
     Body,
+    Comparison,
     ConditionStatement,
     For,
     If,
     InternalActionCall,
+    Not,
+    Or,
     Plan,
     Program,
     Rule,

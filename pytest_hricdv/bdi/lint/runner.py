@@ -11,8 +11,7 @@ from pathlib import Path
 from pytest_hricdv.bdi.actions.standard import check_calls
 from pytest_hricdv.bdi.language.errors import BdiError, Location
 from pytest_hricdv.bdi.language.parser import read_program
-from pytest_hricdv.bdi.language.project import option_beliefs, option_goals
-from pytest_hricdv.bdi.language.project_reader import read_project
+from pytest_hricdv.bdi.language.project import beliefs_and_goals, read_project
 from pytest_hricdv.bdi.language.syntax import Program
 from pytest_hricdv.bdi.lint import sources
 from pytest_hricdv.bdi.lint.checks import CHECKS
@@ -83,11 +82,8 @@ def _agents(path: Path) -> tuple[tuple[AgentModel, ...], bool]:
     agents = []
     for entry in project.agents:
         program = _checked(read_program(entry.source, entry.location, project.text))
-        given = replace(
-            program,
-            beliefs=(*program.beliefs, *option_beliefs(entry)),
-            goals=(*program.goals, *option_goals(entry)),
-        )
+        beliefs, goals = beliefs_and_goals(entry)
+        given = replace(program, beliefs=(*program.beliefs, *beliefs), goals=(*program.goals, *goals))
         agents.append(build_model(entry.name, str(entry.source), given))
     return tuple(agents), True
 

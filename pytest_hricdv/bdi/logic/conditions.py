@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not
+from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not
 from pytest_hricdv.bdi.language.terms import Structure, Term, Variable, is_ground
-from pytest_hricdv.bdi.logic.comparison import compare
 from pytest_hricdv.bdi.logic.inference import Reasoner, first
 from pytest_hricdv.bdi.logic.substitution import Bindings
-from pytest_hricdv.bdi.logic.unify import Trail, unify
+from pytest_hricdv.bdi.logic.unify import Trail, compare, unify
 
 Condition = Callable[[Reasoner, Bindings], bool | None]
 """Whether a formula holds; adds to the bindings what its first solution adds, or, if it does not hold, anything.

@@ -10,13 +10,11 @@ from collections.abc import Iterator
 from typing import Any, Protocol
 
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
-from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
-from pytest_hricdv.bdi.language.syntax import Rule
-from pytest_hricdv.bdi.language.terms import Arithmetic, Call, Structure, Term, Variable, is_ground
+from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or, Rule
+from pytest_hricdv.bdi.language.terms import Call, Structure, Term, Variable, is_ground
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
-from pytest_hricdv.bdi.logic.comparison import compare
-from pytest_hricdv.bdi.logic.substitution import Bindings, substitute, substitute_only
-from pytest_hricdv.bdi.logic.unify import Trail, match_annotations, undo, unify
+from pytest_hricdv.bdi.logic.substitution import Bindings, rename_formula, substitute, substitute_only
+from pytest_hricdv.bdi.logic.unify import Trail, compare, match_annotations, undo, unify
 
 MAX_CHOICES = 50_000
 """Open choices of one query; a rule that calls itself for ever reaches it in a fraction of a second."""
@@ -285,25 +283,3 @@ def _by_rule(
             yield from _with_annotations(literal, head.annots, (body, rest), env, trail, mark)
     else:
         undo(env, trail, mark)
-
-
-def rename_formula(formula: Formula, renaming: Bindings) -> Formula:
-    """The formula with its variables replaced as ``renaming`` says."""
-    if isinstance(formula, And):
-        return And(tuple(rename_formula(part, renaming) for part in formula.parts))
-    if isinstance(formula, Or):
-        return Or(tuple(rename_formula(part, renaming) for part in formula.parts))
-    if isinstance(formula, Not):
-        return Not(rename_formula(formula.part, renaming))
-    if isinstance(formula, Comparison):
-        left, right = _rename_term(formula.left, renaming), _rename_term(formula.right, renaming)
-        return Comparison(formula.operator, left, right)
-    return _rename_term(formula, renaming)  # type: ignore[return-value]
-
-
-def _rename_term(term: Term, renaming: Bindings) -> Term:
-    if isinstance(term, Call):
-        return Call(term.name, tuple(rename_formula(arg, renaming) for arg in term.args), term.location)  # type: ignore[arg-type]
-    if isinstance(term, Arithmetic):
-        return Arithmetic(term.operator, tuple(_rename_term(operand, renaming) for operand in term.operands))
-    return substitute_only(term, renaming)

@@ -1,11 +1,11 @@
-"""The values of terms under bindings."""
+"""The values of terms under bindings, and the variables in them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from pytest_hricdv.bdi.language.arithmetic import evaluated
 from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or
 from pytest_hricdv.bdi.language.syntax_tree import variables_of, with_values
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
@@ -66,7 +66,7 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
         items = tuple(substitute(item, bindings, functions) for item in term.items)
         return ListTerm(items, None if term.tail is None else substitute(term.tail, bindings, functions))
     if isinstance(term, Arithmetic):
-        return evaluated(term, [substitute(operand, bindings, functions) for operand in term.operands])
+        return term.value(tuple([substitute(operand, bindings, functions) for operand in term.operands]))
     if isinstance(term, Call):
         return functions(term, bindings)
     if isinstance(term, AnnotatedVariable):
@@ -130,6 +130,28 @@ def substitute_only(term: Term, bindings: Bindings) -> Term:
         variable = value if isinstance(value, Variable) else term.variable
         return AnnotatedVariable(variable, annots, term.annots_tail, term.negated)
     return term
+
+
+def rename_formula(formula: Formula, renaming: Bindings) -> Formula:
+    """The formula with its variables replaced as ``renaming`` says."""
+    if isinstance(formula, And):
+        return And(tuple(rename_formula(part, renaming) for part in formula.parts))
+    if isinstance(formula, Or):
+        return Or(tuple(rename_formula(part, renaming) for part in formula.parts))
+    if isinstance(formula, Not):
+        return Not(rename_formula(formula.part, renaming))
+    if isinstance(formula, Comparison):
+        left, right = _rename_term(formula.left, renaming), _rename_term(formula.right, renaming)
+        return Comparison(formula.operator, left, right)
+    return _rename_term(formula, renaming)  # type: ignore[return-value]
+
+
+def _rename_term(term: Term, renaming: Bindings) -> Term:
+    if isinstance(term, Call):
+        return Call(term.name, tuple(rename_formula(arg, renaming) for arg in term.args), term.location)  # type: ignore[arg-type]
+    if isinstance(term, Arithmetic):
+        return Arithmetic(term.operator, tuple(_rename_term(operand, renaming) for operand in term.operands))
+    return substitute_only(term, renaming)
 
 
 def _free_variables(term: Term) -> list[Variable]:

@@ -11,7 +11,7 @@ from pytest_hricdv.bdi.actions.standard import StandardActions, check_calls, ins
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.parser import read_program
-from pytest_hricdv.bdi.language.project import AgentEntry, Project, option_beliefs, option_goals
+from pytest_hricdv.bdi.language.project import AgentEntry, Project, beliefs_and_goals
 from pytest_hricdv.bdi.language.syntax import Plan, Program, Rule
 from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Structure, Variable
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Content
@@ -71,8 +71,9 @@ def _message_plans() -> tuple[Plan, ...]:
 
 def _template(entry: AgentEntry, program: Program, library: PlanLibrary) -> AgentTemplate:
     # What the project gives comes before what the source gives: the beliefs are older, the goals earlier.
-    beliefs = [*program.beliefs, *reversed(option_beliefs(entry))]
-    goals = [*option_goals(entry), *program.goals]
+    given_beliefs, given_goals = beliefs_and_goals(entry)
+    beliefs = [*program.beliefs, *reversed(given_beliefs)]
+    goals = [*given_goals, *program.goals]
     base = BeliefBase()
     events: list[tuple[str, Structure]] = []
     # Added from the last to the first: the first is then the newest, and queries find it first.

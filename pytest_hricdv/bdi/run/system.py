@@ -9,8 +9,7 @@ from pathlib import Path
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.language.parser import parse_literal
-from pytest_hricdv.bdi.language.project import Project
-from pytest_hricdv.bdi.language.project_reader import read_project
+from pytest_hricdv.bdi.language.project import Project, read_project
 from pytest_hricdv.bdi.language.syntax import Plan, Program
 from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.run.agent_template import AgentTemplate, read_templates

@@ -9,8 +9,7 @@ from pytest_hricdv.bdi.agent.agent_state import ActionTable
 from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import BdiError, Location
-from pytest_hricdv.bdi.language.formulas import And, Formula
-from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
+from pytest_hricdv.bdi.language.syntax import And, ExternalAction, Formula, Plan
 from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.substitution import Bindings

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from pytest_hricdv.bdi import BdiSyntaxError
-from pytest_hricdv.bdi.language.arithmetic import with_constants_evaluated
 from pytest_hricdv.bdi.language.parser import parse_program, parse_term
+from pytest_hricdv.bdi.language.syntax_tree import with_constants_evaluated
 
 
 @pytest.mark.parametrize(

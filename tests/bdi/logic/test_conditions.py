@@ -12,9 +12,8 @@ from pytest_hricdv.bdi.actions.standard import StandardActions
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.formulas import Formula
 from pytest_hricdv.bdi.language.parser import parse_literal, parse_plan, parse_program
-from pytest_hricdv.bdi.language.syntax import Rule
+from pytest_hricdv.bdi.language.syntax import Formula, Rule
 from pytest_hricdv.bdi.language.terms import Number, Variable
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.conditions import ask, condition_of

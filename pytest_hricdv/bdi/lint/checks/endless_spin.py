@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.formulas import Formula
-from pytest_hricdv.bdi.language.syntax import AchievementGoal, Body, InternalActionCall, Plan, Statement, While
+from pytest_hricdv.bdi.language.syntax import AchievementGoal, Body, Formula, InternalActionCall, Plan, Statement, While
 from pytest_hricdv.bdi.language.syntax_tree import children
 from pytest_hricdv.bdi.language.terms import Call, Key, Structure
 from pytest_hricdv.bdi.lint.model import AgentModel, System

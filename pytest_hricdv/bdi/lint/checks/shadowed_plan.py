@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
-from pytest_hricdv.bdi.language.syntax import Plan
+from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or, Plan
 from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import Call, Structure, Term, Variable
 from pytest_hricdv.bdi.lint.model import System

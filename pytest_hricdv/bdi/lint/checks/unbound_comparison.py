@@ -5,16 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.formulas import And, Comparison, Formula, Not, Or
 from pytest_hricdv.bdi.language.syntax import (
     AchievementGoal,
+    And,
     BeliefUpdate,
     Body,
+    Comparison,
     ConditionStatement,
     ExternalAction,
     For,
+    Formula,
     If,
     InternalActionCall,
+    Not,
+    Or,
     Plan,
     Statement,
     TestGoal,
