@@ -54,8 +54,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv.session.aggregation import Aggregation
     from pytest_hricdv.session.collection import Collection, worker_input
-    from pytest_hricdv.session.export_options import ExportOptions
-    from pytest_hricdv.session.exports import Exporting
+    from pytest_hricdv.session.exports import Exporting, read_targets
     from pytest_hricdv.session.gate_check import GateCheck
     from pytest_hricdv.session.preparation import Preparation
     from pytest_hricdv.session.progress import Progress
@@ -75,7 +74,7 @@ def _register(config: pytest.Config, options: Options) -> None:
         config.pluginmanager.register(aggregation, "hricdv-aggregation")
         config.pluginmanager.register(reporting, "hricdv-reporting")
         config.pluginmanager.register(Progress(config, aggregation.chosen), "hricdv-progress")
-        config.pluginmanager.register(Exporting(config, reporting, ExportOptions.read(config)), "hricdv-exporting")
+        config.pluginmanager.register(Exporting(config, reporting, read_targets(config)), "hricdv-exporting")
 
 
 @pytest.hookimpl(wrapper=True)

@@ -1,7 +1,220 @@
-"""`python -m pytest_hricdv.report merge|gate|export ...`: what can be done with reports that are written."""
+"""`python -m pytest_hricdv.report merge|gate|minimal|export`: commands on reports that were written."""
 
+from __future__ import annotations
+
+import argparse
+import datetime
+import os
 import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
-from pytest_hricdv.commands import main
+from msgspec import structs
 
-sys.exit(main(sys.argv[1:]))
+from pytest_hricdv.generate.suite_files import dump_tests
+from pytest_hricdv.report import EXPORT_FORMATS
+from pytest_hricdv.report.exported_files import ExportTargets, write_exports
+from pytest_hricdv.report.files import write, write_text
+from pytest_hricdv.results import baseline
+from pytest_hricdv.results.baseline import Baseline, BaselineError
+from pytest_hricdv.results.building import minimal_tests
+from pytest_hricdv.results.codec import ReportError, load
+from pytest_hricdv.results.gates import (
+    KINDS,
+    Exemption,
+    ExemptionError,
+    Gates,
+    Threshold,
+    ThresholdError,
+    parse_exemptions,
+    parse_threshold,
+)
+from pytest_hricdv.results.judgement import Judgement, judge
+from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards, sessions_of
+from pytest_hricdv.results.model import GateResult, Report, TestResult
+
+OK, FAILED, USAGE = 0, 1, 2
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Do what the command line says.
+
+    Returns:
+        The exit status: 0 where all is well, 1 where tests or a gate failed or results are missing, 2 where a report
+        cannot be used.
+    """
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.do(options))
+    except (ReportError, MergeError, BaselineError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return USAGE
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m pytest_hricdv.report", description=__doc__)
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    merging = commands.add_parser("merge", help="merge the reports of shards, suites or repeated runs")
+    merging.add_argument("reports", nargs="+", type=Path, metavar="REPORT", help="a report folder or its report.json")
+    merging.add_argument("-o", "--output", type=Path, default=Path("hri-merged"), help="folder (default hri-merged)")
+    merging.set_defaults(do=_merge)
+    gating = commands.add_parser("gate", help="check a report against gates; exit 1 where one fails")
+    gating.add_argument("report", type=Path, metavar="REPORT")
+    gating.set_defaults(do=_gate)
+    minimal = commands.add_parser("minimal", help="write the smallest suite that covers as much as the report's tests")
+    minimal.add_argument("report", type=Path, metavar="REPORT")
+    minimal.add_argument("folder", type=Path, metavar="DIR", help="for --hri-suite=DIR")
+    minimal.set_defaults(do=_minimal)
+    for each in (merging, gating):
+        _add_gates(each)
+    exporting = commands.add_parser("export", help="write files for other tools from a report")
+    exporting.add_argument("report", type=Path, metavar="REPORT")
+    for name, what in EXPORT_FORMATS.items():
+        exporting.add_argument(f"--{name}", type=Path, metavar="FILE", help=what)
+    exporting.add_argument("--root", default=".", help="the folder that file names are relative to (default .)")
+    exporting.set_defaults(do=_export)
+    return parser
+
+
+def _add_gates(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add(
+        "--fail-under",
+        action="append",
+        type=_threshold,
+        default=[],
+        metavar="KIND=PCT",
+        help=f"KIND: {', '.join(KINDS)}",
+    )
+    add("--fail-on-nc", action="store_true", help="fail when no test triggered a requirement")
+    add(
+        "--allow-nc",
+        action="append",
+        default=[],
+        metavar="REQUIREMENT",
+        help="--fail-on-nc lets it pass; repeatable",
+    )
+    add("--baseline", type=Path, metavar="FILE", help="new failures, lost coverage and lost triggers fail")
+    add("--update-baseline", action="store_true", help="write the file of --baseline anew")
+
+
+def _threshold(text: str) -> Threshold:
+    try:
+        return parse_threshold(text)
+    except ThresholdError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _merge(options: argparse.Namespace) -> int:
+    reports = [(str(path), _relocated(load(path), path, options.output)) for path in options.reports]
+    merged = merge(reports)
+    judgement = _judged(merged, options)
+    merged = structs.replace(merged, gates=GateResult(failed=judgement.failed, improved=judgement.improved))
+    write(merged, options.output)
+    print(f"{options.output}: merged from {len(reports)} reports of {len(merged.sessions)} runs")
+    return _printed(merged, judgement)
+
+
+def _gate(options: argparse.Namespace) -> int:
+    report = load(options.report)
+    return _printed(report, _judged(report, options))
+
+
+def _export(options: argparse.Namespace) -> int:
+    targets = ExportTargets.of({name: getattr(options, name) for name in EXPORT_FORMATS})
+    if not any(getattr(options, name) for name in EXPORT_FORMATS) and targets.job_summary is None:
+        raise ReportError(f"export: say what to write, with {', '.join(f'--{name}=FILE' for name in EXPORT_FORMATS)}")
+    written = write_exports(load(options.report), targets, options.root)
+    for text in written.notes:
+        print(text)
+    for text in written.problems:
+        print(f"FAILED {text}")
+    return FAILED if written.problems else OK
+
+
+def _minimal(options: argparse.Namespace) -> int:
+    report = load(options.report)
+    tests = minimal_tests(report)
+    for suite in sorted({test.suite for test in tests}):
+        mine = [test for test in tests if test.suite == suite]
+        path = write_text(options.folder / f"{suite}.txt", dump_tests(mine))
+        print(f"{path}: {len(mine)} tests")
+    closure, steps = report.closure, report.closure.minimal
+    print(
+        f"{len(steps)} of {report.selected} tests cover all {closure.points} points in "
+        f"{steps[-1].sim_s if steps else 0:.0f} of {closure.sim_s:.0f} simulated s"
+    )
+    return OK
+
+
+def _printed(report: Report, judgement: Judgement) -> int:
+    print(f"expected {expected(report)}, merged {report.reported}")
+    for text in judgement.improved:
+        print(text)
+    for text in judgement.failed:
+        print(f"FAILED {text}")
+    return FAILED if judgement.failed else OK
+
+
+def _judged(report: Report, options: argparse.Namespace) -> Judgement:
+    """Check a report against all gates; write the baseline where that was asked for."""
+    missing = expected(report) - report.reported
+    failed = [f"shard {shard} is missing" for shard in missing_shards(report)]
+    if missing > 0:
+        failed.append(f"{missing} of {expected(report)} tests have no result: totals are lower bounds")
+    failed += [f"{test.id}: {test.outcome}" for test in report.tests if test.outcome in ("failed", "error")]
+    old = _baseline(report, options)
+    compared = None if options.update_baseline else old
+    judgement = judge(report, _gates(report, options), compared, datetime.datetime.now(datetime.UTC).date(), whole=True)
+    if options.update_baseline and missing > 0:
+        failed.append(f"{options.baseline} was not updated: tests are missing")
+    elif options.update_baseline:
+        baseline.write(baseline.baseline_of(report, old), options.baseline)
+    return replace(judgement, failed=(*failed, *judgement.failed))
+
+
+def _baseline(report: Report, options: argparse.Namespace) -> Baseline | None:
+    if options.update_baseline and options.baseline is None:
+        raise BaselineError("--update-baseline: say which file, with --baseline=FILE")
+    if options.baseline is None or (options.update_baseline and not options.baseline.exists()):
+        return None
+    return baseline.read(options.baseline, report.testbench)
+
+
+def _gates(report: Report, options: argparse.Namespace) -> Gates:
+    days = report.known_until
+    names = dict.fromkeys([*report.known_violations, *days])
+    reasons = {name: report.known_violations.get(name, "no longer known") for name in names}
+    try:
+        lines = [f"{name}{f' until {days[name]}' if name in days else ''}: {reasons[name]}" for name in names]
+        known = {} if report.strict else parse_exemptions(lines)
+    except ExemptionError as error:
+        raise ReportError(f"known violations of the report: {error}") from None
+    may_be_nc = {
+        name: Exemption(name, "named with --allow-nc") for each in options.allow_nc for name in each.split(",")
+    }
+    return Gates(tuple(options.fail_under), options.fail_on_nc, may_be_nc, known)
+
+
+def _relocated(report: Report, path: Path, output: Path) -> Report:
+    """The report with the paths of its films, which are relative to its folder, relative to another one.
+
+    Its sessions are noted before: their hashes do not depend on where a report lies.
+    """
+    folder = path if path.is_dir() else path.parent
+    tests = tuple(_with_film(test, folder, output) for test in report.tests)
+    return structs.replace(report, sessions=sessions_of(report), tests=tests)
+
+
+def _with_film(test: TestResult, folder: Path, output: Path) -> TestResult:
+    if test.film is None:
+        return test
+    video, strip = (
+        path and Path(os.path.relpath(folder / path, output)).as_posix() for path in (test.film.video, test.film.strip)
+    )
+    return structs.replace(test, film=structs.replace(test.film, video=video, strip=strip))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

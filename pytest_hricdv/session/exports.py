@@ -3,77 +3,52 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
-from pytest_hricdv.report import ci_formats, coverage_files, files, totals
+from pytest_hricdv.report import EXPORT_FORMATS, ci_formats, files
+from pytest_hricdv.report.exported_files import ExportTargets, write_exports
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
 
 if TYPE_CHECKING:
-    from pytest_hricdv.session.export_options import ExportOptions
     from pytest_hricdv.session.reporting import Reporting
 
 
-@dataclass(frozen=True)
-class Written:
-    """Messages: files written or not, with the reason; and errors."""
-
-    notes: tuple[str, ...]
-    problems: tuple[str, ...]
-
-
-def write_exports(report: Report, exports: ExportOptions, root: str) -> Written:
-    """Write the files that were asked for.
-
-    Args:
-        report: of a session, or merged.
-        exports: which files.
-        root: the folder that the report's file names are relative to.
-    """
-    notes: list[str] = []
-    problems: list[str] = []
-    texts: dict[str, tuple[Path | None, Callable[[], str]]] = {
-        "cobertura": (exports.cobertura, lambda: coverage_files.cobertura(report, root)),
-        "lcov": (exports.lcov, lambda: coverage_files.lcov(report)),
-        "summary": (exports.summary, lambda: ci_formats.markdown(report)),
-    }
-    for name, (path, text) in texts.items():
-        if path is None:
-            continue
-        if name != "summary" and not report.code_under_test.measured:  # a file would say 0 %
-            notes.append(f"{name}: not written, the code was not measured: {totals.unmeasured(report)}")
-            continue
-        try:
-            notes.append(f"{name}: {files.write_text(path, text())}")
-        except ReportError as error:
-            problems.append(f"--hri-{name}: {error}")
-    if exports.job_summary is not None:
-        problems += _appended(exports.job_summary, f"{ci_formats.markdown(report)}\n")
-    return Written(tuple(notes), tuple(problems))
+def read_targets(config: pytest.Config) -> ExportTargets:
+    """The files that options and ini keys name. Raises pytest.UsageError for one that cannot be written."""
+    named = {name: _path(config, name) for name in EXPORT_FORMATS}
+    given = [path for path in named.values() if path is not None]
+    twice = next((path for path in given if given.count(path) > 1), None)
+    if twice is not None:
+        names = " and ".join(f"--hri-{name}" for name, path in named.items() if path == twice)
+        raise pytest.UsageError(f"{names}: expected a file for each, and both are to be {twice}")
+    return ExportTargets.of(named)
 
 
-def _appended(path: Path, text: str) -> list[str]:
-    """Appends: other steps may have written to the file, which GitHub reads after the step."""
-    try:
-        with path.open("a", encoding="utf-8", errors="backslashreplace") as file:
-            file.write(text)
-    except OSError as error:
-        return [f"GITHUB_STEP_SUMMARY={path}: {error.strerror or error}"]
-    return []
+def _path(config: pytest.Config, name: str) -> Path | None:
+    given = config.getoption(f"hri_{name}")
+    text = str(config.getini(f"hri_{name}") if given is None else given).strip()
+    if not text:
+        if given is not None:
+            raise pytest.UsageError(f"--hri-{name}: expected the name of a file to write")
+        return None
+    path = config.invocation_params.dir / text
+    if path.is_dir():
+        raise pytest.UsageError(f"--hri-{name}={text}: expected the name of a file to write, and there is a folder")
+    return path
 
 
 class Exporting:
     """Writes the files after the report, also of a stopped session; a file that cannot be written fails it."""
 
-    def __init__(self, config: pytest.Config, reporting: Reporting, exports: ExportOptions) -> None:
+    def __init__(self, config: pytest.Config, reporting: Reporting, targets: ExportTargets) -> None:
         self._config = config
         self._reporting = reporting
-        self._exports = exports
+        self._targets = targets
         self._places: dict[str, ci_formats.Place] = {}
         self._notes: list[str] = []
         self._problems: list[str] = []
@@ -81,10 +56,10 @@ class Exporting:
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionstart(self) -> None:
         """Checks before the first test that the files can be written after the last."""
-        exports = self._exports
+        targets = self._targets
         if self._config.getoption("collectonly"):
             return
-        for path in (exports.cobertura, exports.lcov, exports.summary):
+        for path in (targets.cobertura, targets.lcov, targets.summary):
             if path is not None:
                 try:
                     files.prepare(path.parent)
@@ -113,13 +88,13 @@ class Exporting:
             terminalreporter.write_line(note, light=True)
         for problem in self._problems:
             terminalreporter.write_line(f"FAILED {problem}", red=True, bold=True)
-        if self._exports.github and self._reporting.report is not None:
+        if self._targets.github and self._reporting.report is not None:
             for annotation in ci_formats.annotations(self._reporting.report, self._places):
                 terminalreporter.write_line(annotation)
 
     def _export(self, report: Report) -> None:
         self._tell_junit(report)
-        written = write_exports(report, self._exports, str(self._config.rootpath))
+        written = write_exports(report, self._targets, str(self._config.rootpath))
         self._notes += written.notes
         self._problems += written.problems
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import pytest
 
+from pytest_hricdv.report import EXPORT_FORMATS
 from pytest_hricdv.results.gates import KINDS
 
 
@@ -62,13 +63,6 @@ class Repeatable:
         group.addoption(f"--hri-{self.name}", metavar=self.metavar, action="append", help=f"{self.help}; repeatable")
         parser.addini(self.key or f"hri_{self.name.replace('-', '_')}", self.key_help, "linelist")
 
-
-FILES = {
-    "cobertura": "write the coverage of the code under test as Cobertura XML",
-    "lcov": "write the coverage of the code under test as an LCOV tracefile",
-    "summary": "write the summary of the session as markdown",
-}
-"""Option of a file for other tools -> help."""
 
 TESTS = (
     Value(
@@ -173,7 +167,7 @@ OUTPUT = (
 )
 
 
-EXPORTS = tuple(Value(name, "FILE", what) for name, what in FILES.items())
+EXPORTS = tuple(Value(name, "FILE", what) for name, what in EXPORT_FORMATS.items())
 
 
 def add_options(parser: pytest.Parser) -> None:

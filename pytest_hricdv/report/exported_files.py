@@ -1,0 +1,80 @@
+"""Files that a report is exported to, for other tools."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pytest_hricdv.report import ci_formats, coverage_files, files, totals
+from pytest_hricdv.results.codec import ReportError
+from pytest_hricdv.results.model import Report
+
+
+@dataclass(frozen=True)
+class ExportTargets:
+    """The files to write; None for those that were not asked for.
+
+    `job_summary` is GitHub's, and is appended to; `github` says that the session runs in a workflow there.
+    """
+
+    cobertura: Path | None
+    lcov: Path | None
+    summary: Path | None
+    job_summary: Path | None
+    github: bool
+
+    @classmethod
+    def of(cls, named: Mapping[str, Path | None]) -> ExportTargets:
+        """These files, and what GitHub's environment asks for."""
+        job = os.environ.get("GITHUB_STEP_SUMMARY", "")
+        return cls(**named, job_summary=Path(job) if job else None, github=os.environ.get("GITHUB_ACTIONS") == "true")
+
+
+@dataclass(frozen=True)
+class Written:
+    """Messages: files written or not, with the reason; and errors."""
+
+    notes: tuple[str, ...]
+    problems: tuple[str, ...]
+
+
+def write_exports(report: Report, targets: ExportTargets, root: str) -> Written:
+    """Write the files that were asked for.
+
+    Args:
+        report: of a session, or merged.
+        targets: which files.
+        root: the folder that the report's file names are relative to.
+    """
+    notes: list[str] = []
+    problems: list[str] = []
+    texts: dict[str, tuple[Path | None, Callable[[], str]]] = {
+        "cobertura": (targets.cobertura, lambda: coverage_files.cobertura(report, root)),
+        "lcov": (targets.lcov, lambda: coverage_files.lcov(report)),
+        "summary": (targets.summary, lambda: ci_formats.markdown(report)),
+    }
+    for name, (path, text) in texts.items():
+        if path is None:
+            continue
+        if name != "summary" and not report.code_under_test.measured:  # a file would say 0 %
+            notes.append(f"{name}: not written, the code was not measured: {totals.unmeasured(report)}")
+            continue
+        try:
+            notes.append(f"{name}: {files.write_text(path, text())}")
+        except ReportError as error:
+            problems.append(f"--hri-{name}: {error}")
+    if targets.job_summary is not None:
+        problems += _appended(targets.job_summary, f"{ci_formats.markdown(report)}\n")
+    return Written(tuple(notes), tuple(problems))
+
+
+def _appended(path: Path, text: str) -> list[str]:
+    """Appends: other steps may have written to the file, which GitHub reads after the step."""
+    try:
+        with path.open("a", encoding="utf-8", errors="backslashreplace") as file:
+            file.write(text)
+    except OSError as error:
+        return [f"GITHUB_STEP_SUMMARY={path}: {error.strerror or error}"]
+    return []
