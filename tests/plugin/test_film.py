@@ -124,12 +124,12 @@ def test_the_time_of_the_test_is_without_its_film(filmed: pytest.Pytester) -> No
         filmed.path,
         "conftest.py",
         "        shade = ",
-        "        import time\n\n        time.sleep(0.02)\n        shade = ",
+        "        import time\n\n        time.sleep(0.1)\n        shade = ",
     )
     filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
     (test,) = report(filmed.path)["tests"]
     assert test["film"]["frames"] > 20
-    assert test["wall_s"] < 0.02 * test["film"]["frames"] / 2
+    assert test["wall_s"] < 0.1 * test["film"]["frames"] / 2
 
 
 def test_no_more_than_a_few_failures_of_a_requirement_are_filmed_and_the_others_say_so(
@@ -143,7 +143,7 @@ def test_no_more_than_a_few_failures_of_a_requirement_are_filmed_and_the_others_
     result.stdout.fnmatch_lines(["films: 1 of 2 failing tests, beside the report", "  1 not filmed: *"])
 
 
-def test_a_replay_that_goes_another_way_is_said_to(filmed: pytest.Pytester) -> None:
+def test_a_replay_that_differs_from_the_run_is_reported_as_such(filmed: pytest.Pytester) -> None:
     change(filmed.path, "conftest.py", "        shade = ", "        self.lamp.set(33.0)\n        shade = ")
     result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
     assert result.ret == 0

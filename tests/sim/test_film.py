@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from pytest_hricdv.case import CaseResult
 from pytest_hricdv.film import film
 from pytest_hricdv.film.caption import ALARM
 from pytest_hricdv.film.video import FRAMES_PER_S, has_encoder
+from pytest_hricdv.results.model import FilmResult
 from pytest_hricdv.runtime import Recorder
 from pytest_hricdv.session.films import FOLDER, Filming
 from sim.engine import bullet
@@ -33,12 +33,12 @@ class Filmed:
     """A filmed run: its result, the report's entry, and the folder of the report."""
 
     result: CaseResult
-    film: dict[str, Any]
+    film: FilmResult
     folder: Path
 
     def panels(self) -> dict[str, NDArray[np.int16]]:
         """The key frames of the strip, without their titles."""
-        with Image.open(self.folder / self.film["strip"]) as strip:
+        with Image.open(self.folder / self.film.strip) as strip:
             pixels = np.asarray(strip.convert("RGB"), dtype=np.int16)
         height, width = pixels.shape[0] // 2, pixels.shape[1] // 3
         parts = (
@@ -71,19 +71,19 @@ def fingers(pixels: NDArray[np.int16]) -> int:
 
 def test_the_run_that_is_filmed_violates_r3_and_filming_changes_nothing_in_it(filmed: Filmed) -> None:
     assert filmed.result.verdict("R3").verdict == "Failed"
-    assert filmed.film["note"] == ""  # it would say that the record differs
-    assert filmed.film["video"].startswith(f"{FOLDER}/{filmed.result.test.id}.")
+    assert filmed.film.note == ""  # it would say that the record differs
+    assert filmed.film.video.startswith(f"{FOLDER}/{filmed.result.test.id}.")
     assert sorted(path.name for path in (filmed.folder / FOLDER).iterdir()) == sorted(
-        Path(filmed.film[kind]).name for kind in ("video", "strip")
+        Path(getattr(filmed.film, kind)).name for kind in ("video", "strip")
     )
 
 
 def test_the_film_can_be_read_and_is_as_long_as_said(filmed: Filmed) -> None:
     if not has_encoder():
         pytest.skip("imageio-ffmpeg has no encoder for this machine")
-    frames = decoded(filmed.folder / filmed.film["video"], (SCENE_PX + GAP_PX + HAND_PX, 512))
-    assert len(frames) == filmed.film["frames"] > 50
-    assert len(frames) / FRAMES_PER_S == pytest.approx(filmed.film["seconds"], abs=0.01)
+    frames = decoded(filmed.folder / filmed.film.video, (SCENE_PX + GAP_PX + HAND_PX, 512))
+    assert len(frames) == filmed.film.frames > 50
+    assert len(frames) / FRAMES_PER_S == pytest.approx(filmed.film.seconds, abs=0.01)
     assert len({frame.tobytes() for frame in frames}) > 30
 
 
