@@ -13,8 +13,6 @@ are declared by ``// lint: percepts name, ...``.
 
 from __future__ import annotations
 
-from pytest_hricdv.bdi.lint.checks import CHECKS
-from pytest_hricdv.bdi.lint.finding import Check, Finding
-from pytest_hricdv.bdi.lint.runner import lint
+from pytest_hricdv.bdi.lint.runner import CHECKS, Check, Finding, lint
 
 __all__ = ["CHECKS", "Check", "Finding", "lint"]

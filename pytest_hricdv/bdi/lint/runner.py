@@ -1,27 +1,80 @@
-"""Loads models and runs the checks on them."""
+"""Loads models, runs all checks on them and collects the findings."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
+from typing import Protocol
 
 from pytest_hricdv.bdi.actions.standard import check_calls
-from pytest_hricdv.bdi.language.errors import BdiError, Location
+from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
 from pytest_hricdv.bdi.language.parser import read_program
 from pytest_hricdv.bdi.language.project import beliefs_and_goals, read_project
 from pytest_hricdv.bdi.language.syntax import Program
 from pytest_hricdv.bdi.lint import sources
-from pytest_hricdv.bdi.lint.checks import CHECKS
-from pytest_hricdv.bdi.lint.finding import Finding
 from pytest_hricdv.bdi.lint.model import AgentModel, System
 from pytest_hricdv.bdi.lint.model_builder import build_model
+from pytest_hricdv.bdi.lint.name_checks import GoalWithoutPlan, NearName, UnknownAgent, UnknownBelief, UnmatchedDeletion
+from pytest_hricdv.bdi.lint.plan_checks import EndlessSpin, ShadowedPlan
+from pytest_hricdv.bdi.lint.variable_checks import UnboundComparison
 
 _REMARK = re.compile(r"//\s*lint:\s*(?P<what>\w+)(?P<rest>[^\n]*)")
 _BAD_REMARK = "bad-remark"
 _WHY_BAD_REMARK = "It is not read: it neither ignores a finding nor declares a percept."
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A probable mistake in a model.
+
+    Args:
+        check: the name of the check that found it.
+        location: its place in the source.
+        message: what is wrong.
+        why: its consequence, in one sentence.
+        source: the text of the file, which supplies the line to show.
+    """
+
+    check: str
+    location: Location
+    message: str
+    why: str
+    source: str
+
+    def __str__(self) -> str:
+        shown = BdiSyntaxError.at(f"{self.check}: {self.message}", self.location, self.source)
+        return f"{shown}\n    {self.why}"
+
+
+class Check(Protocol):
+    """Searches models for one kind of mistake."""
+
+    @property
+    def name(self) -> str:
+        """The name that findings show, and that remarks ignore them by."""
+
+    @property
+    def why(self) -> str:
+        """The consequence of such a mistake, in one sentence."""
+
+    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
+        """The place and the message of each mistake."""
+
+
+CHECKS: tuple[Check, ...] = (
+    EndlessSpin(),
+    GoalWithoutPlan(),
+    NearName(),
+    ShadowedPlan(),
+    UnboundComparison(),
+    UnknownAgent(),
+    UnknownBelief(),
+    UnmatchedDeletion(),
+)
+"""All checks; a new one is added here."""
 
 
 @dataclass(frozen=True, slots=True)

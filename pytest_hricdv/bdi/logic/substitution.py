@@ -132,6 +132,11 @@ def substitute_only(term: Term, bindings: Bindings) -> Term:
     return term
 
 
+def renamed_apart(term: Term, prefix: str) -> Term:
+    """The term with a prefix to its variables' names, so that it shares none with another term."""
+    return substitute_only(term, {variable: Variable(prefix + variable) for variable in free_variables(term)})
+
+
 def rename_formula(formula: Formula, renaming: Bindings) -> Formula:
     """The formula with its variables replaced as ``renaming`` says."""
     if isinstance(formula, And):

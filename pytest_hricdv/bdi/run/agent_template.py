@@ -13,9 +13,9 @@ from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.parser import read_program
 from pytest_hricdv.bdi.language.project import AgentEntry, Project, beliefs_and_goals
 from pytest_hricdv.bdi.language.syntax import Plan, Program, Rule
-from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Structure, Variable
+from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Structure
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Content
-from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_only
+from pytest_hricdv.bdi.logic.substitution import renamed_apart
 from pytest_hricdv.bdi.run.run_state import RunState
 
 _ACTIONS = StandardActions()
@@ -90,8 +90,7 @@ def _template(entry: AgentEntry, program: Program, library: PlanLibrary) -> Agen
 
 def _with_own_variables(goal: Structure) -> Structure:
     """The goal with variables of names that no plan uses."""
-    renaming: Bindings = {variable: Variable(f"_initial_{variable}") for variable in free_variables(goal)}
-    renamed = substitute_only(goal, renaming)
+    renamed = renamed_apart(goal, "_initial_")
     return renamed if isinstance(renamed, Structure) else goal
 
 

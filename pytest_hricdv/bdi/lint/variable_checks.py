@@ -1,4 +1,4 @@
-"""The check for comparisons and expressions with variables that have no value."""
+"""The check of variables: those without a value in comparisons and expressions."""
 
 from __future__ import annotations
 

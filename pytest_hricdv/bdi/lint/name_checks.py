@@ -1,0 +1,234 @@
+"""Checks of the names of beliefs, goals and agents: those without a counterpart, and those that are misspelled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from pytest_hricdv.bdi.language.errors import Location
+from pytest_hricdv.bdi.language.terms import Structure, Term, Variable, is_evaluable
+from pytest_hricdv.bdi.lint.model import SELF, Addition, AgentModel, Mention, System, annotated_sources, predicate_text
+from pytest_hricdv.bdi.logic.substitution import renamed_apart
+from pytest_hricdv.bdi.logic.unify import unify
+
+SHORTEST = 3
+"""Minimum length of a name: shorter ones differ by one letter too often."""
+
+
+class UnknownBelief:
+    """Beliefs in contexts, conditions, test goals and triggers that are never added, told or perceived."""
+
+    name = "unknown-belief"
+    why = "It never holds: a condition on it always has the same result, and a plan for it never runs."
+
+    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
+        """One finding for each predicate of each agent, and for each source that never adds it."""
+        for agent in system.agents:
+            reported: set[object] = set()
+            for mention, source in unknown_beliefs(system, agent):
+                key = mention.literal.key
+                if (key, source) in reported:
+                    continue
+                reported.add((key, source))
+                if source is not None:
+                    yield mention.location, f"{predicate_text(key)} never comes from {source} to {agent.name}"
+                elif belief_suggestion(system, agent, mention) is None:
+                    yield mention.location, f"{predicate_text(key)} is never added to the beliefs of {agent.name}"
+
+
+def unknown_beliefs(system: System, agent: AgentModel) -> Iterator[tuple[Mention, str | None]]:
+    """Tests of beliefs that the agent never holds (None), or never holds from the source in the annotation."""
+    held = system.possible_beliefs(agent)
+    answered = {plan.trigger.key for plan in agent.plans if plan.trigger.sign == "+?"}
+    for mention in agent.tests:
+        key = mention.literal.key
+        if None in answered or ("+?", key) in answered:
+            continue
+        if not any(addition.may_match(key) for addition in held):
+            yield mention, None
+            continue
+        for source in sorted(filter(None, annotated_sources(mention.literal))):
+            if not any(addition.may_match(key, source) for addition in held):
+                yield mention, source
+
+
+def possibly_misspelled(system: System, agent: AgentModel) -> Iterator[tuple[Mention, str]]:
+    """Tests of beliefs that no statement adds by name, only perhaps through a variable, with a similar name."""
+    named = {addition.key for addition in system.possible_beliefs(agent) if addition.key is not None}
+    for mention in agent.tests:
+        near = belief_suggestion(system, agent, mention)
+        if mention.literal.key not in named and near is not None:
+            yield mention, near
+
+
+def belief_suggestion(system: System, agent: AgentModel, mention: Mention) -> str | None:
+    """The name of a belief of the agent that differs by one letter."""
+    known = {addition.key[1] for addition in system.possible_beliefs(agent) if addition.key is not None}
+    return one_letter_away(mention.literal.functor, known)
+
+
+class UnmatchedDeletion:
+    """Deletions of beliefs that the agent never holds, or never from that source."""
+
+    name = "unmatched-deletion"
+    why = "A deletion removes only beliefs of the source it names, by default the agent itself: this one has no effect."
+
+    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
+        """One finding for each deletion."""
+        for agent in system.agents:
+            held = system.possible_beliefs(agent)
+            for mention in agent.deletions:
+                key = mention.literal.key
+                known = [addition for addition in held if addition.may_match(key)]
+                named = annotated_sources(mention.literal) or frozenset({SELF})
+                if not known:
+                    yield mention.location, f"{predicate_text(key)} is never added to the beliefs of {agent.name}"
+                elif None not in named and not any(a.may_match(key, source) for a in known for source in named):
+                    wanted = " or ".join(sorted(filter(None, named)))
+                    yield (
+                        mention.location,
+                        f"{predicate_text(key)} comes to {agent.name} from {_sources(known)}, never from {wanted}",
+                    )
+
+
+def _sources(known: list[Addition]) -> str:
+    return " and ".join(sorted({addition.source or "any source" for addition in known}))
+
+
+class GoalWithoutPlan:
+    """Initial goals, goals in plans and goals in messages for which their agent has no plan."""
+
+    name = "goal-without-plan"
+    why = "The goal always fails, and with it the plan that pursues it."
+
+    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
+        """One finding for each occurrence of such a goal."""
+        for agent in system.agents:
+            for mention, fits_by_name in goals_without_plan(system, agent):
+                key = mention.literal.key
+                if fits_by_name:
+                    yield (
+                        mention.location,
+                        f"no plan of {agent.name} for +!{predicate_text(key)} fits {mention.literal}",
+                    )
+                elif goal_suggestion(agent, mention) is None:
+                    yield mention.location, f"{agent.name} has no plan for +!{predicate_text(key)}"
+        for mention in system.goals_for_unknown_receivers():
+            if system.closed and not any(has_plan(system, agent, mention) for agent in system.agents):
+                yield mention.location, f"no agent has a plan for +!{predicate_text(mention.literal.key)}"
+
+
+def goals_without_plan(system: System, agent: AgentModel) -> Iterator[tuple[Mention, bool]]:
+    """The goals without a plan, and whether there are plans for goals of that name and arity."""
+    for mention in (*agent.goals, *system.requested_goals(agent)):
+        if not has_plan(system, agent, mention):
+            yield mention, any(plan.trigger.key == ("+!", mention.literal.key) for plan in agent.plans)
+
+
+def has_plan(system: System, agent: AgentModel, mention: Mention) -> bool:
+    """Whether some plan of the agent may be relevant for a goal."""
+    goal = _generalized(mention.literal)
+    triggers = [plan.trigger.literal for plan in agent.plans if plan.trigger.sign == "+!"]
+    return system.may_receive_plans(agent) or any(
+        not isinstance(literal, Structure) or unify(renamed_apart(literal, "_Plan"), goal, {}, [])
+        for literal in triggers
+    )
+
+
+def goal_suggestion(agent: AgentModel, mention: Mention) -> str | None:
+    """The name of a goal with a plan that differs by one letter."""
+    triggers = [plan.trigger for plan in agent.plans if plan.trigger.sign == "+!"]
+    known = {trigger.literal.functor for trigger in triggers if isinstance(trigger.literal, Structure)}
+    return one_letter_away(mention.literal.functor, known)
+
+
+def _generalized(goal: Structure) -> Structure:
+    """The goal with variables in place of computed arguments, from any source."""
+    args = tuple(Variable(f"_Any{n}") if is_evaluable(arg) else arg for n, arg in enumerate(goal.args))
+    any_source: Term = Structure("source", (Variable("_AnySource"),))
+    return Structure(goal.functor, args, (*goal.annots, any_source), goal.negated)
+
+
+class NearName:
+    """Names without a counterpart, while a name that differs by one letter has one."""
+
+    name = "near-name"
+    why = "A misspelled name is another name: no plan, condition or agent matches it."
+
+    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
+        """Beliefs tested but never added, added but never tested, goals without plans, receivers that do not exist."""
+        for agent in system.agents:
+            for mention, source in unknown_beliefs(system, agent):
+                near = belief_suggestion(system, agent, mention)
+                if source is None and near is not None:
+                    yield mention.location, f"{mention.literal.functor} is never added; did you mean {near}?"
+            for mention, near in possibly_misspelled(system, agent):
+                yield mention.location, f"no statement adds {mention.literal.functor} by name; did you mean {near}?"
+            for mention, fits_by_name in goals_without_plan(system, agent):
+                near = goal_suggestion(agent, mention)
+                if not fits_by_name and near is not None:
+                    yield (
+                        mention.location,
+                        f"{agent.name} has no plan for {mention.literal.functor}; did you mean {near}?",
+                    )
+            yield from _never_used(system, agent)
+            yield from _misspelled_receivers(system, agent)
+
+
+def _never_used(system: System, agent: AgentModel) -> Iterator[tuple[Location, str]]:
+    mentions = [*agent.tests, *agent.deletions]
+    used = {mention.literal.functor for mention in mentions}
+    if any(not isinstance(plan.trigger.literal, Structure) for plan in agent.plans if len(plan.trigger.sign) == 1):
+        return
+    for addition in system.possible_beliefs(agent):
+        if addition.key is not None and addition.certain_receiver and addition.key[1] not in used:
+            near = one_letter_away(addition.key[1], used)
+            if near is not None:
+                yield addition.location, f"{agent.name} never tests {addition.key[1]}; did you mean {near}?"
+
+
+def _misspelled_receivers(system: System, agent: AgentModel) -> Iterator[tuple[Location, str]]:
+    names = {other.name for other in system.agents}
+    for message in agent.sent:
+        for receiver in message.receivers or ():
+            near = one_letter_away(receiver, names)
+            if system.closed and receiver not in names and near is not None:
+                yield message.location, f"there is no agent {receiver}; did you mean {near}?"
+
+
+class UnknownAgent:
+    """Receivers of messages that are not agents of the project."""
+
+    name = "unknown-agent"
+    why = "Sending to an agent that does not exist fails, and with it the plan that sends."
+
+    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
+        """One finding for each message; none for a single source file, since other agents are unknown."""
+        if not system.closed:
+            return
+        names = {agent.name for agent in system.agents}
+        for agent in system.agents:
+            for message in agent.sent:
+                for receiver in message.receivers or ():
+                    if receiver not in (*names, SELF) and one_letter_away(receiver, names) is None:
+                        yield message.location, f"there is no agent {receiver}; there are {', '.join(sorted(names))}"
+
+
+def one_letter_away(name: str, known: Iterable[str]) -> str | None:
+    """A known name that differs by one letter: inserted, deleted, replaced, or swapped with the next one."""
+    return next((other for other in sorted(set(known)) if differs_by_one_letter(name, other)), None)
+
+
+def differs_by_one_letter(name: str, other: str) -> bool:
+    """Whether two names differ by one typing error; numbered names such as leg1 and leg2 do not."""
+    if name == other or min(len(name), len(other)) < SHORTEST or abs(len(name) - len(other)) > 1:
+        return False
+    start = next((i for i, (a, b) in enumerate(zip(name, other, strict=False)) if a != b), min(len(name), len(other)))
+    left, right = name[start:], other[start:]
+    if any(rest[:1].isdigit() for rest in (left, right)):
+        return False
+    return (
+        left[1:] == right[1:]
+        or left[1:] == right
+        or left == right[1:]
+        or (len(left) > 1 and left[1::-1] == right[:2] and left[2:] == right[2:])
+    )
