@@ -27,13 +27,12 @@ read.
 
 Modules, each built on the ones before it:
 
-- `formula` (the formula as data, and its text), `requirement` (requirement and vocabulary), `errors`
+- `formula` (the formula as data, and its text), `requirement` (requirement, vocabulary, errors in a text)
 - `analysis` (what a formula reads, and when its value can change)
-- `parser` (text to syntax tree), `type_check` (syntax tree to formula), `loading` (TOML files);
-  `dsl` and `build` (formulas written in Python)
-- `verdict` (the result as data), `log` (a logged run), `evaluation_state` (what compiled formulas read)
+- `parser` (text to formula), `loading` (TOML files); `dsl` and `build` (formulas written in Python)
+- `evaluation_state` (what compiled formulas read), `verdict` (the result as data), `log` (a logged run)
 - `operators` (operators with memory), `compiler` (formula to Python functions and operators)
-- `attempts`, `responses` (the monitor of one requirement), `monitor_set` (the monitors of a run)
+- `requirement_monitor` (the monitor of one requirement), `monitor_set` (the monitors of a run)
 - `near_miss` (why a requirement was not triggered), `logged` (verdicts on a logged run)
 
 A new operator is added in this order; where a `match` has to be complete, mypy reports the missing case.
@@ -42,25 +41,24 @@ A new operator is added in this order; where a `match` has to be complete, mypy 
    or `Response`.
 2. `requirement.lark`: the rule of the syntax; with a new word, `requirement.KEYWORDS`; with a new terminal,
    `parser._TERMINAL_NAMES`.
-3. `type_check`: the rule's entry in `_past_rules` or `_term_rules`, with the checks that a user needs.
+3. `parser`: the rule's entry in `_past_rules` or `_term_rules`, with the checks that a user needs.
 4. `analysis`: what it reads (`children`, `term_names`, `names_of`), whether it can be true only at isolated instants
    (`is_instantaneous`), and whether its value right after an instant can differ (`is_right_continuous`).
 5. `operators`: an `Operator`, if it has memory. `compiler`: its expression, or the operator's constructor. For a
-   response: a monitor in `responses`.
+   response: a monitor in `requirement_monitor`.
 6. `build`: its function.
 7. Tests: the random formulas (`tests/monitor/strategies.py`) and the reference evaluator, with which the monitors are
    compared; cases in `test_semantics`, `test_requirement_text` and `test_build`; the tables of
    `docs/requirements.md` and the one above.
 """
 
-from pytest_hricdv.monitor.errors import MonitorError, RequirementError
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.loading import check_requirement, load_requirements, parse_formula
 from pytest_hricdv.monitor.log import Log
 from pytest_hricdv.monitor.logged import evaluate
-from pytest_hricdv.monitor.monitor_set import MonitorSet
+from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.near_miss import explained
-from pytest_hricdv.monitor.requirement import Requirement, Vocabulary
+from pytest_hricdv.monitor.requirement import Requirement, RequirementError, Vocabulary
 from pytest_hricdv.monitor.verdict import Attempt, NearestMiss, Verdict, Violation
 
 __all__ = [

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 
-from pytest_hricdv.monitor.errors import FormulaSource, RequirementError
 from pytest_hricdv.monitor.formula import Formula
-from pytest_hricdv.monitor.requirement import Requirement, Vocabulary
+from pytest_hricdv.monitor.requirement import FormulaSource, Requirement, RequirementError, Vocabulary
 from pytest_hricdv.suggestion import nearest
 
 _KEYS = ("title", "source", "formula", "shows")
@@ -69,12 +68,10 @@ def parse_formula(text: str, vocabulary: Vocabulary, source: FormulaSource | Non
     Raises:
         RequirementError: the text is not a formula over this vocabulary.
     """
-    # Imported here because these import lark, and a test session without requirements should not load it.
+    # Imported here because it imports lark, and a test session without requirements should not load it.
     from pytest_hricdv.monitor.parser import parse
-    from pytest_hricdv.monitor.type_check import checked_formula
 
-    source = source or FormulaSource(text)
-    return checked_formula(parse(source), source, vocabulary)
+    return parse(source or FormulaSource(text), vocabulary)
 
 
 def _check_all(built: Sequence[Requirement], vocabulary: Vocabulary) -> tuple[Requirement, ...]:

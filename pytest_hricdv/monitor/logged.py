@@ -6,10 +6,9 @@ from collections.abc import Mapping, Sequence
 from numbers import Real
 
 from pytest_hricdv.monitor.analysis import names_read, topics_read
-from pytest_hricdv.monitor.errors import MonitorError
 from pytest_hricdv.monitor.evaluation_state import seconds
 from pytest_hricdv.monitor.log import Log
-from pytest_hricdv.monitor.monitor_set import MonitorSet
+from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.near_miss import explained
 from pytest_hricdv.monitor.requirement import Kind, Requirement
 from pytest_hricdv.monitor.verdict import Verdict

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-from pytest_hricdv.monitor.attempts import RequirementMonitor
-from pytest_hricdv.monitor.errors import MonitorError, unset_signals_error, unset_value_error
 from pytest_hricdv.monitor.evaluation_state import NS_PER_S, Nanoseconds, UnknownValueError, Values, seconds
 from pytest_hricdv.monitor.requirement import Kind, Requirement
-from pytest_hricdv.monitor.responses import monitor_of
+from pytest_hricdv.monitor.requirement_monitor import RequirementMonitor, monitor_of
 from pytest_hricdv.monitor.verdict import Outcome, Verdict
+
+
+class MonitorError(RuntimeError):
+    """The monitors were fed wrongly: time went back, or a value is NaN, of the wrong type, or missing."""
 
 
 class MonitorSet:
@@ -203,7 +205,9 @@ class MonitorSet:
         try:
             monitor.evaluate(now_ns, last=last, first=first)
         except UnknownValueError as unknown:
-            raise unset_value_error(self._monitors[monitor], seconds(now_ns), unknown.name) from None
+            advice = "signals need a value from the start of the run; guard a field with on(topic) & ..."
+            problem = f"reads {unknown.name}, which has no value yet; {advice}"
+            raise MonitorError(f"{self._monitors[monitor]} at {seconds(now_ns)} s {problem}") from None
         except ArithmeticError as error:
             raise MonitorError(f"{self._monitors[monitor]} at {seconds(now_ns)} s: {error}") from None
 
@@ -226,7 +230,8 @@ class MonitorSet:
         for monitor, requirement in self._monitors.items():
             missing = [name for name in monitor.program.kinds if "." not in name and name not in self._values]
             if missing:
-                raise unset_signals_error(requirement, missing)
+                problem = f"reads {', '.join(missing)}, which had no value in the whole run: feed every signal"
+                raise MonitorError(f"{requirement} {problem}")
 
     def _require_open(self, time_s: float) -> None:
         if self._finished:

@@ -1,10 +1,13 @@
-"""The result of a requirement on a run: verdict, attempts, violations, margin, nearest miss."""
+"""The verdict of a requirement on a run: attempts, violations, margin, nearest miss; and the tally that leads to it."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
+
+from pytest_hricdv.monitor.evaluation_state import Nanoseconds, seconds
 
 Outcome = Literal["Passed", "Failed", "NC"]
 
@@ -107,3 +110,67 @@ class Verdict:
         if self.nearest_miss is not None:
             plain["nearest_miss"]["missing"] = list(self.nearest_miss.missing)
         return plain
+
+
+class Tally:
+    """Counts the attempts of one requirement during a run."""
+
+    def __init__(self) -> None:
+        self.attempts = 0
+        self.passes = 0
+        self.failures = 0
+        self.margin = math.inf
+        self._margin_ns: Nanoseconds = 0
+        self._violations: list[Violation] = []
+        self._history: list[Attempt] = []
+
+    def add_margin(self, margin: float, now_ns: Nanoseconds) -> None:
+        """Keep a margin if it is the least one so far."""
+        if margin < self.margin:
+            self.margin = margin
+            self._margin_ns = now_ns
+
+    def add_violation(
+        self, trigger_ns: Nanoseconds, time_ns: Nanoseconds, values: Mapping[str, float | bool], margin: float
+    ) -> None:
+        """Record one violation. (`failures` counts attempts; one attempt may have several violations.)"""
+        self._violations.append(Violation(seconds(trigger_ns), seconds(time_ns), values, _finite_or_none(margin)))
+
+    def decide(self, begin_ns: Nanoseconds, end_ns: Nanoseconds, *, passed: bool) -> None:
+        """Count an attempt that was discharged or failed."""
+        if passed:
+            self.passes += 1
+        else:
+            self.failures += 1
+        self._history.append(Attempt(seconds(begin_ns), seconds(end_ns), "passed" if passed else "failed"))
+
+    def add_pending(self, begin_ns: Nanoseconds, end_ns: Nanoseconds) -> None:
+        """Record an attempt that is undecided at the end of the run."""
+        self._history.append(Attempt(seconds(begin_ns), seconds(end_ns), "pending"))
+
+    @property
+    def outcome(self) -> Outcome:
+        """The verdict by the attempts that are decided."""
+        return "Failed" if self.failures else "Passed" if self.passes else "NC"
+
+    def verdict(self, requirement: str, pending: int) -> Verdict:
+        """The verdict, with `pending` attempts undecided."""
+        margin = _finite_or_none(self.margin)
+        return Verdict(
+            requirement=requirement,
+            verdict=self.outcome,
+            attempts=self.attempts,
+            passes=self.passes,
+            failures=self.failures,
+            vacuous=int(self.attempts == 0),
+            pending=pending,
+            violations=tuple(self._violations),
+            margin=margin,
+            margin_time_s=None if margin is None else seconds(self._margin_ns),
+            history=tuple(sorted(self._history, key=lambda attempt: attempt.begin_s)),
+        )
+
+
+def _finite_or_none(margin: float) -> float | None:
+    # A negated comparison may have the margin -0.0 at its bound; adding 0.0 makes it 0.0.
+    return margin + 0.0 if math.isfinite(margin) else None

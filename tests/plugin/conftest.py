@@ -13,7 +13,7 @@ ENVIRONMENT = ("PY_COLORS", "FORCE_COLOR", "NO_COLOR", "COLUMNS", "CI", "GITHUB_
 for _name in (
     "coverage",
     "pytest_hricdv.generate.model_runner",
-    "pytest_hricdv.monitor.type_check",
+    "pytest_hricdv.monitor.parser",
     "pytest_hricdv.report.html",
     "pytest_hricdv.session.reporting",
 ):
