@@ -12,13 +12,15 @@ from __future__ import annotations
 
 import heapq
 import math
+import signal
+import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
 from typing import Protocol
 
 from greenlet import GreenletExit, greenlet
-
-from pytest_hricdv.runtime.watchdog import watchdog
 
 US_PER_S = 1_000_000
 
@@ -153,7 +155,7 @@ class Kernel:
         Raises:
             KernelError: a node raised (its own exception is the cause), or nodes wake each other without end.
         """
-        with watchdog(lambda: self.now_us, self._stuck, self._stuck_after_s):
+        with _watchdog(lambda: self.now_us, self._stuck, self._stuck_after_s):
             return self._run(limit_s)
 
     def _run(self, limit_s: float) -> str:
@@ -244,3 +246,37 @@ class Kernel:
     def _drop_stale(self) -> None:
         while self._due and (self._due[0][3] != self._due[0][2]._wait or self._due[0][2].ended):
             heapq.heappop(self._due)
+
+
+@contextmanager
+def _watchdog(progress: Callable[[], object], error: Callable[[], Exception], period_s: float) -> Iterator[None]:
+    """Raise `error()` in the running code if the value of `progress()` is the same for a period of processor time.
+
+    Only processor time counts, so the load of the machine has no effect. Without effect on systems without such a
+    timer, and outside of the main thread.
+
+    Args:
+        progress: called once a period; any value that changes while the code makes progress.
+        error: creates the exception.
+        period_s: seconds of this process's processor time; infinity disables the watchdog.
+    """
+    supported = hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
+    if math.isinf(period_s) or not supported:
+        yield
+        return
+    last = progress()
+
+    def check(number: int, frame: FrameType | None) -> None:
+        nonlocal last
+        now = progress()
+        if now == last:
+            raise error()
+        last = now
+
+    previous = signal.signal(signal.SIGVTALRM, check)
+    signal.setitimer(signal.ITIMER_VIRTUAL, period_s, period_s)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.signal(signal.SIGVTALRM, previous)
