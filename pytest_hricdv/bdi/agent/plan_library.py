@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from pytest_hricdv.bdi.language.syntax import SIGNS, And, Comparison, EventKey, Formula, Not, Or, Plan, Trigger
-from pytest_hricdv.bdi.language.terms import Key, Structure, Variable, is_evaluable
+from pytest_hricdv.bdi.language.terms import Key, Structure, Variable, is_evaluable, is_ground
 from pytest_hricdv.bdi.logic.conditions import Condition, condition_of
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import unify
@@ -98,18 +98,27 @@ def _option(plan: Plan) -> Option:
 
 def _match(trigger: Trigger) -> Match:
     wanted = trigger.literal
-    names, annots = wanted.args if isinstance(wanted, Structure) else (), getattr(wanted, "annots", ())
-    only_names = all(isinstance(arg, Variable) for arg in names) and len({*names}) == len(names)
-    simple = isinstance(wanted, Structure) and only_names and wanted.annots_tail is None
 
     def match(literal: Structure) -> Bindings | None:
-        # Most triggers only name the arguments of the event, and most events are ground.
-        if simple and literal.ground and all(annot in literal.annots for annot in annots):
-            return dict(zip(names, literal.args, strict=True))  # type: ignore[arg-type]
         bindings: Bindings = {}
         return bindings if unify(wanted, literal, bindings, []) else None
 
-    return match
+    if not isinstance(wanted, Structure) or wanted.annots_tail is not None or not all(map(is_ground, wanted.annots)):
+        return match
+    names, annots = wanted.args, wanted.annots
+    if not all(isinstance(arg, Variable) for arg in names) or len({*names}) < len(names):
+        return match
+
+    def match_names(literal: Structure) -> Bindings | None:
+        """As ``match``, for a trigger that only names the arguments of the event, as most do."""
+        if not literal.ground:
+            return match(literal)
+        for annot in annots:
+            if annot not in literal.annots:
+                return match(literal)
+        return dict(zip(names, literal.args, strict=True))  # type: ignore[arg-type]
+
+    return match_names
 
 
 def _selected_by_beliefs(plan: Plan) -> bool:

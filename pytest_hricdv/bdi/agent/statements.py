@@ -149,6 +149,8 @@ def instantiate(agent: AgentState, term: GoalTerm, means: IntendedMeans) -> Stru
         # Most literals: with the source from the beginning.
         args = tuple([substitute(arg, means.unifier, agent.function) for arg in term.args])
         literal = Structure(term.functor, args, (SOURCE_SELF,), term.negated)
+        if literal.ground:
+            return literal
     else:
         literal = literal_of(agent, term, means.unifier)
     if not literal.ground:

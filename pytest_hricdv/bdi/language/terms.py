@@ -76,9 +76,13 @@ class Structure:
         self.negated = negated
         self.annots_tail = annots_tail
         self.key: Key = (negated, functor, len(args))
-        ground = annots_tail is None and all(map(is_ground, args)) and all(map(is_ground, annots))
+        ground = annots_tail is None
+        for term in args + annots:
+            if type(term) is not Number and not is_ground(term):
+                ground = False
+                break
         self.ground = ground
-        self.evaluable = not ground and (any(map(is_evaluable, args)) or any(map(is_evaluable, annots)))
+        self.evaluable = not ground and any(map(is_evaluable, args + annots))
         self._hash: int | None = None
         self._text: str | None = None
 
@@ -94,7 +98,10 @@ class Structure:
 
     def has_source(self) -> bool:
         """Whether some annotation is a ``source(...)``."""
-        return any(isinstance(a, Structure) and a.functor == "source" and len(a.args) == 1 for a in self.annots)
+        for annot in self.annots:
+            if isinstance(annot, Structure) and annot.functor == "source" and len(annot.args) == 1:
+                return True
+        return False
 
     def __eq__(self, other: object) -> bool:
         if self is other:

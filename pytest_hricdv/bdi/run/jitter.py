@@ -83,7 +83,8 @@ class JitteredRun(SystemRun):
         expecting = self._expecting()
         if not expecting and not any(agent.awake for agent in agents):
             return False
-        if not self.do_cycles(agents):
+        self.order = agents
+        if not super().do_round():
             self.rounds += 1
         # While something is under way, agents that only repeat themselves may yet have reason to stop.
         self.progress += expecting

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable
 
 from pytest_hricdv.bdi.agent.agent import Agent
-from pytest_hricdv.bdi.agent.intentions import Message
+from pytest_hricdv.bdi.agent.intentions import Message, Question, Wait
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.terms import Structure
@@ -32,6 +32,8 @@ class SystemRun(RunState):
 
     def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None) -> None:
         super().__init__(environment, seed)
+        self.order: Iterable[Agent] = self.agents.values()
+        """The agents in the order in which they act in the next round."""
         self.earliest_deadline = math.inf
         """No wait is over before this tick."""
         self.ended = ""
@@ -120,12 +122,8 @@ class SystemRun(RunState):
 
     def do_round(self) -> bool:
         """Let every agent do a reasoning cycle that has anything to do; False if there is none."""
-        return self.do_cycles(self.agents.values())
-
-    def do_cycles(self, agents: Iterable[Agent]) -> bool:
-        """Do a round in which the agents act in this order; False if none of them is awake."""
-        acted = self._busy_waiting = False
-        for agent in agents:
+        acted = busy_waiting = False
+        for agent in self.order:
             if agent.awake:
                 acted = True
                 try:
@@ -133,7 +131,8 @@ class SystemRun(RunState):
                 except RecursionError:
                     raise BdiError(f"{agent.name}: terms nested too deeply, {agent.doing()}") from None
                 if agent.busy_waiting:
-                    self._busy_waiting = True
+                    busy_waiting = True
+        self._busy_waiting = busy_waiting
         if acted:
             self.rounds += 1
         return acted
@@ -147,7 +146,7 @@ class SystemRun(RunState):
 
     def close(self) -> None:
         """Release the agents after the run: they refer to it, too, and would wait for the garbage collector."""
-        self.agents = {}
+        self.agents, self.order = {}, ()
 
     # --- waiting
 
@@ -170,9 +169,9 @@ class SystemRun(RunState):
         self._find_earliest_deadline()
 
     def _find_earliest_deadline(self) -> None:
-        self.earliest_deadline = math.inf
+        waiting: list[Wait | Question] = []
         for agent in self.agents.values():
-            deadlines = [wait.deadline for wait in agent.waits] + [asked.deadline for asked in agent.questions.values()]
-            for deadline in deadlines:
-                if deadline is not None and deadline < self.earliest_deadline:
-                    self.earliest_deadline = deadline
+            waiting += agent.waits
+            waiting += agent.questions.values()
+        deadlines = [each.deadline for each in waiting if each.deadline is not None]
+        self.earliest_deadline = min(deadlines, default=math.inf)
