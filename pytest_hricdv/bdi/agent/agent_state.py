@@ -123,7 +123,10 @@ class AgentState:
 
     def resume(self, intention: Intention) -> None:
         """What an intention waited for has come: it is ready for the next statement, if any, in its turn."""
-        intention.stack[-1].advance()
+        means = intention.stack[-1]
+        means.pc += 1
+        if means.blocks:
+            means.leave_blocks()
         if self.suspending:
             self.ready(intention)
         else:

@@ -50,7 +50,7 @@ def _undecided(agent: Reasoner, bindings: Bindings) -> bool | None:
 
 
 def _conjunction(formula: And) -> Condition:
-    if all(isinstance(part, Structure) and part.ground and not part.annots for part in formula.parts):
+    if all(isinstance(part, Structure) and _is_proposition(part) for part in formula.parts):
         return _propositions(formula.parts)  # type: ignore[arg-type]
     # Each part with what is to be shown from there on.
     parts = [(condition_of(part), And(formula.parts[index:])) for index, part in enumerate(formula.parts)]
@@ -65,6 +65,11 @@ def _conjunction(formula: And) -> Condition:
     return condition
 
 
+def _is_proposition(literal: Structure) -> bool:
+    """Whether a literal asks for one belief with any sources."""
+    return literal.ground and not literal.annots and literal.functor not in _CONSTANTS
+
+
 def _propositions(literals: tuple[Structure, ...]) -> Condition:
     """For ground literals with any sources."""
     wanted = [(literal.key, literal.args) for literal in literals]
@@ -75,7 +80,7 @@ def _propositions(literals: tuple[Structure, ...]) -> Condition:
             bucket = buckets.get(key)
             if not bucket or args not in bucket:
                 # Only now it matters whether there are other ways to answer.
-                return None if agent.beliefs.open or key[1] in _CONSTANTS else False
+                return None if agent.beliefs.open else False
         return True
 
     return condition

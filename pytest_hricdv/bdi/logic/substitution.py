@@ -47,6 +47,7 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
     Raises:
         EvaluationError: an expression over something that is not a number.
     """
+    # The kinds of terms in the order in which they are most frequent.
     kind = type(term)
     if kind is Number or kind is String:
         return term
@@ -54,19 +55,19 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
         value: Term | None = bindings.get(term)  # type: ignore[arg-type]
         if value is None:
             return term
-        if type(value) is Number or type(value) is String:
+        if type(value) is Number:
             return value
         value = walk(value, bindings)
         return value if type(value) is Variable or is_ground(value) else substitute(value, bindings, functions)
     if isinstance(term, Structure):
         return term if term.ground else _substitute_structure(term, bindings, functions)
+    if isinstance(term, Arithmetic):
+        return term.value(tuple([substitute(operand, bindings, functions) for operand in term.operands]))
     if isinstance(term, ListTerm):
         if term.ground:
             return term
-        items = tuple(substitute(item, bindings, functions) for item in term.items)
+        items = tuple([substitute(item, bindings, functions) for item in term.items])
         return ListTerm(items, None if term.tail is None else substitute(term.tail, bindings, functions))
-    if isinstance(term, Arithmetic):
-        return term.value(tuple([substitute(operand, bindings, functions) for operand in term.operands]))
     if isinstance(term, Call):
         return functions(term, bindings)
     if isinstance(term, AnnotatedVariable):
@@ -77,7 +78,7 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
 
 
 def _substitute_structure(term: Structure, bindings: Bindings, functions: Functions) -> Structure:
-    args = tuple(substitute(arg, bindings, functions) for arg in term.args)
+    args = tuple([substitute(arg, bindings, functions) for arg in term.args])
     if not term.annots and term.annots_tail is None:
         return Structure(term.functor, args, (), term.negated)
     annots, tail = _substitute_annots(term, bindings, functions)

@@ -122,8 +122,14 @@ class RecordingRun(SystemRun):
             return self._segment(ticks, ended), None
         return None
 
-    def after_round(self) -> None:
-        """Decide whether the segment ends here, or the run must not go on."""
+    def do_round(self) -> bool:
+        """Do a round, and decide whether the segment ends with it, or the run must not go on."""
+        acted = super().do_round()
+        if acted:
+            self._end_round()
+        return acted
+
+    def _end_round(self) -> None:
         self._quiet += 1
         if self._quiet >= QUIET_ROUNDS:
             self.dependencies.certain = False

@@ -105,18 +105,14 @@ class SystemRun(RunState):
                 if livelock.repeats_after_jump():
                     return "spin"
                 continue
-            self.after_round()
             if self.ended:
                 return self.ended
             if self._busy_waiting and self.only_busy_waiting():
                 return "spin"
-            if self.rounds + self.skipped >= self.earliest_deadline:
+            rounds = self.rounds
+            if rounds + self.skipped >= self.earliest_deadline:
                 self._end_waits()
-            if (
-                self.rounds >= livelock.due
-                and livelock.repeats()
-                and (not self._jump() or livelock.repeats_after_jump())
-            ):
+            if rounds >= livelock.due and livelock.repeats() and (not self._jump() or livelock.repeats_after_jump()):
                 return "spin"
         return "round limit"
 
@@ -136,9 +132,6 @@ class SystemRun(RunState):
         if acted:
             self.rounds += 1
         return acted
-
-    def after_round(self) -> None:
-        """Called after every round."""
 
     def only_busy_waiting(self) -> bool:
         """After a round in which agents wait busily: whether no agent can do anything that ends it."""
