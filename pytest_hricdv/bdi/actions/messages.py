@@ -6,7 +6,7 @@ from pytest_hricdv.bdi.actions.registry import Invocation, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.agent.intentions import Question
 from pytest_hricdv.bdi.agent.messages import send, text_of
-from pytest_hricdv.bdi.language.terms import ListTerm
+from pytest_hricdv.bdi.language.terms import ListTerm, Structure
 
 _QUESTIONS = frozenset({"askOne", "askAll", "askHow"})
 
@@ -18,12 +18,16 @@ def _send(invocation: Invocation) -> Outcome:
     For a custom force, the receiver needs plans. The receiver may be a list of agents, whose answers are then
     a list in the order in which they came.
     """
+    agent, given = invocation.agent, len(invocation)
     to, force = invocation.value(0), text_of(invocation.value(1))
+    if given == 3 and isinstance(to, Structure):
+        send(agent, text_of(to), force, invocation.value(2))
+        return True
     receivers = [text_of(item) for item in to.items] if isinstance(to, ListTerm) else [text_of(to)]
-    waits = force in _QUESTIONS and len(invocation) > 3
-    reply_to = "" if waits or len(invocation) == 3 else invocation.text(3)
+    waits = force in _QUESTIONS and given > 3
+    reply_to = "" if waits or given == 3 else invocation.text(3)
     content = invocation.value(2)
-    numbers = [send(invocation.agent, receiver, force, content, reply_to) for receiver in receivers]
+    numbers = [send(agent, receiver, force, content, reply_to) for receiver in receivers]
     if waits and numbers:
         _wait_for_answers(invocation, force, numbers, len(receivers) if isinstance(to, ListTerm) else None)
     return True

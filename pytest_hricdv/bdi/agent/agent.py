@@ -59,10 +59,11 @@ class Agent(AgentState):
             self.perceive()
         if self.mailbox:
             self.receive(self.mailbox.popleft())
-        while self.events:
-            event = self.events.popleft() if self.atomic is None else self._atomic_event()
-            if event is None or self.react(event):
-                break
+        if self.atomic is None:
+            while self.events and not self.react(self.events.popleft()):
+                pass
+        else:
+            self._react_atomically()
         if self.feedback:
             self._take_outcome()
         if self.intentions:
@@ -173,16 +174,16 @@ class Agent(AgentState):
 
     # --- events
 
-    def _atomic_event(self) -> Event | None:
-        """The event of the intention that must not be interleaved with others.
+    def _react_atomically(self) -> None:
+        """React to the event of the intention that must not be interleaved with others.
 
-        None if it is ready, or waits for an answer, an action or time: nothing may come between.
+        To none if it is ready, or waits for an answer, an action or time: nothing may come between.
         """
         for event in self.events:
             if event.intention is self.atomic:
                 self.events.remove(event)
-                return event
-        return None
+                self.react(event)
+                break
 
     def react(self, event: Event) -> IntendedMeans | bool:
         """Select a plan for an event, and add it to the intention that waits for the event, or to a new one.
@@ -243,12 +244,13 @@ class Agent(AgentState):
     def execute(self, intention: Intention) -> None:
         """Execute the next statement of an intention, or end its plan if it has none left."""
         means = intention.stack[-1]
-        if means.pc >= len(means.body):
+        body, pc = means.body, means.pc
+        if pc >= len(body):
             self.end_plans(intention)
             return
         self.current = intention
         try:
-            statement = means.body[means.pc]
+            statement = body[pc]
             EXECUTE[type(statement)](self, intention, means, statement)
             if means.plan.is_busy_wait:
                 self.busy_waiting = self._only_waits_busily(means)

@@ -35,6 +35,10 @@ class ActionResult(NamedTuple):
     failure: tuple[Term, ...]
 
 
+SUCCEEDED = ActionResult(True, False, ())
+"""The result of most internal actions."""
+
+
 class ActionTable(Protocol):
     """The internal actions and functions that agents can use."""
 

@@ -69,7 +69,8 @@ def _act(agent: AgentState, intention: Intention, means: IntendedMeans, statemen
             else:
                 agent.requeue(intention)
             return
-    action = literal_of(agent, written, means.unifier)
+    is_known = isinstance(written, Structure) and written.ground
+    action: Any = written if is_known else literal_of(agent, written, means.unifier)
     success = agent.run.act(agent.name, action, means.plan, statement)
     agent.feedback.append((intention, success))
 

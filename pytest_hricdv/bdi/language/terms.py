@@ -94,7 +94,8 @@ class Structure:
 
     def with_annotations(self, annots: tuple[Term, ...], tail: Variable | None = None) -> Structure:
         """The same literal with exactly these annotations, which are put in order."""
-        return Structure(self.functor, self.args, sorted_terms(annots), self.negated, tail)
+        ordered = sorted_terms(annots) if len(annots) > 1 else annots
+        return Structure(self.functor, self.args, ordered, self.negated, tail)
 
     def has_source(self) -> bool:
         """Whether some annotation is a ``source(...)``."""
@@ -185,7 +186,7 @@ class Arithmetic:
         numbers: list[float] = []
         for operand in operands:
             if isinstance(operand, Number):
-                numbers.append(float(operand))
+                numbers.append(operand)
             elif isinstance(operand, Variable) or is_evaluable(operand):
                 return Arithmetic(self.operator, operands)
             else:

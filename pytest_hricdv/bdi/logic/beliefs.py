@@ -83,9 +83,9 @@ class BeliefBase:
             Whether anything changed. Nothing does if some given annotation is not held.
         """
         args = belief.args
-        bucket = self.bucket(belief.key)
-        held = bucket.get(args)
-        if not isinstance(held, Structure):
+        bucket = self.buckets.get(belief.key)
+        held = bucket.get(args) if bucket else None
+        if bucket is None or not isinstance(held, Structure):
             return False
         if held.annots != belief.annots:
             if not all(annot in held.annots for annot in belief.annots):

@@ -127,7 +127,7 @@ def _known(literal: Structure) -> Condition:
 def _only_belief(literal: Structure) -> Condition:
     """For a literal with variables: decided if the predicate has no belief, or only one and no rule."""
     key, args, annots = literal.key, literal.args, literal.annots
-    only_names = all(isinstance(arg, Variable) for arg in args) and len({*args}) == len(args)
+    only_names = all(isinstance(arg, Variable) for arg in args)
 
     def condition(agent: Reasoner, bindings: Bindings) -> bool | None:
         bucket = agent.beliefs.buckets.get(key)
@@ -138,8 +138,11 @@ def _only_belief(literal: Structure) -> Condition:
         (belief,) = bucket.values()
         if not isinstance(belief, Structure):
             return None
-        if only_names and belief.ground and bindings.keys().isdisjoint(args):
-            bindings.update(zip(args, belief.args, strict=True))  # type: ignore[arg-type]
+        if only_names and belief.ground:
+            for name, value in zip(args, belief.args, strict=True):
+                bound = bindings.setdefault(name, value)  # type: ignore[arg-type]
+                if bound is not value and not unify(bound, value, bindings, []):
+                    return False
         elif not _unify_all(args, belief.args, bindings):
             return False
         return not annots or _has_annotations(belief, annots)
