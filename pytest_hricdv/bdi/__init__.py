@@ -11,8 +11,8 @@ from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Evaluati
 from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, Variable
 from pytest_hricdv.bdi.memo import TooLargeError
 from pytest_hricdv.bdi.run.environment import Environment
-from pytest_hricdv.bdi.run.result import Result, Step, Trace
-from pytest_hricdv.bdi.run.system import MultiAgentSystem
+from pytest_hricdv.bdi.run.system import MultiAgentSystem, Result
+from pytest_hricdv.bdi.run.tracing import Step, Trace
 
 __all__ = [
     "BdiError",

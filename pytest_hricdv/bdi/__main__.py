@@ -8,8 +8,7 @@ from collections.abc import Sequence
 
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.run.jitter import MAX_JITTER
-from pytest_hricdv.bdi.run.result import Result
-from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem
+from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem, Result
 
 _EXAMPLES = """\
 examples:

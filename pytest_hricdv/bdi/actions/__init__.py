@@ -1,1 +1,37 @@
-"""The standard internal actions, and the functions of expressions."""
+"""The standard internal actions, and the functions of expressions, as agents use them."""
+
+from __future__ import annotations
+
+# Each of these modules defines its actions in the registry.
+from pytest_hricdv.bdi.actions import goals, knowledge, lists, messages, time  # noqa: F401
+from pytest_hricdv.bdi.actions.registry import Invocation, call_action, check_calls, inspects_intentions
+from pytest_hricdv.bdi.actions.terms import function_value
+from pytest_hricdv.bdi.agent.agent_state import SUCCEEDED, ActionResult, AgentState, Outcome
+from pytest_hricdv.bdi.agent.intentions import Intention
+from pytest_hricdv.bdi.language.terms import Call, Term
+from pytest_hricdv.bdi.logic.substitution import Bindings
+from pytest_hricdv.bdi.logic.unify import Trail
+
+__all__ = ["StandardActions", "check_calls", "inspects_intentions"]
+
+
+class StandardActions:
+    """The internal actions and functions that are known in Jason."""
+
+    def execute(self, agent: AgentState, call: Call, bindings: Bindings, intention: Intention) -> ActionResult:
+        """Execute an internal action as a statement; its first solution counts."""
+        invocation = Invocation(agent, call, bindings, [], intention)
+        outcome = call_action(invocation)
+        if outcome is True and not invocation.held:
+            return SUCCEEDED
+        if not isinstance(outcome, bool):
+            outcome = next(iter(outcome), None) is not None
+        return ActionResult(outcome, invocation.held, invocation.failure)
+
+    def solve(self, agent: AgentState, call: Call, bindings: Bindings, trail: Trail) -> Outcome:
+        """Evaluate an internal action as a condition."""
+        return call_action(Invocation(agent, call, bindings, trail, None))
+
+    def function(self, agent: AgentState, call: Call, bindings: Bindings) -> Term:
+        """The value of a function in an expression."""
+        return function_value(agent, call, bindings)

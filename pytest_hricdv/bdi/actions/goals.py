@@ -16,10 +16,12 @@ from pytest_hricdv.bdi.logic.unify import unify
 
 
 def _pursues(intention: Intention, goal: Term) -> bool:
+    """Whether some plan of an intention is for a goal."""
     return any(means.sign == "+!" and unify(goal, means.literal, dict(means.unifier), []) for means in intention.stack)
 
 
 def _is_about(event: Event, goal: Term) -> bool:
+    """Whether an event adds a goal."""
     return event.sign == "+!" and unify(goal, event.literal, {}, [])
 
 
@@ -46,6 +48,7 @@ def _desire(invocation: Invocation) -> Iterator[object]:
 
 
 def _settle(invocation: Invocation, succeeded: bool) -> bool:
+    """End a goal, in every intention that pursues it, as if it had been achieved or had failed."""
     agent, goal = invocation.agent, invocation.literal(0)
     for intention, event in agent.all_intentions():
         waiting = event is not None and _is_about(event, goal)
@@ -76,6 +79,7 @@ def _fail_goal(invocation: Invocation) -> Outcome:
 
 
 def _drop(invocation: Invocation, intention: Intention) -> None:
+    """Drop an intention, which may be the one that the action is a statement of."""
     invocation.agent.remove_intention(intention)
     invocation.agent.note_end(intention)
     invocation.agent.run.progress += 1
@@ -194,7 +198,7 @@ def _current_intention(invocation: Invocation) -> Outcome:
 
 
 def _rest(agent: AgentState, means: IntendedMeans) -> Term:
-    """What is left of a plan, as a term of its own: with other variables."""
+    """What is left of a plan, as a term whose free variables occur nowhere else."""
     rest = PlanTerm(means.body[means.pc :])
     own: Bindings = {name: agent.fresh() for name in variables_of(rest) if name not in means.unifier}
     return agent.value(rest, means.unifier | own)

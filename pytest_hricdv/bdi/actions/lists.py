@@ -7,16 +7,8 @@ from collections.abc import Iterable, Iterator
 from pytest_hricdv.bdi.actions.registry import MANY, WRONG, Invocation, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, term_order
+from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, sorted_terms, term_order
 from pytest_hricdv.bdi.logic.unify import undo, unify
-
-
-def _ordered_set(items: Iterable[Term]) -> list[Term]:
-    distinct: list[Term] = []
-    for item in sorted(items, key=term_order):
-        if not distinct or distinct[-1] != item:
-            distinct.append(item)
-    return distinct
 
 
 @internal_action("member", 2)
@@ -144,22 +136,23 @@ def _delete_range(invocation: Invocation) -> Outcome:
 
 @internal_action("union", 3)
 def _union(invocation: Invocation) -> Outcome:
-    return invocation.unify(2, ListTerm(tuple(_ordered_set((*invocation.items(0), *invocation.items(1))))))
+    return invocation.unify(2, ListTerm(sorted_terms(invocation.items(0) + invocation.items(1))))
 
 
 @internal_action("intersection", 3)
 def _intersection(invocation: Invocation) -> Outcome:
     other = invocation.items(1)
-    return invocation.unify(2, ListTerm(tuple(_ordered_set(i for i in invocation.items(0) if i in other))))
+    return invocation.unify(2, ListTerm(sorted_terms(tuple(item for item in invocation.items(0) if item in other))))
 
 
 @internal_action("difference", 3)
 def _difference(invocation: Invocation) -> Outcome:
     other = invocation.items(1)
-    return invocation.unify(2, ListTerm(tuple(_ordered_set(i for i in invocation.items(0) if i not in other))))
+    return invocation.unify(2, ListTerm(sorted_terms(tuple(item for item in invocation.items(0) if item not in other))))
 
 
 def _any_of(invocation: Invocation, lists: Iterable[tuple[Term, ...]]) -> Iterator[object]:
+    """A solution for each of these lists that the first argument unifies with."""
     for items in lists:
         if invocation.unify(0, ListTerm(items)):
             yield items

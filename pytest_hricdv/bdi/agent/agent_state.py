@@ -99,7 +99,7 @@ class AgentState:
         self.executed: list[str] = []
         """The labels of the plans selected as intended means, in order."""
         self.awake = True
-        """Whether it may have something to do; otherwise the scheduler skips it."""
+        """Whether it may have something to do; otherwise it is skipped in a round."""
         self.considered: Plan | None = None
         """The plan whose context is being evaluated, for error messages."""
         self._queries = 0

@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Protocol
 
-from pytest_hricdv.bdi.actions.standard import check_calls
+from pytest_hricdv.bdi.actions import check_calls
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
 from pytest_hricdv.bdi.language.parser import read_program
 from pytest_hricdv.bdi.language.project import beliefs_and_goals, read_project

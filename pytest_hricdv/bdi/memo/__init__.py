@@ -42,7 +42,7 @@ Why it is equal
     A custom environment may do anything: with it nothing is remembered.
 """
 
-from pytest_hricdv.bdi.memo.exhaustive_exploration import Fold, Runs, TooLargeError
+from pytest_hricdv.bdi.memo.decision_diagram import Fold, Runs, TooLargeError
 from pytest_hricdv.bdi.memo.memo import Memo
 
 __all__ = ["Fold", "Memo", "Runs", "TooLargeError"]

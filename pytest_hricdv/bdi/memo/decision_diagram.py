@@ -1,8 +1,8 @@
-"""The decision diagram: nodes, the decisions that lead out of them, and the segments of runs between them."""
+"""The decision diagram: nodes, the decisions that lead out of them, the segments between them, and all runs through it."""
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import final
 
@@ -105,3 +105,167 @@ def add(node: Node, answers: dict[str, bool], segment: Segment) -> None:
         assert decision.atom == atom
         place, branch = decision, "yes" if answer else "no"
     setattr(place, branch, segment)
+
+
+Lines = tuple[str, ...]
+Content = tuple[Lines, int]
+"""What is of interest of a run: texts in order, and a bit set."""
+Fold = Callable[[Sequence[tuple[str, str]], Sequence[tuple[str, list[str]]]], Content]
+Answers = frozenset[tuple[str, bool]]
+Runs = dict[Content, frozenset[str]]
+"""Each run with a set of atoms that leads to it."""
+MAX_NODES = 5_000
+MAX_RUNS = 50_000
+
+
+class TooLargeError(Exception):
+    """There are more nodes or runs than an exhaustive exploration is limited to."""
+
+
+class NeverEndsError(Exception):
+    """A run comes to the same node twice."""
+
+
+@dataclass
+class ExhaustiveExploration:
+    """Finds every run over all sets of atoms that could be forwarded, without executing a run for every set.
+
+    There are exponentially many sets, but few of them make a difference: the diagram has an edge for each segment that
+    any set leads to. So the diagram is completed first, node by node, for all sets that lead to a node; then the runs
+    are composed from the end, so that the continuations of a node are computed once for all runs that reach it.
+
+    A node may be reached with an answer that a later decision needs again: the runs from a node depend on those answers
+    so far that can still be needed. Runs with equal content are one.
+
+    Args:
+        complete: executes the next segment from a node with these atoms, and adds it to the diagram; False if that is
+            not possible.
+        fold: what is of interest of the actions and plans of a segment.
+        atoms: the atoms that sets are made of; nothing else is forwarded.
+        given: atoms that are in every set that counts, or in none.
+    """
+
+    complete: Callable[[Node, frozenset[str]], bool]
+    fold: Fold
+    atoms: frozenset[str]
+    given: Mapping[str, bool]
+    _later: dict[Node, frozenset[str]] = field(default_factory=dict)
+    """The atoms that can be queried from a node on, as far as is known."""
+    _known: dict[tuple[Node, Answers], Runs | None] = field(default_factory=dict)
+    _contents: dict[Segment, Content] = field(default_factory=dict)
+    _held: int = 0
+
+    def runs(self, start: Node) -> Runs | None:
+        """All runs from a node; None if one of them cannot be separated into segments, or never ends.
+
+        Raises:
+            TooLargeError: there are too many.
+        """
+        while True:
+            nodes = self._visit(start)
+            if nodes is None:
+                return None
+            later = self._asked_later(nodes)
+            if all(self._later.get(node) == asked for node, asked in later.items()):
+                break
+            # Runs that a later query distinguishes have been treated as equal: visit them again.
+            self._later = later
+        try:
+            return self._runs(start, self._relevant(start, self.given))
+        except NeverEndsError:
+            return None
+
+    def _visit(self, start: Node) -> list[Node] | None:
+        """Complete the diagram for all sets of atoms; the nodes that these lead to."""
+        found: dict[Node, None] = {}
+        visited: set[tuple[Node, Answers]] = set()
+        pending: list[tuple[Node, Mapping[str, bool]]] = [(start, self.given)]
+        while pending:
+            node, known = pending.pop()
+            key = (node, self._relevant(node, known))
+            if key in visited:
+                continue
+            visited.add(key)
+            found[node] = None
+            if len(visited) > MAX_NODES:
+                raise TooLargeError
+            while (gap := self._gap(node, known)) is not None:
+                if not self.complete(node, gap):
+                    return None
+            for answers, edge in self._edges(node, known):
+                if isinstance(edge, Segment) and edge.then is not None:
+                    pending.append((edge.then, {**known, **answers}))
+        return list(found)
+
+    def _relevant(self, node: Node, known: Mapping[str, bool]) -> Answers:
+        asked = self._later.get(node, frozenset())
+        return frozenset(item for item in known.items() if item[0] in asked)
+
+    def _runs(self, node: Node, known: Answers) -> Runs:
+        key = (node, known)
+        if key not in self._known:
+            self._known[key] = None
+            self._known[key] = runs = self._compose(node, dict(known))
+            self._held += len(runs)
+            if len(runs) > MAX_RUNS or self._held > 8 * MAX_RUNS:
+                raise TooLargeError
+        found = self._known[key]
+        if found is None:
+            raise NeverEndsError
+        return found
+
+    def _compose(self, node: Node, known: Mapping[str, bool]) -> Runs:
+        runs: Runs = {}
+        for answers, segment in self._edges(node, known):
+            assert isinstance(segment, Segment)
+            lines, bits = self._content(segment)
+            chosen = frozenset(atom for atom, answer in answers.items() if answer)
+            for (after, later_bits), more in self._following(segment, {**known, **answers}).items():
+                content, atoms = (lines + after, bits | later_bits), chosen | more
+                if content not in runs or len(atoms) < len(runs[content]):
+                    runs[content] = atoms
+        return runs
+
+    def _following(self, segment: Segment, known: Mapping[str, bool]) -> Runs:
+        if segment.then is None:
+            return {((), 0): frozenset()}
+        return self._runs(segment.then, self._relevant(segment.then, known))
+
+    def _content(self, segment: Segment) -> Content:
+        if segment not in self._contents:
+            self._contents[segment] = self.fold(segment.actions, segment.plans)
+        return self._contents[segment]
+
+    def _edges(self, node: Node, known: Mapping[str, bool]) -> Iterator[tuple[dict[str, bool], Edge]]:
+        """The edges that leave a node with the known answers, each with the answers that it needs."""
+        pending: list[tuple[dict[str, bool], Edge]] = [({}, node.edge)]
+        while pending:
+            answers, here = pending.pop()
+            if not isinstance(here, Decision):
+                yield answers, here
+                continue
+            certain = known.get(here.atom, None if here.atom in self.atoms else False)
+            for answer, edge in ((False, here.no), (True, here.yes)):
+                if certain is None or certain == answer:
+                    pending.append(({**answers, here.atom: answer}, edge))
+
+    def _gap(self, node: Node, known: Mapping[str, bool]) -> frozenset[str] | None:
+        """Atoms for which the diagram has no edge at a node; None if it is complete there."""
+        for answers, edge in self._edges(node, known):
+            if edge is None:
+                return frozenset(atom for atom, answer in {**known, **answers}.items() if answer)
+        return None
+
+    def _asked_later(self, nodes: Sequence[Node]) -> dict[Node, frozenset[str]]:
+        """The atoms that can be queried from each node on: a least fixed point."""
+        edges = {node: [(set(answers), edge) for answers, edge in self._edges(node, {})] for node in nodes}
+        later = {node: frozenset(atom for answers, _ in edges[node] for atom in answers) for node in nodes}
+        changed = True
+        while changed:
+            changed = False
+            for node in reversed(nodes):
+                followers = [edge.then for _, edge in edges[node] if isinstance(edge, Segment) and edge.then in later]
+                asked = later[node].union(*(later[follower] for follower in followers if follower is not None))
+                changed = changed or asked != later[node]
+                later[node] = asked
+        return later

@@ -7,14 +7,20 @@ from typing import Any
 
 from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS
 from pytest_hricdv.bdi.language.terms import Key, Structure
-from pytest_hricdv.bdi.memo.decision_diagram import Node, Segment, add, follow
-from pytest_hricdv.bdi.memo.dependencies import Dependencies
-from pytest_hricdv.bdi.memo.exhaustive_exploration import Content, ExhaustiveExploration, Fold, Runs
-from pytest_hricdv.bdi.memo.forwarding import Forwarding, forwarding_of
+from pytest_hricdv.bdi.memo.decision_diagram import (
+    Content,
+    ExhaustiveExploration,
+    Fold,
+    Node,
+    Runs,
+    Segment,
+    add,
+    follow,
+)
+from pytest_hricdv.bdi.memo.forwarding import Dependencies, Forwarding, forwarding_of
 from pytest_hricdv.bdi.memo.recording import RecordingRun
 from pytest_hricdv.bdi.run.environment import Environment, Perceived, percept_of
-from pytest_hricdv.bdi.run.result import Result
-from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem
+from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem, Result
 
 Segments = list[Segment]
 MAX_REMEMBERED = 50_000

@@ -14,12 +14,12 @@ from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail
 from pytest_hricdv.bdi.memo.decision_diagram import Segment
-from pytest_hricdv.bdi.memo.dependencies import Dependencies, ReceiverBeliefs, SteeringBeliefs
+from pytest_hricdv.bdi.memo.forwarding import Dependencies, ReceiverBeliefs, SteeringBeliefs
 from pytest_hricdv.bdi.memo.snapshot import AgentSnapshot, restore, snapshot
-from pytest_hricdv.bdi.run.agent_template import AgentTemplate
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.livelock import QUIET_ROUNDS
-from pytest_hricdv.bdi.run.scheduler import SystemRun
+from pytest_hricdv.bdi.run.system import AgentTemplate
+from pytest_hricdv.bdi.run.system_run import SystemRun
 
 _CUT = "cut"
 """How a run has ended that is at the end of a segment, to go on from there."""

@@ -91,8 +91,8 @@ class Environment:
         if isinstance(literals, (str, Structure)):
             raise BdiError(f"the percepts of {agent} must be a list, even if there is only one: [{str(literals)!r}]")
         shown = tuple(literals)
-        # Checked now for the errors; the parsed literals are cached.
-        all(map(percept_of, shown))
+        for literal in shown:
+            percept_of(literal)  # For its errors; the parsed literals are cached.
         self._shown[agent] = shown
         self._note_change(agent)
 

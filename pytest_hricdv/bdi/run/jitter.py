@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from pytest_hricdv.bdi.agent.intentions import Message
 from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.run.environment import Environment
-from pytest_hricdv.bdi.run.scheduler import SystemRun
+from pytest_hricdv.bdi.run.system_run import SystemRun
 
 MAX_JITTER = 1000
 """Rounds that something may be late at most."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention
 from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import Variable
-from pytest_hricdv.bdi.run.run_state import RunState
 
 QUIET_ROUNDS = 40
 """Rounds without progress after which the mental states are compared in every round."""
@@ -21,11 +21,11 @@ class LivelockDetector:
     nothing will ever change, except by time.
 
     Args:
-        run: the run; it must not have begun.
+        agents: the agents of the run, which must not have begun.
     """
 
-    def __init__(self, run: RunState) -> None:
-        self._run = run
+    def __init__(self, agents: Mapping[str, Agent]) -> None:
+        self._agents = agents
         self.due = QUIET_ROUNDS
         """The round after which :meth:`repeats` has to be called next."""
         self._progress = 0
@@ -34,21 +34,25 @@ class LivelockDetector:
         self._progress_at_jump = -1
         self._states_at_jumps: set[str] = set()
 
-    def repeats(self) -> bool:
-        """After a round: whether the agents repeat themselves, waits for time aside."""
-        run = self._run
-        if run.progress != self._progress:
-            self._progress = run.progress
-            self.due = run.rounds + QUIET_ROUNDS
+    def repeats(self, rounds: int, progress: int) -> bool:
+        """After a round: whether the agents repeat themselves, waits for time aside.
+
+        Args:
+            rounds: the rounds done.
+            progress: the progress made so far.
+        """
+        if progress != self._progress:
+            self._progress = progress
+            self.due = rounds + QUIET_ROUNDS
             self._forget()
             return False
-        self.due = run.rounds + 1
+        self.due = rounds + 1
         # States are long for deep intentions: they are written out only when their fingerprint has come before.
-        fingerprint = _fingerprint(run)
+        fingerprint = _fingerprint(self._agents)
         if fingerprint not in self._fingerprints:
             self._fingerprints.add(fingerprint)
             return False
-        state = _mental_states(run, with_waits=False)
+        state = _mental_states(self._agents, None)
         if state in self._states:
             self._forget()
             return True
@@ -59,24 +63,28 @@ class LivelockDetector:
         self._fingerprints.clear()
         self._states.clear()
 
-    def repeats_after_jump(self) -> bool:
-        """After a jump in time: whether the agents only wait and check again, over and over."""
-        run = self._run
-        if run.progress != self._progress_at_jump:
-            self._progress_at_jump = run.progress
+    def repeats_after_jump(self, ticks: int, progress: int) -> bool:
+        """After a jump in time: whether the agents only wait and check again, over and over.
+
+        Args:
+            ticks: the virtual clock.
+            progress: the progress made so far.
+        """
+        if progress != self._progress_at_jump:
+            self._progress_at_jump = progress
             self._states_at_jumps.clear()
             return False
-        state = _mental_states(run, with_waits=True)
+        state = _mental_states(self._agents, ticks)
         if state in self._states_at_jumps:
             return True
         self._states_at_jumps.add(state)
         return False
 
 
-def _fingerprint(run: RunState) -> int:
+def _fingerprint(agents: Mapping[str, Agent]) -> int:
     """A number that is the same for equal mental states, and for few others."""
     parts: list[object] = []
-    for agent in run.agents.values():
+    for agent in agents.values():
         parts.append((len(agent.events), len(agent.intentions)))
         parts += [(event.sign, event.literal if event.literal.ground else event.literal.key) for event in agent.events]
         parts += [len(_relevant_plans(agent, event.intention)) for event in agent.events]
@@ -95,16 +103,21 @@ def _relevant_plans(agent: Agent, intention: Intention | None) -> list[IntendedM
     return [means for means in waiting if not (means.is_at_end and agent.library.forgets(means.plan))] + [top]
 
 
-def _mental_states(run: RunState, with_waits: bool) -> str:
-    """All agents' events and intentions as text, with fresh variables numbered as they appear."""
+def _mental_states(agents: Mapping[str, Agent], now: int | None) -> str:
+    """All agents' events and intentions as text, with fresh variables numbered as they appear.
+
+    Args:
+        agents: the agents by name.
+        now: the virtual clock, if the waits are to be included.
+    """
     parts = []
-    for name, agent in run.agents.items():
+    for name, agent in agents.items():
         parts.append(f"{name}:")
         parts += [f"{event}<{_intention_text(agent, event.intention)}>" for event in agent.events]
         parts += [_intention_text(agent, intention) for intention in agent.intentions]
-        if with_waits:
+        if now is not None:
             for wait in agent.waits:
-                left = None if wait.deadline is None else wait.deadline - run.ticks
+                left = None if wait.deadline is None else wait.deadline - now
                 parts.append(f"{left} {_intention_text(agent, wait.intention)}")
     numbers: dict[str, int] = {}
     return re.sub(r"\b_\d+\b", lambda found: f"_{numbers.setdefault(found[0], len(numbers))}", "\n".join(parts))

@@ -1,26 +1,84 @@
-"""A multi-agent system that is loaded once and run many times."""
+"""Multi-agent systems: read once, and run many times."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from os import PathLike
 from pathlib import Path
+from typing import NamedTuple
 
+from pytest_hricdv.bdi.actions import StandardActions, check_calls, inspects_intentions
 from pytest_hricdv.bdi.agent.agent import Agent
+from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import BdiError
-from pytest_hricdv.bdi.language.parser import parse_literal
-from pytest_hricdv.bdi.language.project import Project, read_project
-from pytest_hricdv.bdi.language.syntax import Plan, Program
-from pytest_hricdv.bdi.language.terms import Structure
-from pytest_hricdv.bdi.run.agent_template import AgentTemplate, read_templates
+from pytest_hricdv.bdi.language.parser import parse_literal, read_program
+from pytest_hricdv.bdi.language.project import AgentEntry, Project, beliefs_and_goals, read_project
+from pytest_hricdv.bdi.language.syntax import Plan, Program, Rule
+from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Structure
+from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Content
+from pytest_hricdv.bdi.logic.substitution import renamed_apart
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.jitter import MAX_JITTER, JitteredRun
-from pytest_hricdv.bdi.run.result import Result, Trace
-from pytest_hricdv.bdi.run.scheduler import SystemRun
-from pytest_hricdv.bdi.run.tracing import TracedAgent, TracedRun
+from pytest_hricdv.bdi.run.system_run import SystemRun
+from pytest_hricdv.bdi.run.tracing import Trace, TracedAgent, TracedRun
 
 MAX_ROUNDS = 100_000
 """Rounds after which a run is stopped by default."""
+_ACTIONS = StandardActions()
+
+
+@dataclass(frozen=True, slots=True)
+class AgentTemplate:
+    """An agent as every run begins with it.
+
+    Args:
+        name: its name.
+        program: its source.
+        beliefs: its initial beliefs.
+        library: its plans.
+        events: what it has to react to at first.
+    """
+
+    name: str
+    program: Program
+    beliefs: Content
+    library: PlanLibrary
+    events: list[tuple[str, Structure]]
+
+    def agent(self, run: SystemRun, kind: Callable[..., Agent] = Agent) -> Agent:
+        """The agent for a run; ``kind`` is its class."""
+        return kind(self.name, run, _ACTIONS, BeliefBase(self.beliefs), self.library, self.events)
+
+
+class Result(NamedTuple):
+    """What happened in a run.
+
+    A named tuple because learning makes thousands: a frozen dataclass takes four times as long.
+
+    Args:
+        prints: what the agents printed, as ``[agent] text``, in order.
+        plans: for each agent, the labels of the plans it executed, in order; labels that begin with ``_``
+            are automatic, of plans without a label.
+        actions: the external actions, as pairs of agent and AgentSpeak text, in order.
+        rounds: the number of rounds done.
+        ended: how it ended: "idle" (nothing left to do), "spin" (the agents only repeat
+            themselves), "goal" (the given goal was achieved), "round limit", or "stopped"
+            (by ``.stopMAS``).
+        warnings: what the models' author should know, such as goals that failed unhandled.
+        time_ms: virtual time at the end, in ms.
+        trace: the trace, if it was requested.
+    """
+
+    prints: list[str]
+    plans: dict[str, list[str]]
+    actions: list[tuple[str, str]]
+    rounds: int
+    ended: str
+    warnings: list[str]
+    time_ms: float
+    trace: Trace | None = None
 
 
 class MultiAgentSystem:
@@ -178,3 +236,57 @@ def _result(run: SystemRun, ended: str) -> Result:
     plans = {name: agent.executed for name, agent in run.agents.items()}
     trace = Trace(tuple(run.steps)) if isinstance(run, TracedRun) else None
     return Result(run.prints, plans, run.actions, run.rounds, ended, run.warnings, run.time_ms, trace)
+
+
+def read_templates(project: Project) -> tuple[AgentTemplate, ...]:
+    """Read the sources of a project's agents; those with the same source share their plans.
+
+    Raises:
+        BdiError: a source is missing, cannot be read, or uses an unknown internal action.
+    """
+    programs: dict[Path, Program] = {}
+    for entry in project.agents:
+        if entry.source not in programs:
+            programs[entry.source] = read_program(entry.source, entry.location, project.text)
+            check_calls(programs[entry.source])
+    private = not any(map(inspects_intentions, programs.values()))
+    libraries = {
+        source: PlanLibrary((*program.plans, *_message_plans()), private) for source, program in programs.items()
+    }
+    return tuple(_template(entry, programs[entry.source], libraries[entry.source]) for entry in project.agents)
+
+
+@lru_cache(maxsize=1)
+def _message_plans() -> tuple[Plan, ...]:
+    """The plans every agent has for messages that are not processed directly."""
+    plans = read_program(Path(__file__).parent / "kqml.asl").plans
+    return tuple(replace(plan, builtin=True) for plan in plans)
+
+
+def _template(entry: AgentEntry, program: Program, library: PlanLibrary) -> AgentTemplate:
+    # What the project gives comes before what the source gives: the beliefs are older, the goals earlier.
+    given_beliefs, given_goals = beliefs_and_goals(entry)
+    beliefs = [*program.beliefs, *reversed(given_beliefs)]
+    goals = [*given_goals, *program.goals]
+    base = BeliefBase()
+    events: list[tuple[str, Structure]] = []
+    # Added from the last to the first: the first is then the newest, and queries find it first.
+    for belief in reversed(beliefs):
+        if isinstance(belief, Rule):
+            base.add_rule(belief)
+            continue
+        own = _with_source(belief)
+        if base.add(own) and library.relevant("+", own.key):
+            events.append(("+", own))
+    events += [("+!", _with_source(_with_own_variables(goal))) for goal in goals]
+    return AgentTemplate(entry.name, program, base.content(), library, events)
+
+
+def _with_own_variables(goal: Structure) -> Structure:
+    """The goal with variables of names that no plan uses."""
+    renamed = renamed_apart(goal, "_initial_")
+    return renamed if isinstance(renamed, Structure) else goal
+
+
+def _with_source(literal: Structure) -> Structure:
+    return literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pytest_hricdv.bdi import Environment
-from pytest_hricdv.bdi.actions.standard import StandardActions
+from pytest_hricdv.bdi.actions import StandardActions
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import EvaluationError
@@ -19,7 +19,7 @@ from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.conditions import ask, condition_of
 from pytest_hricdv.bdi.logic.inference import first, solve
 from pytest_hricdv.bdi.logic.substitution import Bindings
-from pytest_hricdv.bdi.run.scheduler import SystemRun
+from pytest_hricdv.bdi.run.system_run import SystemRun
 from tests.bdi.models import prints_of
 
 _ATOMS = st.sampled_from(("1", "2", "a", '"s"'))

@@ -8,20 +8,23 @@ anything to do before some wait is over, time jumps there. Agents with nothing t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import random
+from collections.abc import Iterable, Mapping
 
 from pytest_hricdv.bdi.agent.agent import Agent
-from pytest_hricdv.bdi.agent.intentions import Message, Question, Wait
+from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, Message, Question, Wait, ticks_of
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
-from pytest_hricdv.bdi.language.terms import Structure
+from pytest_hricdv.bdi.language.terms import Structure, Variable
 from pytest_hricdv.bdi.logic.unify import unify
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.livelock import LivelockDetector
-from pytest_hricdv.bdi.run.run_state import RunState
+
+FIRST_FRESH = 100_000
+"""Variables made in a run are numbered from here, those of the sources from 1."""
 
 
-class SystemRun(RunState):
+class SystemRun:
     """A run of a system.
 
     Args:
@@ -31,7 +34,21 @@ class SystemRun(RunState):
     """
 
     def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None) -> None:
-        super().__init__(environment, seed)
+        self.environment = environment
+        self.agents: dict[str, Agent] = {}
+        """The agents by name, in the order in which they act."""
+        self.prints: list[str] = []
+        self.actions: list[tuple[str, str]] = []
+        self.warnings: list[str] = []
+        self.rounds = 0
+        self.skipped = 0
+        """The ticks of the virtual clock in which no agent had anything to do."""
+        self.progress = 0
+        """Grows with everything an agent does that another, or the user, could notice, or that it could remember."""
+        self._messages = 0
+        self._seed = seed
+        self._random: random.Random | None = None
+        self._fresh = FIRST_FRESH
         self.order: Iterable[Agent] = self.agents.values()
         """The agents in the order in which they act in the next round."""
         self.earliest_deadline = math.inf
@@ -44,6 +61,59 @@ class SystemRun(RunState):
         self._seen_changes = environment.changes
 
     # --- what agents use
+
+    @property
+    def ticks(self) -> int:
+        """The virtual clock."""
+        return self.rounds + self.skipped
+
+    @property
+    def time_ms(self) -> float:
+        """Virtual time."""
+        return self.ticks / TICKS_PER_MS
+
+    def deadline(self, wait_ms: float) -> float:
+        """The tick at which a wait that begins now is over."""
+        return self.ticks + ticks_of(wait_ms)
+
+    def percept_versions(self, agent: str) -> Mapping[str, int]:
+        """Where an agent finds under its name a number that grows with every change of its percepts."""
+        return self.environment.versions
+
+    def percepts(self, agent: str) -> tuple[Structure, ...]:
+        """What an agent perceives now."""
+        return self.environment.percepts(agent)
+
+    def print(self, agent: str, text: str) -> None:
+        """Record what an agent prints."""
+        self.prints.append(f"[{agent}] {text}")
+        self.progress += 1
+
+    def warn(self, text: str) -> None:
+        """Record what the author of the models should know."""
+        self.warnings.append(text)
+        self.progress += 1
+
+    def draw(self) -> float:
+        """The next random number, from 0 inclusive to 1 exclusive."""
+        if self._random is None:
+            self._random = random.Random(self._seed)
+        self.progress += 1
+        return self._random.random()
+
+    def fresh(self) -> Variable:
+        """A variable that occurs nowhere else in the run."""
+        self._fresh += 1
+        return Variable(f"_{self._fresh}")
+
+    def is_fresh(self, variable: Variable) -> bool:
+        """Whether :meth:`fresh` made the variable."""
+        return variable[:1] == "_" and variable[1:].isdigit() and int(variable[1:]) > FIRST_FRESH
+
+    def next_message_number(self) -> str:
+        """A number for a message."""
+        self._messages += 1
+        return f"mid{self._messages}"
 
     def deliver(self, receiver: str, message: Message) -> None:
         """Put a message into its receiver's mailbox."""
@@ -97,12 +167,12 @@ class SystemRun(RunState):
         Raises:
             BdiError: an agent cannot go on.
         """
-        livelock = LivelockDetector(self)
+        livelock = LivelockDetector(self.agents)
         while self.rounds < max_rounds:
             if not self.do_round():
                 if not self._jump():
                     return "idle"
-                if livelock.repeats_after_jump():
+                if livelock.repeats_after_jump(self.ticks, self.progress):
                     return "spin"
                 continue
             if self.ended:
@@ -112,7 +182,11 @@ class SystemRun(RunState):
             rounds = self.rounds
             if rounds + self.skipped >= self.earliest_deadline:
                 self._end_waits()
-            if rounds >= livelock.due and livelock.repeats() and (not self._jump() or livelock.repeats_after_jump()):
+            if (
+                rounds >= livelock.due
+                and livelock.repeats(rounds, self.progress)
+                and (not self._jump() or livelock.repeats_after_jump(self.ticks, self.progress))
+            ):
                 return "spin"
         return "round limit"
 
