@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import conftest
-from pytest_hricdv.bdi.memo import exhaustive_exploration
+from pytest_hricdv.bdi.memo import decision_diagram
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.exhaustive_exploration import NOT_ENUMERABLE, TOO_LARGE, Exploration, explore_exhaustively
@@ -96,7 +96,7 @@ def test_a_small_space_of_another_model_is_explored_set_by_set(tmp_path: Path) -
 
 
 def test_an_exploration_that_is_not_possible_is_not_complete(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exhaustive_exploration, "MAX_RUNS", 100)
+    monkeypatch.setattr(decision_diagram, "MAX_RUNS", 100)
     runner = ModelRunner(TABLE.model, TABLE.beliefs)
     assert explore_exhaustively(runner) == Exploration(*_names(), reason=TOO_LARGE)
     monkeypatch.undo()

@@ -1,4 +1,4 @@
-"""The decision diagram: nodes, the decisions that lead out of them, the segments between them, and all runs through it."""
+"""The decision diagram: nodes, the decisions that lead out of them, segments between them, and all runs through it."""
 
 from __future__ import annotations
 
