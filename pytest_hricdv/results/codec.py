@@ -128,8 +128,8 @@ def decode_located(text: str, kind: type[T]) -> T:
     """
     try:
         return msgspec.json.decode(text, type=kind)
-    except msgspec.ValidationError as error:
-        raise MalformedError(f": {error}") from None
+    except msgspec.ValidationError as error:  # also raised for the valid beginning of a text that is no JSON
+        raise MalformedError(_syntax_fault(text) or f": {error}") from None
     except RecursionError:
         raise MalformedError(": nested too deeply") from None
     except msgspec.DecodeError as error:
