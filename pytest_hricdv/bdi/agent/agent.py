@@ -244,13 +244,12 @@ class Agent(AgentState):
     def execute(self, intention: Intention) -> None:
         """Execute the next statement of an intention, or end its plan if it has none left."""
         means = intention.stack[-1]
-        body, pc = means.body, means.pc
-        if pc >= len(body):
+        if means.pc >= len(means.body):
             self.end_plans(intention)
             return
         self.current = intention
         try:
-            statement = body[pc]
+            statement = means.body[means.pc]
             EXECUTE[type(statement)](self, intention, means, statement)
             if means.plan.is_busy_wait:
                 self.busy_waiting = self._only_waits_busily(means)
