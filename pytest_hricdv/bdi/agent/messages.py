@@ -6,6 +6,8 @@ Number)`` for which every agent has the plans of ``kqml.asl``, after its own.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.agent.failures import fail
 from pytest_hricdv.bdi.agent.intentions import Message, Question
@@ -40,6 +42,11 @@ def with_source(literal: Structure, sender: str) -> Structure:
     return literal.with_annotations((*literal.annots, source(sender)))
 
 
+_ground_with_source = lru_cache(maxsize=4096)(with_source)
+"""As :func:`with_source`, for ground literals: the same ones are told again and again. Others are not shared, because
+plan terms may be equal although they are from different places in the sources."""
+
+
 def send(agent: AgentState, receiver: str, force: str, content: Term, reply_to: str = "") -> str:
     """Send a message on its way to the receiver's mailbox; it is visible from the receiver's next cycle.
 
@@ -72,6 +79,9 @@ def receive(agent: AgentState, message: Message) -> None:
     if not is_processed_directly(agent, message):
         args = (Structure(message.sender), Structure(message.force), content, String(message.number))
         agent.post("+!", Structure("kqml_received", args), None)
+        return
+    if force == "tell" and content.ground:  # type: ignore[union-attr]
+        agent.believe(_ground_with_source(content, message.sender))
         return
     literal = with_source(content, message.sender)  # type: ignore[arg-type]
     if force == "tell":

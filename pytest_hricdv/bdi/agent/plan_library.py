@@ -116,7 +116,8 @@ def _match(trigger: Trigger) -> Match:
         for annot in annots:
             if annot not in literal.annots:
                 return match(literal)
-        return dict(zip(names, literal.args, strict=True))  # type: ignore[arg-type]
+        # Both have the same key: ``strict`` would only take time.
+        return dict(zip(names, literal.args))  # type: ignore[arg-type]  # noqa: B905
 
     return match_names
 

@@ -30,7 +30,7 @@ from pytest_hricdv.bdi.language.terms import (
     Variable,
 )
 from pytest_hricdv.bdi.logic.inference import first, solve
-from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute
+from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_all
 
 
 def _achieve(agent: AgentState, intention: Intention, means: IntendedMeans, statement: AchievementGoal) -> None:
@@ -148,7 +148,7 @@ def instantiate(agent: AgentState, term: GoalTerm, means: IntendedMeans) -> Stru
     """
     if isinstance(term, Structure) and not term.annots and term.annots_tail is None:
         # Most literals: with the source from the beginning.
-        args = tuple([substitute(arg, means.unifier, agent.function) for arg in term.args])
+        args = substitute_all(term.args, means.unifier, agent.function)
         literal = Structure(term.functor, args, (SOURCE_SELF,), term.negated)
         if literal.ground:
             return literal

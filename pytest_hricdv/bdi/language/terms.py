@@ -16,6 +16,8 @@ from pytest_hricdv.bdi.language.errors import EvaluationError, Location
 
 Key = tuple[bool, str, int]
 """The predicate of a literal, the index of beliefs and plans: strongly negated?, functor, arity."""
+_KEYS: dict[Key, Key] = {}
+"""Each key once: equal keys are the same object, which a dictionary finds without comparing them."""
 
 
 class Variable(str):
@@ -75,13 +77,17 @@ class Structure:
         self.annots = annots
         self.negated = negated
         self.annots_tail = annots_tail
-        self.key: Key = (negated, functor, len(args))
+        key = (negated, functor, len(args))
+        self.key: Key = _KEYS.setdefault(key, key)
         ground = annots_tail is None
         for term in args + annots:
-            if type(term) is not Number and not is_ground(term):
+            # The frequent kinds first, without a call.
+            if type(term) is Number or (type(term) is Structure and term.ground):
+                continue
+            if not is_ground(term):
                 ground = False
                 break
-        self.ground = ground
+        self.ground: bool = ground
         self.evaluable = not ground and any(map(is_evaluable, args + annots))
         self._hash: int | None = None
         self._text: str | None = None

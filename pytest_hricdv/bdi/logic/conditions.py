@@ -139,7 +139,8 @@ def _only_belief(literal: Structure) -> Condition:
         if not isinstance(belief, Structure):
             return None
         if only_names and belief.ground:
-            for name, value in zip(args, belief.args, strict=True):
+            # Both have the same key: ``strict`` would only take time.
+            for name, value in zip(args, belief.args):  # noqa: B905
                 bound = bindings.setdefault(name, value)  # type: ignore[arg-type]
                 if bound is not value and not unify(bound, value, bindings, []):
                     return False

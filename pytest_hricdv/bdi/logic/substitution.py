@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or
@@ -62,23 +63,28 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
     if isinstance(term, Structure):
         return term if term.ground else _substitute_structure(term, bindings, functions)
     if isinstance(term, Arithmetic):
-        return term.value(tuple([substitute(operand, bindings, functions) for operand in term.operands]))
+        return term.value(substitute_all(term.operands, bindings, functions))
     if isinstance(term, ListTerm):
         if term.ground:
             return term
-        items = tuple([substitute(item, bindings, functions) for item in term.items])
+        items = substitute_all(term.items, bindings, functions)
         return ListTerm(items, None if term.tail is None else substitute(term.tail, bindings, functions))
     if isinstance(term, Call):
         return functions(term, bindings)
     if isinstance(term, AnnotatedVariable):
         return _substitute_annotated(term, bindings, functions)
     if isinstance(term, PlanTerm):
-        return with_values(term, lambda part: substitute(part, bindings, functions))
+        return with_values(term, partial(substitute, bindings=bindings, functions=functions))
     return term
 
 
+def substitute_all(terms: tuple[Term, ...], bindings: Bindings, functions: Functions) -> tuple[Term, ...]:
+    """Each term as :func:`substitute` gives it."""
+    return tuple([substitute(term, bindings, functions) for term in terms])
+
+
 def _substitute_structure(term: Structure, bindings: Bindings, functions: Functions) -> Structure:
-    args = tuple([substitute(arg, bindings, functions) for arg in term.args])
+    args = substitute_all(term.args, bindings, functions)
     if not term.annots and term.annots_tail is None:
         return Structure(term.functor, args, (), term.negated)
     annots, tail = _substitute_annots(term, bindings, functions)
@@ -88,7 +94,7 @@ def _substitute_structure(term: Structure, bindings: Bindings, functions: Functi
 def _substitute_annots(
     term: Structure | AnnotatedVariable, bindings: Bindings, functions: Functions
 ) -> tuple[tuple[Term, ...], Variable | None]:
-    annots = tuple(substitute(annot, bindings, functions) for annot in term.annots)
+    annots = substitute_all(term.annots, bindings, functions)
     tail = term.annots_tail
     if tail is not None:
         rest = substitute(tail, bindings, functions)
