@@ -25,7 +25,7 @@ class Run:
     """Wraps the body of the node that is the code under test: coverage is measured in this node's greenlet only."""
     monitors: MonitorSet = field(repr=False)
     filming: Callable[[Run], AbstractContextManager[None]] | None = None
-    """GenerationContext of the run when it is filmed."""
+    """Entered around the run when it is filmed; None otherwise."""
     acted_s: list[float] = field(default_factory=list)
     """When each action began (s of simulated time), as far as `actions` or `acting` reported it."""
 
