@@ -1,5 +1,5 @@
 # make suite: learn tests from the BDI models and run each against the simulated world, on two workers.
-# make test:  the project's own tests (5 minutes), without the long ones; those are make slow (9 minutes).
+# make test:  the project's own tests (4 minutes), without the long ones; those are make slow (8 minutes).
 # OPTIONS=... is handed on to pytest by these.
 # make experiment: docs/experiment.md and docs/agreement.md, beside the paper's figures (5 minutes; agreement alone: 2).
 # make campaign: docs/campaign.md, 6,560 runs (45 minutes; ended at any time, it goes on where it was).
@@ -17,10 +17,10 @@ suite: $(VENV)/.installed
 	$(BIN)/pytest --hri-suite=rl -n 2
 
 test: $(VENV)/.installed
-	$(BIN)/pytest -n 2 $(PATIENCE)=300 $(OPTIONS)
+	$(BIN)/pytest -n 2 --dist worksteal $(PATIENCE)=300 $(OPTIONS)
 
 slow: $(VENV)/.installed
-	$(BIN)/pytest -n 2 -m slow $(PATIENCE)=1200 $(OPTIONS)
+	$(BIN)/pytest -n 2 --dist worksteal -m slow $(PATIENCE)=1200 $(OPTIONS)
 
 lint: $(VENV)/.installed
 	$(BIN)/ruff check .

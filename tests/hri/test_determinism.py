@@ -88,13 +88,13 @@ def test_another_seed_gives_another_run_of_the_same_commands() -> None:
 
 
 def test_results_are_equal_without_workers_on_two_workers_and_for_a_single_test(tmp_path: Path) -> None:
-    selected = (HOST, "--hri-suite=rl", "--hri-tests=6")
+    selected = (HOST, "--hri-suite=rl", "--hri-tests=3")
     plain = pytest_run(tmp_path, *selected)
     assert plain.code == 0, plain.output
-    assert len(plain.tests) == 6
+    assert len(plain.tests) == 3
     on_two = pytest_run(tmp_path, *selected, "-n", "2")
     assert on_two.code == 0, on_two.output
     assert on_two.tests == plain.tests
-    name = list(plain.tests)[3]
-    alone = pytest_run(tmp_path, name, "--hri-suite=rl", "--hri-tests=6")
+    name = list(plain.tests)[1]
+    alone = pytest_run(tmp_path, name, "--hri-suite=rl", "--hri-tests=3")
     assert alone.tests == {name: plain.tests[name]}

@@ -17,6 +17,9 @@ SUITES = ("rl", "by-hand", "bdi-random", "pseudorandom")
 FEW, MORE = 2, 5
 """Tests of each suite that are run twice, in the fast and in the slow test."""
 
+PARTS = 8
+"""Parts of the learned suite, so that workers share it."""
+
 
 def assert_equal(tests: Iterable[ConcreteTest], monkeypatch: pytest.MonkeyPatch) -> None:
     """Each run has the same messages and verdicts with freezing and without."""
@@ -43,8 +46,11 @@ def test_freezing_changes_no_message_and_no_verdict(name: str, monkeypatch: pyte
 
 
 @pytest.mark.slow
-def test_freezing_changes_no_message_and_no_verdict_in_the_whole_learned_suite(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert_equal(bench.suite("rl"), monkeypatch)
+@pytest.mark.parametrize("part", range(PARTS))
+def test_freezing_changes_no_message_and_no_verdict_in_the_whole_learned_suite(
+    part: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert_equal(islice(bench.suite("rl"), part, None, PARTS), monkeypatch)
 
 
 @pytest.mark.slow

@@ -16,6 +16,15 @@ from tests.generate.toy import lamps
 #: The ways to run pytest that every behaviour has to survive.
 MODES = {"plain": (), "on two workers": ("-n", "2"), "without xdist": ("-p", "no:xdist")}
 
+in_each_mode = pytest.mark.parametrize("options", MODES.values(), ids=MODES)
+"""Runs a test in each mode."""
+
+plain_and_slowly_in_other_modes = pytest.mark.parametrize(
+    "options",
+    [pytest.param(options, id=mode, marks=pytest.mark.slow if options else ()) for mode, options in MODES.items()],
+)
+"""The same for behaviour that depends little on the mode: plain each time, the other modes among the slow tests."""
+
 INI = """
 [pytest]
 pythonpath = .

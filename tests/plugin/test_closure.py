@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import MODES, change, report
+from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
 from tests.plugin.test_shards import command
 
 
@@ -23,7 +23,7 @@ def covered(written: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_the_smallest_suite_covers_as_much_when_it_is_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     assert lamps.runpytest_inprocess("--hri-suite=rl", *options).ret == 0
     whole = report(lamps.path)

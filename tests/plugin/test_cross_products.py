@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import MODES, change, report
+from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
 
 SUITE = "--hri-suite=by-hand"
 #: Who greets asks for 100 or 10 percent, in either place; who does not for 0, 10 or nothing.
@@ -40,7 +40,7 @@ def product(folder: pytest.Pytester) -> dict[str, Any]:
     return found
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_what_the_model_never_does_is_impossible_and_the_rest_is_not_hit_yet(
     crossed: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import MODES, change
+from tests.plugin.project import change, plain_and_slowly_in_other_modes
 
 OWN = '''
 import pytest
@@ -52,7 +52,7 @@ def own(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_own_functions_run_what_they_say_with_and_without_a_suite(
     own: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin.project import MODES, change, report
+from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
 from tests.report.dtd import faults
 
 SUITE = "--hri-suite=by-hand"
@@ -28,7 +28,7 @@ def lines(path: Path) -> dict[str, dict[int, tuple[bool, str | None]]]:
     }
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_cobertura_says_what_coverage_itself_says(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     own = ("--cov=lamps", "--cov-branch", "--cov-report=xml:own.xml")
     result = lamps.runpytest_subprocess(SUITE, "--hri-tests=2", "--hri-cobertura=out/ours.xml", *own, *options)
@@ -55,7 +55,7 @@ def test_the_ini_names_files_too_and_lcov_names_files_of_the_project(lamps: pyte
     assert (lamps.path / "summary.md").read_text().startswith("## Human-robot interaction: lamps, passed\n")
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_junit_has_properties_of_each_test_and_of_the_whole(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     lamps.runpytest_inprocess(SUITE, "--junitxml=junit.xml", "--hri-fail-under=plans=99", *options)
     suite = ET.parse(lamps.path / "junit.xml").getroot()[0]
@@ -76,7 +76,7 @@ def test_junit_has_properties_of_each_test_and_of_the_whole(lamps: pytest.Pytest
         assert "hri.outcome" not in properties
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_github_gets_annotations_and_one_more_summary(
     lamps: pytest.Pytester, options: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:

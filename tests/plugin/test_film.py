@@ -12,7 +12,7 @@ pytest.importorskip("PIL", reason="films need Pillow")
 
 from PIL import Image
 
-from tests.plugin.project import MODES, change, report
+from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
 from tests.report.parsed import Page, details
 
 for _name in ("PIL.Image", "PIL.ImageDraw", "PIL.ImageFont", "PIL.PngImagePlugin", "PIL.GifImagePlugin"):
@@ -76,7 +76,7 @@ def films(folder: Path) -> dict[str, dict[str, Any]]:
     return {test["id"]: test["film"] for test in report(folder)["tests"] if "film" in test}
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_failing_and_known_failing_tests_are_filmed_and_linked(
     filmed: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -124,12 +124,12 @@ def test_the_time_of_the_test_is_without_its_film(filmed: pytest.Pytester) -> No
         filmed.path,
         "conftest.py",
         "        shade = ",
-        "        import time\n\n        time.sleep(0.1)\n        shade = ",
+        "        import time\n\n        time.sleep(0.05)\n        shade = ",
     )
     filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
     (test,) = report(filmed.path)["tests"]
     assert test["film"]["frames"] > 20
-    assert test["wall_s"] < 0.1 * test["film"]["frames"] / 2
+    assert test["wall_s"] < 0.05 * test["film"]["frames"] / 2
 
 
 def test_no_more_than_a_few_failures_of_a_requirement_are_filmed_and_the_others_say_so(

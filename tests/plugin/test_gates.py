@@ -7,7 +7,7 @@ import json
 
 import pytest
 
-from tests.plugin.project import MODES, change, outcomes, report
+from tests.plugin.project import change, outcomes, plain_and_slowly_in_other_modes, report
 
 SUITE = ("--hri-suite=by-hand", "-q")
 # The suite by hand reaches 40 of 41 statements, 10 of 10 branches, 7 of 9 plans, 3 of 3 requirements, 4 of 8 bins.
@@ -35,7 +35,7 @@ def test_every_missed_kind_is_named_with_what_was_reached(lamps: pytest.Pytester
     )
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_gates_of_the_ini_file_hold_for_whole_suites_only(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under =\n    cross=51\n    plans=50")
     whole = lamps.runpytest_inprocess(*SUITE, *options)
@@ -67,7 +67,7 @@ def test_each_suite_is_held_to_the_gates(lamps: pytest.Pytester) -> None:
 SILENT = ("--hri-suite=by-hand", "-k", "curt")  # nobody greets, so R3 is never triggered
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_a_requirement_that_nobody_triggers_fails_the_run_when_asked(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -103,7 +103,7 @@ def until(lamps: pytest.Pytester, day: datetime.date) -> None:
     change(lamps.path, "pytest.ini", "R2: the hall", f"R2 until {day}: the hall")
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_a_known_violation_holds_up_to_its_last_day(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     last = datetime.datetime.now(datetime.UTC).date() + datetime.timedelta(days=1)  # the test may run over midnight
     until(lamps, last)
@@ -111,7 +111,7 @@ def test_a_known_violation_holds_up_to_its_last_day(lamps: pytest.Pytester, opti
     assert report(lamps.path)["known_until"] == {"R2": str(last)}
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_a_known_violation_that_has_expired_fails_the_run_and_says_so(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -142,7 +142,7 @@ def keep_baseline(lamps: pytest.Pytester) -> None:
     assert lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline").ret == 0
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_the_same_run_is_as_good_as_its_baseline(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     keep_baseline(lamps)
     first = (lamps.path / "base.json").read_bytes()
@@ -153,7 +153,7 @@ def test_the_same_run_is_as_good_as_its_baseline(lamps: pytest.Pytester, options
     assert (lamps.path / "base.json").read_bytes() == first
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_new_failures_and_losses_fail_though_known_ones_do_not(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -230,7 +230,7 @@ def test_a_spoilt_baseline_is_refused_before_anything_runs(lamps: pytest.Pyteste
     result.stderr.fnmatch_lines([f"ERROR: --hri-baseline: *{told}"])
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_an_illegal_bin_that_is_hit_fails_its_test(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     illegal = 'levels}, illegal={("cellar", "*"): "the cellar is closed"})'
     change(lamps.path, "conftest.py", "levels})", illegal)

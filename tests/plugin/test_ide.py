@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import MODES, change, nodeids, report
+from tests.plugin.project import change, nodeids, plain_and_slowly_in_other_modes, report
 
 DEFAULT = ("hri_known_violations =", "hri_suite = by-hand\nhri_known_violations =")
 GENERATING = "hricdv: generating *"
@@ -27,7 +27,7 @@ def default(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_a_node_id_found_is_a_node_id_that_runs_and_nothing_is_generated_twice(
     default: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -41,7 +41,7 @@ def test_a_node_id_found_is_a_node_id_that_runs_and_nothing_is_generated_twice(
         assert [test["nodeid"] for test in report(default.path)["tests"]] == [first]
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_a_node_id_that_is_not_there_is_explained(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     saved = "test_lamps.py::test_lamps[by-hand-hall-polite-5a5e8c87]"
     other = lamps.runpytest_inprocess(saved, "--hri-suite=by-hand", "--hri-seed=1", *options)

@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import MODES, change, outcomes, report
+from tests.plugin.project import change, in_each_mode, outcomes, report
 
 SUITE = "--hri-suite=by-hand"  # four tests, of which one wishes for level 10
 
@@ -17,7 +17,7 @@ def write_dimmed(lamps: pytest.Pytester, body: str) -> None:
     change(lamps.path, "lamps/guide.py", "return 10.0", body)
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@in_each_mode
 def test_an_exception_in_the_code_under_test_fails_its_test_only(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -94,7 +94,7 @@ def test_misuse_of_the_runtime_is_told_at_the_users_own_line(
     assert list(outcomes(lamps.path).values()) == ["error"]
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@in_each_mode
 def test_a_skipped_test_was_not_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     write_dimmed(lamps, '__import__("pytest").skip("no lamp today")')
     result = lamps.runpytest_inprocess(SUITE, *options)
@@ -138,7 +138,7 @@ def test_a_crashed_worker_loses_its_test_only_and_the_report_says_so(lamps: pyte
     result.stdout.fnmatch_lines(told)
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@in_each_mode
 def test_a_run_stopped_at_the_first_failure_leaves_its_report(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-strict", "-x", *options)
     assert result.ret in (1, 2)

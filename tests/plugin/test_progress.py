@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.plugin.project import MODES, change
+from tests.plugin.project import MODES, change, in_each_mode
 from tests.plugin.screen import Screen
 
 STATUS = re.compile(
@@ -51,7 +51,7 @@ def on_a_terminal(
     return lowest, screen.lines
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@in_each_mode
 def test_a_terminal_shows_how_far_and_what_is_running_and_keeps_nothing_of_it(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import MODES, change, outcomes, report
+from tests.plugin.project import change, outcomes, plain_and_slowly_in_other_modes, report
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
 FILE = f"hri-report/failures/{BRIGHT}.json"
@@ -35,7 +35,7 @@ def failed(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_every_failing_test_leaves_a_file_and_is_the_same_run_again(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -94,7 +94,7 @@ def test_passing_tests_leave_nothing(lamps: pytest.Pytester) -> None:
     assert not (lamps.path / "hri-report" / "failures").exists()
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_code_that_has_changed_is_told_and_run_when_asked_to(failed: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(failed.path, "lamps/guide.py", "    return wish.level\n", "    return min(wish.level, GLARE)\n")
     told = refused(failed, REPLAY, "--hri-strict", *options)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import MODES, change, outcomes, report
+from tests.plugin.project import change, in_each_mode, outcomes, plain_and_slowly_in_other_modes, report
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
 NODE = f"test_lamps.py::test_lamps[{BRIGHT}]"
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@in_each_mode
 def test_one_node_id(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     lamps.runpytest_inprocess("--hri-suite=rl", NODE, *options).assert_outcomes(xfailed=1)
     written = report(lamps.path)
@@ -26,7 +26,7 @@ def test_a_node_id_saved_by_an_editor_needs_no_option_with_a_suite_in_the_ini_fi
     lamps.runpytest_inprocess("--hri-suite=").assert_outcomes(passed=1, skipped=1)
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_keywords_and_marks(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(
         lamps.path,
@@ -50,7 +50,7 @@ def test_a_selection_without_tests_leaves_the_last_report_alone(lamps: pytest.Py
     assert report(lamps.path) == before
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_last_failed(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     strict = ("--hri-suite=rl", "--hri-strict", *options)
     lamps.runpytest_inprocess(*strict).assert_outcomes(failed=2, passed=32)
@@ -75,7 +75,7 @@ def test_two_paths(lamps: pytest.Pytester) -> None:
     assert report(lamps.path)["selected"] == 4
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_corners_are_other_tests_with_names_of_their_own(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = lamps.runpytest_inprocess(
         "--hri-suite=by-hand", "--hri-sampling=corners", "--hri-concretizations=2", *options

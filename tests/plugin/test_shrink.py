@@ -7,7 +7,7 @@ import shlex
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import MODES, change, report
+from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
 from tests.plugin.test_replay import refused
 
 LONG = ["enter hall", "greet", *(f"set_lamp level = {level}" for level in (10, 0, 100, 10)), "leave"]
@@ -22,7 +22,7 @@ def long(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_the_shortest_failing_test_of_a_requirement_is_shrunk_and_can_be_replayed(
     long: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

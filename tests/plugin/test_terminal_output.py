@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import MODES
+from tests.plugin.project import plain_and_slowly_in_other_modes
 
 SUITE = "--hri-suite=rl"
 TITLE = "human-robot interaction"
@@ -17,7 +17,7 @@ def section(result: pytest.RunResult) -> list[str]:
     return result.outlines[start : end + 1]
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_one_line_in_the_header_and_one_section_at_the_end(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = lamps.runpytest_inprocess(SUITE, *options)
     result.stdout.fnmatch_lines(["hri: lamps, suite rl, seed 0, 34 tests"])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin.project import MODES, change, nodeids
+from tests.plugin.project import change, in_each_mode, nodeids, plain_and_slowly_in_other_modes
 
 HOSTS = "hosts/test_lamps.py::test_lamps"
 COLLECT = ("--collect-only", "-q", "--hri-suite=by-hand")
@@ -30,7 +30,7 @@ def ini(lamps: pytest.Pytester, line: str) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .\n", f"pythonpath = .\n{line}\n")
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@in_each_mode
 @pytest.mark.usefixtures("hosts")
 def test_files_elsewhere_are_not_imported(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = lamps.runpytest_subprocess("--hri-suite=by-hand", *options)
@@ -38,7 +38,7 @@ def test_files_elsewhere_are_not_imported(lamps: pytest.Pytester, options: tuple
     assert result.ret == 0
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_other_tests_in_the_same_files_are_deselected(
     lamps: pytest.Pytester, hosts: Path, options: tuple[str, ...]
 ) -> None:
@@ -66,7 +66,7 @@ def test_the_key_has_globs_and_several_paths(lamps: pytest.Pytester, value: str)
     assert len(listed) == len(set(listed)) == 4
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_a_path_that_does_not_exist_is_an_error_with_its_place(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -89,7 +89,7 @@ def test_with_paths_or_without_a_named_suite_all_files_are_collected(
     result.stdout.fnmatch_lines(["*No module named 'a_package_that_is_not_installed'*"])
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_without_the_key_testpaths_are_collected_and_other_tests_deselected(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

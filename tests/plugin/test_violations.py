@@ -6,7 +6,7 @@ import shlex
 
 import pytest
 
-from tests.plugin.project import MODES, change, outcomes, report
+from tests.plugin.project import change, outcomes, plain_and_slowly_in_other_modes, report
 from tests.report.parsed import Page, details
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
@@ -17,7 +17,7 @@ def forget(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "hri_known_violations =\n    R2: the hall has no dimmer\n", "")
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_a_known_violation_is_reported_and_does_not_fail_the_run(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -60,7 +60,7 @@ def test_a_known_violation_does_not_hide_another(lamps: pytest.Pytester) -> None
     )
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@plain_and_slowly_in_other_modes
 def test_a_failure_says_when_by_how_much_and_how_to_run_it_again(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:

@@ -7,12 +7,12 @@ import sys
 
 import pytest
 
-from tests.plugin.project import MODES
+from tests.plugin.project import in_each_mode
 
 HEAVY = ("lark", "jinja2", "coverage", "greenlet", "numpy", "pybullet", "pytest_hricdv.bdi", "pytest_hricdv.generate")
 
 
-@pytest.mark.parametrize("options", MODES.values(), ids=MODES.keys())
+@in_each_mode
 def test_the_host_test_is_skipped_with_a_word_on_how_to_run_it(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
