@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.search import Budget
 from pytest_hricdv.search.failure_signature import failure_signature, has_signature
@@ -11,6 +13,7 @@ from tests.hri import bench
 CRUSHED = "rl-leg1-0e72cf23"
 
 
+@pytest.mark.slow
 def test_a_crushed_hand_in_a_table_of_four_legs_takes_no_more_than_asking_for_one() -> None:
     (test,) = [each for each in bench.suite("rl") if each.id == CRUSHED]
     assert [action.command for action in test.actions].count("tell leg") == 4

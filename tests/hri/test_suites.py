@@ -28,6 +28,7 @@ def assert_whole(result: CaseResult) -> None:
     assert (result.outcome.ended == "table done") == (len(result.outcome.outcomes) == 4)
 
 
+@pytest.mark.slow
 def test_three_suites_run_on_two_workers_and_are_reported(tmp_path: Path) -> None:
     session = pytest_run(tmp_path, HOST, "--hri-suite=by-hand,bdi-random,pseudorandom", "--hri-tests=3", "-n", "2")
     assert session.code == 0, session.output

@@ -29,10 +29,15 @@ def ours(folder: Path) -> dict[str, Any]:
     }
 
 
-CASES = [*MODES.values(), ("--cov-config=greenlets",), ("--hri-no-cov",)]
-
-
-@pytest.mark.parametrize("options", CASES, ids=[*MODES.keys(), "told of greenlets", "without ours"])
+@pytest.mark.parametrize(
+    "options",
+    [
+        *(pytest.param(options, id=mode) for mode, options in MODES.items() if mode != "without xdist"),
+        pytest.param(MODES["without xdist"], id="without xdist", marks=pytest.mark.slow),
+        pytest.param(("--cov-config=greenlets",), id="told of greenlets", marks=pytest.mark.slow),
+        pytest.param(("--hri-no-cov",), id="without ours", marks=pytest.mark.slow),
+    ],
+)
 def test_beside_the_users_own_measurement_both_are_right(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     (lamps.path / "greenlets").write_text("[run]\nconcurrency = greenlet\n", encoding="utf-8")
     lamps.runpytest_inprocess(SUITE)

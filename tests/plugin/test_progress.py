@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.plugin.project import MODES, change, in_each_mode
+from tests.plugin.project import change, in_each_mode
 from tests.plugin.screen import Screen
 
 STATUS = re.compile(
@@ -140,7 +140,14 @@ def test_it_stays_away_where_it_is_not_wanted(
     assert not any(STATUS.fullmatch(line) for line in lowest)
 
 
-@pytest.mark.parametrize("options", [*MODES.values(), ("--color=yes",)], ids=[*MODES.keys(), "in colour"])
+@pytest.mark.parametrize(
+    "options",
+    [
+        pytest.param((), id="plain"),
+        pytest.param(("-n", "2"), id="on two workers", marks=pytest.mark.slow),
+        pytest.param(("--color=yes",), id="in colour", marks=pytest.mark.slow),
+    ],
+)
 def test_a_pipe_gets_no_control_characters(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     run = subprocess.run([*RUN, *options], cwd=lamps.path, capture_output=True, check=True)
     text = re.sub(r"\x1b\[[\d;]*m", "", run.stdout.decode()) if "--color=yes" in options else run.stdout.decode()

@@ -72,6 +72,7 @@ def test_the_smallest_margin_is_told_even_when_nothing_fails(lamps: pytest.Pytes
     )
 
 
+@pytest.mark.slow
 def test_a_search_is_the_same_on_workers_and_another_with_another_seed(lamps: pytest.Pytester) -> None:
     found = []
     for options in ([], ["-n", "2"], ["--hri-seed=1"]):

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import change, in_each_mode, report
+from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
 
 RL = "--hri-suite=rl"
 
@@ -44,7 +44,7 @@ def timeless(report: dict[str, Any]) -> dict[str, Any]:
     return {key: report[key] for key in keys} | {"suites": suites, "tests": tests}
 
 
-@in_each_mode
+@plain_and_slowly_in_other_modes
 def test_the_merged_shards_are_the_whole_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     parts = shards(lamps, 3, *options)
     assert lamps.runpytest_inprocess(RL).ret == 0
