@@ -47,13 +47,13 @@ def main() -> None:
     print(f"simulated seconds per second of one core, coverage and monitors included: {simulated_s / busy_s:.0f}")
 
 
-def show(what: str, repeat: int, action: Callable[[], None]) -> float:
-    """Print the median wall time (s) of an action; returns it."""
+def show(what: str, repeat: int, action: Callable[[], float | None]) -> float:
+    """Print the median wall time (s) of an action, which may return the moment of its end; returns it."""
     times = []
     for _ in range(repeat):
         began = time.perf_counter()
-        action()
-        times.append(time.perf_counter() - began)
+        ended = action()
+        times.append((ended or time.perf_counter()) - began)
     median_s = statistics.median(times)
     print(f"{what:34} {median_s:7.2f} s", flush=True)
     return median_s
@@ -64,16 +64,21 @@ def collect(options: list[str]) -> None:
     pytest(["--hri-suite=rl", "--collect-only", "-q", *options])
 
 
-def first_test(report: Path) -> None:
-    """Start the main job on two workers, learning included, and end it when the first test is running."""
+def first_test(report: Path) -> float:
+    """Start the main job on two workers, learning included, and end it when the first test is running: that moment."""
     options = ["--hri-suite=rl", "-n", "2", "-v", "-p", "no:cacheprovider", f"--hri-report={report}"]
     with subprocess.Popen(
         [sys.executable, "-u", "-m", "pytest", *options], cwd=ROOT, stdout=subprocess.PIPE, text=True
     ) as process:
         assert process.stdout is not None
-        started = any("::" in line for line in process.stdout)
-        process.terminate()
-    assert started, "pytest ended without a test"
+        # The id of a running test is printed without a line's end, which comes when the test is over.
+        output = ""
+        while "::" not in output and (char := process.stdout.read(1)):
+            output += char
+        ended = time.perf_counter()
+        process.terminate()  # to end the workers takes as long again, and is not counted
+    assert "::" in output, "pytest ended without a test"
+    return ended
 
 
 def suite(workers: int, options: list[str]) -> None:
