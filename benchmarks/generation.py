@@ -63,14 +63,7 @@ def measure() -> Times:
     times: Times = {}
     with timed("whole", times):
         with timed("import", times):
-            from pytest_hricdv.generate import (
-                context,
-                exhaustive_exploration,
-                learner,
-                methods,
-                model_runner,
-                suite,
-            )
+            from pytest_hricdv.generate import context, learner, methods, model_runner, suite
         space, parameters = testbench.beliefs, testbench.learning
         with timed("parsing", times):
             runner = model_runner.ModelRunner(testbench.model, space)
@@ -84,7 +77,7 @@ def measure() -> Times:
             drafts = [context.draft_of(run, space) for run in selector.chosen]
             suite.Suite.of_drafts("rl", 0, drafts, suite.Generation(declared_plans=runner.plan_labels))
         with timed("exploration", times):
-            exhaustive_exploration.explore_exhaustively(model_runner.ModelRunner(testbench.model, space))
+            model_runner.explore_exhaustively(model_runner.ModelRunner(testbench.model, space))
     return times
 
 

@@ -21,7 +21,7 @@ from functools import partial
 from pathlib import Path
 
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Vocabulary, evaluate, load_requirements
-from pytest_hricdv.monitor.near_miss import nearest_miss
+from pytest_hricdv.monitor.logged import nearest_miss
 from studies.session import machine
 
 RATE_HZ = 240

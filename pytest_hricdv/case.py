@@ -14,10 +14,9 @@ from pytest_hricdv.coverage.measurement import Measurement, debugger
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, Concretization, concretize
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Verdict, Vocabulary, explained
-from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Bus, Kernel, Record, Recorder
 from pytest_hricdv.runtime.record import Value
-from pytest_hricdv.testbench import Outcome, Testbench, TestbenchError
+from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 

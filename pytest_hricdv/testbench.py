@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -12,14 +13,15 @@ from typing import Any, get_type_hints
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.film.film import Camera, Film
 from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.concrete import Concretization
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
-from pytest_hricdv.monitor import Requirement, Vocabulary
-from pytest_hricdv.run import Run
-from pytest_hricdv.runtime import topic_of
+from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary
+from pytest_hricdv.runtime import Bus, Kernel, Recorder, topic_of
+
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 __all__ = [
     "BeliefSpace",
@@ -39,8 +41,18 @@ __all__ = [
     "checked",
 ]
 
-
-__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+PARTS: Mapping[str, str] = {
+    "name": "a name for reports",
+    "model": "the BDI model (Model) that tests are generated from",
+    "beliefs": "the belief space (BeliefSpace) that steers the model",
+    "concretization": "the human's commands with the ranges of their parameters (Concretization)",
+    "requirements": "the path of a TOML file of requirement texts, or a tuple of requirements",
+    "messages": "the dataclasses of the messages on the bus",
+    "signals": "the physical signals, name -> bool or float",
+    "cross": "a mapping of names to cross products (CrossProduct)",
+    "code": "the names of the packages under test",
+    "run": "a function that runs one concrete test and returns an Outcome",
+}
 
 
 class TestbenchError(Exception):
@@ -147,20 +159,6 @@ def _field_kinds(kind: type[Any]) -> dict[str, type[bool] | type[float]]:
     return kinds
 
 
-PARTS: Mapping[str, str] = {
-    "name": "a name for reports",
-    "model": "the BDI model (Model) that tests are generated from",
-    "beliefs": "the belief space (BeliefSpace) that steers the model",
-    "concretization": "the human's commands with the ranges of their parameters (Concretization)",
-    "requirements": "the path of a TOML file of requirement texts, or a tuple of requirements",
-    "messages": "the dataclasses of the messages on the bus",
-    "signals": "the physical signals, name -> bool or float",
-    "cross": "a mapping of names to cross products (CrossProduct)",
-    "code": "the names of the packages under test",
-    "run": "a function that runs one concrete test and returns an Outcome",
-}
-
-
 def checked(candidate: object, where: str) -> Testbench:
     """`candidate` as a testbench.
 
@@ -217,3 +215,51 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, path in paths.items():
         if path is not None and not Path(path).is_file():
             raise TestbenchError(f"{where}: {name} is {path}, and there is no such file")
+
+
+@dataclass
+class Run:
+    """What the testbench's `run` works with: virtual time, bus, record, and the test to enact."""
+
+    test: ConcreteTest
+    kernel: Kernel
+    bus: Bus
+    recorder: Recorder
+    measured: Callable[[Callable[[], None]], Callable[[], None]]
+    """Wraps the body of the node that is the code under test: coverage is measured in this node's greenlet only."""
+    monitors: MonitorSet = field(repr=False)
+    filming: Callable[[Run], AbstractContextManager[None]] | None = None
+    """Entered around the run when it is filmed; None otherwise."""
+    acted_s: list[float] = field(default_factory=list)
+    """When each action began (s of simulated time), as far as `actions` or `acting` reported it."""
+
+    def actions(self) -> Iterator[ConcreteAction]:
+        """The test's actions, one after the other; taking the next one reports that it begins now."""
+        for number, action in enumerate(self.test.actions):
+            self.acting(number)
+            yield action
+
+    def acting(self, number: int) -> None:
+        """Report that action `number` (from 0, in order) begins now; explanations of failures show these times."""
+        if number == len(self.acted_s) < len(self.test.actions):
+            self.acted_s.append(self.kernel.now_s)
+
+    def go(self, limit_s: float) -> str:
+        """Run the nodes up to `limit_s`, then on until no monitor has an open deadline; then end all nodes.
+
+        Returns:
+            Why it ended: what was given to `kernel.stop`, "idle", or "limit".
+        """
+        with nullcontext() if self.filming is None else self.filming(self):
+            try:
+                ended = self.kernel.run(limit_s)
+                while (deadline_s := self._open_deadline_s()) is not None:
+                    if self.kernel.run(deadline_s) == "idle":
+                        self.kernel.skip(deadline_s)
+            finally:
+                self.kernel.close()
+        return ended
+
+    def _open_deadline_s(self) -> float | None:
+        deadline_s = self.monitors.next_deadline_s()
+        return deadline_s if deadline_s is not None and self.kernel.now_s < deadline_s else None

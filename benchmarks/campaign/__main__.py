@@ -33,7 +33,7 @@ DEPENDS = (
     "pytest_hricdv/coverage",
     "pytest_hricdv/generate",
     "pytest_hricdv/monitor",
-    "pytest_hricdv/run.py",
+    "pytest_hricdv/testbench.py",
     "pytest_hricdv/runtime",
 )
 """Files and folders that the outcome of a run depends on; the stored abstract tests also depend on the models."""

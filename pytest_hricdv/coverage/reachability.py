@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
+from pytest_hricdv.coverage.closure import declare
 from pytest_hricdv.coverage.code_map import CoverageError
-from pytest_hricdv.coverage.cross_closure import declare
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.coverage.records import ExplorationRecord, PlannedBin, ProductDeclaration, Proof
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
-from pytest_hricdv.generate.exhaustive_exploration import Exploration, explore_exhaustively
+from pytest_hricdv.generate.model import Exploration
 
 CACHE_KEY = "hricdv/exploration-{}"
 
@@ -74,6 +74,8 @@ def _explored(context: GenerationContext, cache: Any | None) -> Exploration:
             return Exploration.from_json(kept)
         except GenerateError:
             pass  # written by another version, or cut off: explore again
+    from pytest_hricdv.generate.model_runner import explore_exhaustively  # it loads the BDI engine
+
     found = explore_exhaustively(context.model_runner())
     if cache is not None:
         cache.set(key, found.to_json())

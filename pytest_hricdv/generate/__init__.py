@@ -1,8 +1,7 @@
 """From belief subsets to tests: methods that generate abstract tests, and their concretization.
 
     beliefs                         the space of beliefs, and a file of subsets of it
-    model, model_runner             the BDI agents: their declaration, and running them with a subset
-    exhaustive_exploration          all runs of a model
+    model, model_runner             the BDI agents: their declaration, and running them with one subset or with all
     qlearning, learner              what Q-learning is given; learning which beliefs cover many plans, and the policy
     saved_table                     a learned table in a file
     context                         what suites are generated from, and the protocol of methods

@@ -1,4 +1,4 @@
-"""The BDI model of an interaction: its declaration, the outcome of one run, and its plans for the report."""
+"""The BDI model of an interaction: its declaration, one run, all runs, and its plans for the report."""
 
 from __future__ import annotations
 
@@ -7,14 +7,21 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import Plans
 from pytest_hricdv.generate.rng import Json, digest
 
+if TYPE_CHECKING:
+    pass
+
 MAX_ROUNDS = 20_000
 """Enough for any run that ends by itself; a run without end is cut off after a short time."""
+
+EXPLORATION_SCHEMA = "hricdv-exploration/1"
+_FIRST_CODE = ord("0")
+"""In the cache, commands are single characters from this one on: none of these is a comma or ends a line."""
 
 
 @dataclass(frozen=True)
@@ -157,3 +164,57 @@ def list_model(model: Model, root: Path) -> dict[str, Any]:
     except KeyError as error:
         raise GenerateError(f"{model.path}: no agent {error} in this model") from None
     return listed
+
+
+@dataclass(frozen=True)
+class Exploration:
+    """All runs of the model, or the reason why they are not known.
+
+    Args:
+        plans: agent and label of each coverage plan, by the number of its bit.
+        beliefs: the beliefs, by the number of their bit.
+        runs: those with few beliefs first.
+        reason: why these are not all runs; empty if they are.
+    """
+
+    plans: tuple[tuple[str, str], ...] = ()
+    beliefs: tuple[str, ...] = ()
+    runs: tuple[ExploredRun, ...] = ()
+    reason: str = ""
+
+    @property
+    def complete(self) -> bool:
+        """Whether these are all runs that exist."""
+        return not self.reason
+
+    def belief_set(self, bits: int) -> tuple[str, ...]:
+        """The beliefs of a set, in declared order."""
+        return tuple(belief for place, belief in enumerate(self.beliefs) if bits >> place & 1)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data for a cache."""
+        commands = sorted({line for run in self.runs for line in run.lines})
+        codes = {line: chr(_FIRST_CODE + place) for place, line in enumerate(commands)}
+        runs = [f"{''.join([codes[line] for line in run.lines])},{run.plans:x},{run.beliefs:x}" for run in self.runs]
+        texts = {"schema": EXPLORATION_SCHEMA, "reason": self.reason, "commands": commands, "runs": "\n".join(runs)}
+        return {**texts, "plans": [list(plan) for plan in self.plans], "beliefs": list(self.beliefs)}
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Exploration:
+        """The exploration that `to_json` gave.
+
+        Raises:
+            GenerateError: it is of another version, or incomplete.
+        """
+        try:
+            if data["schema"] != EXPLORATION_SCHEMA:
+                raise GenerateError(f"an exploration of schema {data['schema']!r}; expected {EXPLORATION_SCHEMA!r}")
+            commands = {chr(_FIRST_CODE + place): line for place, line in enumerate(data["commands"])}
+            runs = []
+            for text in data["runs"].split("\n") if data["runs"] else ():
+                lines, plans, beliefs = text.split(",")
+                runs.append(ExploredRun(tuple([commands[code] for code in lines]), int(plans, 16), int(beliefs, 16)))
+            known = tuple((agent, label) for agent, label in data["plans"])
+            return cls(known, tuple(data["beliefs"]), tuple(runs), data["reason"])
+        except (KeyError, AttributeError, TypeError, ValueError) as error:
+            raise GenerateError(f"an exploration that cannot be read: {error!r}") from None

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
+from itertools import combinations
 from pathlib import Path
 
-from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure
+from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure, TooLargeError
 from pytest_hricdv.bdi.language.syntax_tree import children
 from pytest_hricdv.bdi.memo import Memo
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import Plans, command_from_action
 from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.model import ExploredRun, Model, ModelRun
+from pytest_hricdv.generate.model import Exploration, ExploredRun, Model, ModelRun
 from pytest_hricdv.suggestion import nearest
 
 Content = tuple[tuple[str, ...], int]
 """The abstract test of a run, and the plans executed as bits."""
+
+MAX_OTHERS = 9
+"""A space with at most this many beliefs beside the start beliefs is explored set by set: 512 runs per start belief."""
+TOO_LARGE = "too large: the model has too many different runs"
+NOT_ENUMERABLE = (
+    "too large: the model's runs cannot be told apart piece by piece, and there are too many sets of beliefs"
+)
 
 _ROUND_LIMIT = "round limit"
 """How the BDI engine reports a run that was ended because of its length."""
@@ -174,3 +182,41 @@ def _mentioned(system: MultiAgentSystem, actor: str) -> list[str]:
             names[part.functor] = None
         pending.extend(children(part))
     return list(names)
+
+
+def explore_exhaustively(runner: ModelRunner) -> Exploration:
+    """Find all runs of a model: every abstract test that a belief set can give, with the plans executed.
+
+    The belief sets are those with one start belief and any of the others. If the BDI engine can enumerate the runs of
+    the model, not all sets have to be run; otherwise a small space is explored set by set, and a large one is not
+    explored.
+
+    Raises:
+        GenerateError: the model fails.
+    """
+    plans = tuple((agent, label) for agent, labels in runner.plan_labels.items() for label in labels)
+    beliefs = runner.space.beliefs
+    try:
+        runs = runner.all_runs(plans)
+    except TooLargeError:
+        return Exploration(plans, beliefs, reason=TOO_LARGE)
+    if runs is None:
+        if len(runner.space.others) > MAX_OTHERS:
+            return Exploration(plans, beliefs, reason=NOT_ENUMERABLE)
+        runs = list(_set_by_set(runner, plans))
+    runs.sort(key=lambda run: (run.beliefs.bit_count(), run.beliefs, run))
+    return Exploration(plans, beliefs, tuple(runs))
+
+
+def _set_by_set(runner: ModelRunner, plans: tuple[tuple[str, str], ...]) -> Iterator[ExploredRun]:
+    """Each distinct run once, by running all belief sets, the smallest first."""
+    seen: set[tuple[tuple[str, ...], int]] = set()
+    others, bits = runner.space.others, runner.space.bits
+    for size in range(len(others) + 1):
+        for start in runner.space.start:
+            for chosen in combinations(others, size):
+                run = runner.run((start, *chosen))
+                mask = sum(1 << place for place, (agent, label) in enumerate(plans) if label in run.plans[agent])
+                if (run.lines, mask) not in seen:
+                    seen.add((run.lines, mask))
+                    yield ExploredRun(run.lines, mask, sum(bits[belief] for belief in run.beliefs))

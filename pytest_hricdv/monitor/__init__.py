@@ -30,10 +30,10 @@ Modules, each built on the ones before it:
 - `formula` (the formula as data, and its text), `requirement` (requirement, vocabulary, errors in a text)
 - `analysis` (what a formula reads, and when its value can change)
 - `parser` (text to formula), `loading` (TOML files); `dsl` and `build` (formulas written in Python)
-- `evaluation_state` (what compiled formulas read), `verdict` (the result as data), `log` (a logged run)
+- `evaluation_state` (what compiled formulas read), `verdict` (the result as data)
 - `operators` (operators with memory), `compiler` (formula to Python functions and operators)
 - `requirement_monitor` (the monitor of one requirement), `monitor_set` (the monitors of a run)
-- `near_miss` (why a requirement was not triggered), `logged` (verdicts on a logged run)
+- `logged` (logged runs: verdicts on them, and why a requirement was not triggered)
 
 A new operator is added in this order; where a `match` has to be complete, mypy reports the missing case.
 
@@ -54,10 +54,8 @@ A new operator is added in this order; where a `match` has to be complete, mypy 
 
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.loading import check_requirement, load_requirements, parse_formula
-from pytest_hricdv.monitor.log import Log
-from pytest_hricdv.monitor.logged import evaluate
+from pytest_hricdv.monitor.logged import Log, evaluate, explained
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
-from pytest_hricdv.monitor.near_miss import explained
 from pytest_hricdv.monitor.requirement import Requirement, RequirementError, Vocabulary
 from pytest_hricdv.monitor.verdict import Attempt, NearestMiss, Verdict, Violation
 

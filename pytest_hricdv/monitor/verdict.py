@@ -85,7 +85,7 @@ class Verdict:
             least time left to the deadline when it was satisfied (s), 0.0 if missed. None if nothing was compared.
             It does not decide the verdict: at 0.0, `<` fails and `<=` passes.
         margin_time_s: when the margin first occurred (s).
-        nearest_miss: if the antecedent was never true: when it was nearest to it (added by `near_miss.explained`).
+        nearest_miss: if the antecedent was never true: when it was nearest to it (added by `logged.explained`).
         history: the attempts in the order of their triggers.
     """
 

@@ -16,8 +16,6 @@ from pytest_hricdv.generate.suite_files import dump_tests
 from pytest_hricdv.report import EXPORT_FORMATS
 from pytest_hricdv.report.exported_files import ExportTargets, write_exports
 from pytest_hricdv.report.files import write, write_text
-from pytest_hricdv.results import baseline
-from pytest_hricdv.results.baseline import Baseline, BaselineError
 from pytest_hricdv.results.building import minimal_tests
 from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.gates import (
@@ -30,7 +28,15 @@ from pytest_hricdv.results.gates import (
     parse_exemptions,
     parse_threshold,
 )
-from pytest_hricdv.results.judgement import Judgement, judge
+from pytest_hricdv.results.judgement import (
+    Baseline,
+    BaselineError,
+    Judgement,
+    baseline_of,
+    judge,
+    read_baseline,
+    write_baseline,
+)
 from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards, sessions_of
 from pytest_hricdv.results.model import GateResult, Report, TestResult
 
@@ -170,7 +176,7 @@ def _judged(report: Report, options: argparse.Namespace) -> Judgement:
     if options.update_baseline and missing > 0:
         failed.append(f"{options.baseline} was not updated: tests are missing")
     elif options.update_baseline:
-        baseline.write(baseline.baseline_of(report, old), options.baseline)
+        write_baseline(baseline_of(report, old), options.baseline)
     return replace(judgement, failed=(*failed, *judgement.failed))
 
 
@@ -179,7 +185,7 @@ def _baseline(report: Report, options: argparse.Namespace) -> Baseline | None:
         raise BaselineError("--update-baseline: say which file, with --baseline=FILE")
     if options.baseline is None or (options.update_baseline and not options.baseline.exists()):
         return None
-    return baseline.read(options.baseline, report.testbench)
+    return read_baseline(options.baseline, report.testbench)
 
 
 def _gates(report: Report, options: argparse.Namespace) -> Gates:

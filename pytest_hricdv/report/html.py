@@ -1,19 +1,21 @@
 """The HTML report: a page that needs no network, made from the report alone; of a large report, files beside it."""
 
+from __future__ import annotations
+
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import Any, Literal
 from urllib.parse import quote
 
 import jinja2
 from markupsafe import Markup
 
-from pytest_hricdv.report import explanation, formatting, plot_data, tests_view, totals
+from pytest_hricdv.report import explanation, formatting, tests_view, totals
 from pytest_hricdv.report.requirement_view import margin_unit, requirement_view, triggers_over_time
 from pytest_hricdv.report.source_view import code_sources, model_sources
-from pytest_hricdv.results.model import Report
+from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 EMBEDDED_BYTES = 1_200_000
 """If the tests' details are larger, they are written to files beside the page, so that it opens fast."""
@@ -41,6 +43,15 @@ _OUTCOME_WORDS = {
     "error": "error",
     "not-run": "not run",
 }
+
+COLUMNS = 400
+Kind = Literal["statements", "branches", "plans"]
+KINDS: tuple[Kind, ...] = ("statements", "branches", "plans")
+_LEAST_CHANGE = 1e-12  # smaller changes are rounding errors and would only stretch a logarithmic axis
+
+Point = tuple[float, float]
+Places = Sequence[Mapping[str, int]]
+"""Of each coordinate: bin -> number."""
 
 
 def page(report: Report) -> tuple[str, dict[str, str]]:
@@ -118,10 +129,7 @@ def _context(report: Report) -> dict[str, Any]:
 
 def _data(report: Report, names: list[str]) -> dict[str, Any]:
     """Plain data for the page's scripts."""
-    curves = [
-        {"closure": plot_data.closure_curves(suite), "learning": plot_data.learning_curve(suite)}
-        for suite in report.suites
-    ]
+    curves = [{"closure": closure_curves(suite), "learning": learning_curve(suite)} for suite in report.suites]
     return tests_view.index(report) | {
         "outcomeWords": _OUTCOME_WORDS,
         "outcomeLabel": report.outcome_label,
@@ -132,8 +140,8 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
         "units": report.units or {},
         "state": report.state,
         "statements": [(file.file, line) for file in report.code_under_test.map for line in file.statements],
-        "cross": plot_data.heat_maps(report),
-        "minimal": plot_data.minimal_suite(report),
+        "cross": heat_maps(report),
+        "minimal": minimal_suite(report),
     }
 
 
@@ -146,3 +154,111 @@ def _json(value: object) -> str:
 @cache
 def _asset(name: str) -> str:
     return files(__package__).joinpath("page", name).read_text(encoding="utf-8")
+
+
+def closure_curves(suite: SuiteResult) -> dict[str, list[Point]]:
+    """Kind of coverage -> (tests run, per cent covered by them together); without kinds that were not measured."""
+    curves: dict[str, list[Point]] = {}
+    for kind in KINDS:
+        total = _total(suite, kind)
+        steps = [(step.tests, getattr(step, kind)) for step in suite.curve]
+        if total and steps:
+            curves[kind] = thinned([(tests, round(100.0 * covered / total, 2)) for tests, covered in steps])
+    return curves
+
+
+def learning_curve(suite: SuiteResult) -> list[Point]:
+    """(iteration, largest change of Q); a change of 0, which has no logarithm, counts as the least change."""
+    changes = enumerate(suite.generation.q_delta, start=1)
+    return thinned([(number, float(f"{max(change, _LEAST_CHANGE):.4g}")) for number, change in changes])
+
+
+def minimal_suite(report: Report) -> dict[str, Any]:
+    """The smallest suite with the coverage of all tests.
+
+    Returns:
+        `curve`: (simulated s, points covered) test by test, `growth`: the same of all tests in the report's order,
+        `points` and `sim_s` of all tests, `gains`: number of a test in the report -> points that it adds, of the tests
+        of the smallest suite, `unique`: the same with the points that no other test covers.
+    """
+    closure = report.closure
+    numbers = {test.nodeid: number for number, test in enumerate(report.tests)}
+    curve: list[Point] = [(0.0, 0.0), *((round(step.sim_s, 2), step.points) for step in closure.minimal)]
+    growth: list[Point] = [(0.0, 0.0), *((round(sim_s, 2), points) for sim_s, points in closure.growth)]
+    growth.append((round(closure.sim_s, 2), closure.points))
+    return {
+        "curve": thinned(curve),
+        "growth": thinned(growth),
+        "points": closure.points,
+        "sim_s": closure.sim_s,
+        "gains": {numbers[step.nodeid]: step.gain for step in closure.minimal if step.nodeid in numbers},
+        "unique": {numbers[name]: count for name, count in closure.unique.items() if name in numbers},
+    }
+
+
+def heat_maps(report: Report) -> list[dict[str, Any]]:
+    """The cross products, each with what its heat map needs.
+
+    Returns:
+        `name`, `coordinates` ([name, bins] each), `closed` (["impossible" or "illegal", reason, bit set of bins as a
+        hexadecimal number] each), `suites` (suite -> [bin, tests that hit it] each), `tests` (the bins that each
+        test of the report hit), `proof`. Bins are numbered, the last coordinate's fastest.
+    """
+    maps = []
+    for name, product in sorted(report.cross_products.items()):
+        coordinates = [(each.name, each.bins) for each in product.coordinates]
+        places = [{each: number for number, each in enumerate(bins)} for _, bins in coordinates]
+        closed: dict[tuple[str, str], int] = {}
+        for kind, bins in (("impossible", product.impossible), ("illegal", product.illegal)):
+            for each in bins:
+                closed[kind, each.reason] = closed.get((kind, each.reason), 0) | 1 << _number(each.bin, places)
+        maps.append(
+            {
+                "name": name,
+                "coordinates": coordinates,
+                "closed": [(kind, reason, f"{bits:x}") for (kind, reason), bits in closed.items()],
+                "suites": {suite.name: _suite_hits(suite, name, places) for suite in report.suites},
+                "tests": [_test_hits(test, name, places) for test in report.tests],
+                "proof": product.proof.reason or "",
+            }
+        )
+    return maps
+
+
+def thinned(points: Sequence[Point], columns: int = COLUMNS) -> list[Point]:
+    """At most two points per column, the lowest and the highest: a long curve keeps its shape in fewer bytes."""
+    if len(points) <= 2 * columns:
+        return list(points)
+    kept: list[Point] = [points[0]]
+    for column in range(columns):
+        part = points[column * len(points) // columns : (column + 1) * len(points) // columns]
+        kept += sorted({min(part, key=_height), max(part, key=_height)})
+    return [*kept, points[-1]]
+
+
+def _height(point: Point) -> float:
+    return point[1]
+
+
+def _total(suite: SuiteResult, kind: Kind) -> int:
+    if kind == "plans":
+        return sum(agent.total for agent in suite.plans.values())
+    coverage = suite.code.statements if kind == "statements" else suite.code.branches
+    return coverage.total if coverage else 0
+
+
+def _suite_hits(suite: SuiteResult, product: str, places: Places) -> list[tuple[int, int]]:
+    coverage = suite.cross.products.get(product)
+    return [(_number(hit.bin, places), hit.tests) for hit in coverage.hits] if coverage else []
+
+
+def _test_hits(test: TestResult, product: str, places: Places) -> list[int]:
+    hits = (test.cross or {}).get(product, ())
+    return sorted({_number(each, places) for each in hits})
+
+
+def _number(combination: Sequence[str], places: Places) -> int:
+    number = 0
+    for each, numbers in zip(combination, places, strict=True):
+        number = number * len(numbers) + numbers[each]
+    return number

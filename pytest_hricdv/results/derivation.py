@@ -11,9 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from msgspec.structs import replace
 
 from pytest_hricdv.coverage import gaps
-from pytest_hricdv.coverage.closure_summary import PointIndex, closure_summary
+from pytest_hricdv.coverage.closure import PointIndex, closure_summary, cross_closure
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, percent
-from pytest_hricdv.coverage.cross_closure import cross_closure
 from pytest_hricdv.coverage.records import Closure, CodeUnderTest, CrossCoverage, Gap, PlanCoverage, SuiteCode
 from pytest_hricdv.coverage.suite_coverage import (
     RunCoverage,

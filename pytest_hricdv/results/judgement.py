@@ -1,16 +1,201 @@
-"""Judges a report by gates and a baseline: what fails the session, and what improved."""
+"""Judges a report by gates and a baseline: what fails the session, and what improved.
+
+The baseline is what a run reached earlier, kept under version control to find what got worse.
+"""
 
 from __future__ import annotations
 
 import datetime
-from collections.abc import Iterator, Mapping
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal
 
+from msgspec import to_builtins
+
+from pytest_hricdv.atomic_file import write_text
 from pytest_hricdv.coverage.gaps import nearest_miss
-from pytest_hricdv.results.baseline import Baseline, compare
+from pytest_hricdv.coverage.records import Count, Names, Number, Record
+from pytest_hricdv.results.codec import MalformedError, decode_located
 from pytest_hricdv.results.derivation import percentages
 from pytest_hricdv.results.gates import KINDS, Exemption, Gates, Threshold
-from pytest_hricdv.results.model import Report
+from pytest_hricdv.results.model import Report, SuiteResult, TestResult
+
+SCHEMA: Final = "hricdv-baseline/1"
+
+
+class BaselineError(Exception):
+    """A baseline cannot be read, written or compared with; the text says which file, why, and what to do."""
+
+
+class SuiteBaseline(Record, frozen=True, kw_only=True):
+    """What one suite reached: violating tests by requirement, tests in error, triggers, percentages, plans, bins."""
+
+    violations: Mapping[str, Names]
+    broken: Names
+    triggers: Mapping[str, Count]
+    percent: Mapping[str, Number | None]
+    plans: Mapping[str, Names]
+    bins: Mapping[str, tuple[Names, ...]]
+
+
+class Baseline(Record, frozen=True, kw_only=True):
+    """What the suites of a testbench reached."""
+
+    schema: Literal["hricdv-baseline/1"]
+    testbench: str
+    suites: Mapping[str, SuiteBaseline]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A run compared with a baseline: what got worse, and what got better, a sentence each."""
+
+    worse: tuple[str, ...] = ()
+    better: tuple[str, ...] = ()
+
+
+def baseline_of(report: Report, old: Baseline | None = None) -> Baseline:
+    """What to keep of a report. Suites that the old baseline has and the report has not are kept as they are."""
+    percents = {kind: dict(percentages(report, kind)) for kind in KINDS}
+    now = {
+        suite.name: _suite_baseline(
+            suite,
+            [test for test in report.tests if test.suite == suite.name],
+            {kind: percents[kind].get(suite.name) for kind in KINDS},
+        )
+        for suite in report.suites
+    }
+    return Baseline(schema=SCHEMA, testbench=report.testbench, suites={**(old.suites if old else {}), **now})
+
+
+def _suite_baseline(
+    suite: SuiteResult, tests: Sequence[TestResult], percent: Mapping[str, float | None]
+) -> SuiteBaseline:
+    return SuiteBaseline(
+        violations={requirement: _violating(tests, requirement) for requirement in suite.requirements},
+        broken=tuple(sorted(test.id for test in tests if test.outcome == "error")),
+        triggers={requirement: tally.triggers for requirement, tally in suite.requirements.items()},
+        percent=percent,
+        plans={agent: tuple(sorted(plans.covered)) for agent, plans in suite.plans.items()},
+        bins={name: tuple(sorted(hit.bin for hit in product.hits)) for name, product in suite.cross.products.items()},
+    )
+
+
+def _violating(tests: Sequence[TestResult], requirement: str) -> Names:
+    return tuple(sorted(test.id for test in tests if test.requirements[requirement].verdict == "Failed"))
+
+
+def read_baseline(path: Path, testbench: str) -> Baseline:
+    """Read a baseline.
+
+    Raises:
+        BaselineError: it is missing, cut off, no baseline, or one of another testbench.
+    """
+    try:
+        baseline = decode_located(path.read_text(encoding="utf-8"), Baseline)
+    except FileNotFoundError:
+        raise BaselineError(f"{path}: no such baseline; write it with --hri-update-baseline") from None
+    except MalformedError as error:
+        raise BaselineError(f"{path}{error}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise BaselineError(f"{path}: cannot be read: {error}") from None
+    if baseline.testbench != testbench:
+        raise BaselineError(f"{path}: of the testbench {baseline.testbench!r}; expected {testbench!r}")
+    return baseline
+
+
+def write_baseline(baseline: Baseline, path: Path) -> None:
+    """Write a baseline atomically, a line for each value, so that a version control system shows what changed.
+
+    Raises:
+        BaselineError: the folder cannot be written.
+    """
+    text = json.dumps(to_builtins(baseline), sort_keys=True, indent=1, allow_nan=False)
+    try:
+        write_text(path, text + "\n")
+    except OSError as error:
+        raise BaselineError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def compare(report: Report, baseline: Baseline, *, whole: bool) -> Comparison:
+    """Compare a report with a baseline.
+
+    A violation is new where the test did not violate that requirement before, known or not. Code is compared by
+    percentage, since lines move; plans, bins and triggers by name. Of a part of the tests only failures are compared.
+
+    Args:
+        whole: all tests of the suites were selected.
+    """
+    worse: list[str] = []
+    better: list[str] = []
+    for name, now in baseline_of(report).suites.items():
+        before = baseline.suites.get(name)
+        if before is None:
+            better.append(f"suite {name} is not in the baseline: --hri-update-baseline adds it")
+            continue
+        worse += [f"suite {name}: {text}" for text in _new_failures(before, now)]
+        if whole:
+            worse += [f"suite {name}: {text}" for text in _lost(before, now)]
+            better += [f"suite {name}: {text}" for text in _gained(before, now)]
+    return Comparison(tuple(worse), tuple(better))
+
+
+def _new_failures(before: SuiteBaseline, now: SuiteBaseline) -> Iterator[str]:
+    for requirement, tests in now.violations.items():
+        new = sorted(set(tests) - set(before.violations.get(requirement, ())))
+        if new:
+            yield f"{requirement} is newly violated by {_shown(new)}"
+    new = sorted(set(now.broken) - set(before.broken))
+    if new:
+        yield f"newly in error: {_shown(new)}"
+
+
+def _lost(before: SuiteBaseline, now: SuiteBaseline) -> Iterator[str]:
+    for requirement, triggers in before.triggers.items():
+        if triggers and not now.triggers.get(requirement):
+            yield f"{requirement} is no longer triggered; {triggers} times in the baseline"
+    for kind, percent in before.percent.items():
+        reached = now.percent.get(kind)
+        if kind in ("statements", "branches") and percent is not None:
+            if reached is None:
+                yield f"{kind} unmeasured; {percent:.2f} % in the baseline"
+            elif reached < percent:
+                yield f"{kind} {reached:.2f} %; {percent:.2f} % in the baseline"
+    yield from (f"lost {text}" for text in _more(before, now))
+
+
+def _gained(before: SuiteBaseline, now: SuiteBaseline) -> Iterator[str]:
+    for requirement, tests in before.violations.items():
+        mended = sorted(set(tests) - set(now.violations.get(requirement, ())))
+        if mended:
+            yield f"{requirement} is no longer violated by {_shown(mended)}"
+    for requirement, triggers in now.triggers.items():
+        if triggers and not before.triggers.get(requirement):
+            yield f"{requirement} is triggered now, {triggers} times"
+    for kind in ("statements", "branches"):
+        old, new = before.percent.get(kind), now.percent.get(kind)
+        if new is not None and (old is None or new > old):
+            yield f"{kind} {new:.2f} %; {'unmeasured' if old is None else f'{old:.2f} %'} in the baseline"
+    yield from (f"gained {text}" for text in _more(now, before))
+
+
+def _more(some: SuiteBaseline, others: SuiteBaseline) -> Iterator[str]:
+    """The plans and bins that some have and others have not."""
+    for agent, plans in some.plans.items():
+        missing = sorted(set(plans) - set(others.plans.get(agent, ())))
+        if missing:
+            yield f"plans of {agent}: {_shown(missing)}"
+    for product, bins in some.bins.items():
+        missing = sorted({" x ".join(each) for each in bins} - {" x ".join(e) for e in others.bins.get(product, ())})
+        if missing:
+            yield f"bins of {product}: {_shown(missing)}"
+
+
+def _shown(names: list[str], most: int = 3) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,7 @@
 """Further runs of single tests: shrinking failing tests, searching for violations, replaying a run exactly.
 
     evolution_strategy    the search for a violation of a requirement
-    shrink                the reduction of a failing test
-    failure_signature     which part of a requirement failed
+    shrink                the reduction of a failing test, as long as the same part of a requirement fails
     replay                replay files
 
 Independent of the domain: a test is a list of actions with parameters, and a run is a function passed as an argument.

@@ -3,12 +3,14 @@
 Actions are dropped first, by delta debugging (A. Zeller, R. Hildebrandt: Simplifying and Isolating Failure-Inducing
 Input, IEEE TSE 28(2), 2002), whole turns before single actions. Then the remaining parameters get simpler values (see
 `shrink_candidates`), all of them at once if the test still fails. Both are repeated until nothing changes any more, so
-shrinking the result again changes nothing.
+shrinking the result again changes nothing. Two failures are the same if they have the same signature: the parts of the
+requirement that were violated.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import operator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 from math import floor, log10
@@ -16,6 +18,22 @@ from typing import TypeVar
 
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Chance, Range, Sampler
+from pytest_hricdv.monitor import Requirement, Verdict, Violation
+from pytest_hricdv.monitor.analysis import conjuncts
+from pytest_hricdv.monitor.formula import (
+    And,
+    Arithmetic,
+    BooleanName,
+    Comparison,
+    Eventually,
+    FloatName,
+    Negative,
+    Not,
+    Number,
+    Or,
+    PastFormula,
+    Term,
+)
 from pytest_hricdv.search import Budget, BudgetSpentError, Ended
 
 T = TypeVar("T")
@@ -24,6 +42,24 @@ _SIGNIFICANT_DIGITS = (1, 2, 3)
 
 #: The place of a parameter: the number of its action (None: a parameter of the run), and its name.
 Spot = tuple[int | None, str]
+
+_RELATIONS: Mapping[str, Callable[[float, float], bool]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
+_ARITHMETIC: Mapping[str, Callable[[float, float], float]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+}
+
+#: The texts of the conjuncts that were false.
+FailureSignature = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -214,3 +250,61 @@ def _rounded(value: float, sampler: Sampler) -> Iterator[float]:
         rounded = round(value, digits - 1 - magnitude)
         if inside.contains(rounded):
             yield rounded
+
+
+def failure_signature(requirement: Requirement, violation: Violation) -> FailureSignature:
+    """The conjuncts of the requirement's condition that were false when it was violated.
+
+    They are evaluated on the values of the violation. A conjunct that depends on more than these (on an event or on
+    the past) counts as false only if no other one is. A missed deadline has the whole condition as its signature.
+    """
+    response = requirement.formula.response
+    parts = tuple(conjuncts(response.condition))
+    if isinstance(response, Eventually):
+        return tuple(str(part) for part in parts)
+    truths = [_evaluate(part, violation.values) for part in parts]
+    false = tuple(str(part) for part, truth in zip(parts, truths, strict=True) if truth is False)
+    return false or tuple(str(part) for part, truth in zip(parts, truths, strict=True) if truth is None)
+
+
+def has_signature(requirement: Requirement, signature: FailureSignature, verdict: Verdict) -> bool:
+    """Whether the verdict is a failure with at least one violation of this signature."""
+    return verdict.verdict == "Failed" and any(
+        failure_signature(requirement, each) == signature for each in verdict.violations
+    )
+
+
+def _evaluate(formula: PastFormula, values: Mapping[str, float | bool]) -> bool | None:
+    """Whether the formula holds; None if the values alone do not determine it."""
+    match formula:
+        case BooleanName():
+            value = values.get(formula.name)
+            return None if value is None else bool(value)
+        case Comparison(for_s=0):
+            left, right = _number(formula.left, values), _number(formula.right, values)
+            return None if left is None or right is None else _RELATIONS[formula.relation](left, right)
+        case Not():
+            inner = _evaluate(formula.operand, values)
+            return None if inner is None else not inner
+        case And() | Or():
+            sides = (_evaluate(formula.left, values), _evaluate(formula.right, values))
+            dominant = isinstance(formula, Or)
+            return dominant if dominant in sides else None if None in sides else not dominant
+        case _:
+            return None
+
+
+def _number(term: Term, values: Mapping[str, float | bool]) -> float | None:
+    match term:
+        case Number():
+            return term.value
+        case FloatName():
+            return values.get(term.name)
+        case Negative():
+            inner = _number(term.operand, values)
+            return None if inner is None else -inner
+        case Arithmetic():
+            left, right = _number(term.left, values), _number(term.right, values)
+            if left is None or right is None or (term.operator == "/" and right == 0):
+                return None
+            return _ARITHMETIC[term.operator](left, right)

@@ -23,9 +23,8 @@ from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.report.explanation import violation
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import FilmResult
-from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
-from pytest_hricdv.testbench import Testbench, TestbenchError
+from pytest_hricdv.testbench import Run, Testbench, TestbenchError
 
 FOLDER = "films"
 

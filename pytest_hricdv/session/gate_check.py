@@ -8,9 +8,15 @@ from functools import cached_property
 
 import pytest
 
-from pytest_hricdv.results import baseline
-from pytest_hricdv.results.baseline import Baseline, BaselineError
-from pytest_hricdv.results.judgement import Judgement, judge
+from pytest_hricdv.results.judgement import (
+    Baseline,
+    BaselineError,
+    Judgement,
+    baseline_of,
+    judge,
+    read_baseline,
+    write_baseline,
+)
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.collection import Collection
 
@@ -47,7 +53,7 @@ class GateCheck:
         if path is None or (self.options.update_baseline and not path.exists()):
             return None
         try:
-            return baseline.read(path, self._collection.testbench.name)
+            return read_baseline(path, self._collection.testbench.name)
         except BaselineError as error:
             raise pytest.UsageError(f"--hri-baseline: {error}") from None
 
@@ -71,7 +77,7 @@ class GateCheck:
         if not whole or report.not_run:
             return f"{path} was not updated: {report.reported} of its tests ran: run the whole suites"
         try:
-            baseline.write(baseline.baseline_of(report, self._baseline), path)
+            write_baseline(baseline_of(report, self._baseline), path)
         except BaselineError as error:
             return f"--hri-update-baseline: {error}"
         return ""

@@ -12,7 +12,7 @@ from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.results.model import SearchResult, ShrunkTest, TestResult
 from pytest_hricdv.search import Budget
 from pytest_hricdv.session.options import Options
-from pytest_hricdv.session.rerunning import Rerunning
+from pytest_hricdv.session.replaying import Rerunning
 from pytest_hricdv.session.searching import Searching
 from pytest_hricdv.session.shrinking import Shrinking, shortest_failures
 

@@ -26,7 +26,7 @@ from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
 from pytest_hricdv.session.gate_check import GateCheck
 from pytest_hricdv.session.post_session import PostSession
-from pytest_hricdv.session.rerunning import Rerunning
+from pytest_hricdv.session.replaying import Rerunning
 from pytest_hricdv.session.running import Running
 
 MARKUP: dict[str, dict[str, bool]] = {

@@ -21,7 +21,7 @@ from pytest_hricdv.results.model import SearchResult, TestResult
 from pytest_hricdv.search import Budget
 from pytest_hricdv.search.evolution_strategy import Evaluation, SearchOutcome, search_violation
 from pytest_hricdv.search.replay import Origin
-from pytest_hricdv.session.rerunning import Rerunning, named
+from pytest_hricdv.session.replaying import Rerunning, named
 
 HOW = "search"
 STARTS = 5

@@ -14,10 +14,9 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.results.model import ShrunkTest, TestResult
 from pytest_hricdv.search import Budget
-from pytest_hricdv.search.failure_signature import FailureSignature, failure_signature, has_signature
 from pytest_hricdv.search.replay import Origin
-from pytest_hricdv.search.shrink import Shrunk, shrink
-from pytest_hricdv.session.rerunning import Rerunning, named
+from pytest_hricdv.search.shrink import FailureSignature, Shrunk, failure_signature, has_signature, shrink
+from pytest_hricdv.session.replaying import Rerunning, named
 
 HOW = "shrunk"
 ELSEWHERE = "it did not fail again outside of its test function: does a fixture change what the run depends on?"

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_hricdv.coverage.closure import cross_closure, declare
 from pytest_hricdv.coverage.code_map import CoverageError
-from pytest_hricdv.coverage.cross_closure import cross_closure, declare
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.coverage.records import Proof
 from pytest_hricdv.coverage.suite_coverage import RunCoverage

@@ -7,7 +7,7 @@ from functools import reduce
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.coverage.minimization import MeasuredTest, minimal_suite, unique
+from pytest_hricdv.coverage.closure import MeasuredTest, minimal_suite, unique
 
 several = st.lists(
     st.builds(

@@ -11,7 +11,7 @@ pytest.importorskip("PIL", reason="films need Pillow")
 
 from PIL import Image
 
-from pytest_hricdv.film.caption import BADGES, EDGE_PX, Caption, captioned
+from pytest_hricdv.film.recorder import BADGES, EDGE_PX, Caption, captioned
 from pytest_hricdv.film.video import FRAMES_PER_S, Gif, Mp4, Video, has_encoder, video
 from tests.film.decoded import about, decoded
 

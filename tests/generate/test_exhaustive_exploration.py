@@ -12,8 +12,8 @@ import conftest
 from pytest_hricdv.bdi.memo import decision_diagram
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.exhaustive_exploration import NOT_ENUMERABLE, TOO_LARGE, Exploration, explore_exhaustively
-from pytest_hricdv.generate.model_runner import ModelRunner
+from pytest_hricdv.generate.model import Exploration
+from pytest_hricdv.generate.model_runner import NOT_ENUMERABLE, TOO_LARGE, ModelRunner, explore_exhaustively
 from tests.generate.toy import LAMPS, lamps
 
 TABLE = conftest.pytest_hricdv_testbench(None)  # type: ignore[arg-type]

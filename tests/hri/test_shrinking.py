@@ -6,8 +6,7 @@ import pytest
 
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.search import Budget
-from pytest_hricdv.search.failure_signature import failure_signature, has_signature
-from pytest_hricdv.search.shrink import shrink
+from pytest_hricdv.search.shrink import failure_signature, has_signature, shrink
 from tests.hri import bench
 
 CRUSHED = "rl-leg1-0e72cf23"

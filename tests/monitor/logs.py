@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.monitor.formula import Formula
-from pytest_hricdv.monitor.log import Log
+from pytest_hricdv.monitor.logged import Log
 from tests.monitor.reference import TICK_S, Summary, Trace, Value, in_order
 
 

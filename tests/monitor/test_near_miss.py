@@ -10,8 +10,7 @@ from hypothesis import HealthCheck, assume, given, settings
 
 from pytest_hricdv.monitor import MonitorSet, Requirement
 from pytest_hricdv.monitor.formula import Formula
-from pytest_hricdv.monitor.log import Log
-from pytest_hricdv.monitor.near_miss import explained, nearest_miss
+from pytest_hricdv.monitor.logged import Log, explained, nearest_miss
 from pytest_hricdv.monitor.verdict import NearestMiss
 from tests.monitor.logs import Logged, log_of, run
 from tests.monitor.reference import TICK_S, ReferenceEvaluator, Trace

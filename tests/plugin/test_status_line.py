@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.report.formatting import width
-from pytest_hricdv.session.status_line import Status, StatusLine, time_left
+from pytest_hricdv.session.progress import Status, StatusLine, time_left
 from tests.plugin.screen import Screen
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict, Vocabulary, parse_formula
-from pytest_hricdv.search.failure_signature import FailureSignature, failure_signature, has_signature
+from pytest_hricdv.search.shrink import FailureSignature, failure_signature, has_signature
 
 VOCABULARY = Vocabulary(signals={"moving": bool, "speed": float, "near": bool}, messages={"done": {}})
 

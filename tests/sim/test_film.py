@@ -13,7 +13,7 @@ from PIL import Image
 
 from pytest_hricdv.case import CaseResult
 from pytest_hricdv.film import film
-from pytest_hricdv.film.caption import ALARM
+from pytest_hricdv.film.recorder import ALARM
 from pytest_hricdv.film.video import FRAMES_PER_S, has_encoder
 from pytest_hricdv.results.model import FilmResult
 from pytest_hricdv.runtime import Recorder

@@ -14,9 +14,8 @@ from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
 from pytest_hricdv.bdi.language.parser import read_program
 from pytest_hricdv.bdi.language.project import beliefs_and_goals, read_project
 from pytest_hricdv.bdi.language.syntax import Program
-from pytest_hricdv.bdi.lint import sources
 from pytest_hricdv.bdi.lint.model import AgentModel, System
-from pytest_hricdv.bdi.lint.model_builder import build_model
+from pytest_hricdv.bdi.lint.model_builder import build_model, clear_cache, text_of
 from pytest_hricdv.bdi.lint.name_checks import GoalWithoutPlan, NearName, UnknownAgent, UnknownBelief, UnmatchedDeletion
 from pytest_hricdv.bdi.lint.plan_checks import EndlessSpin, ShadowedPlan
 from pytest_hricdv.bdi.lint.variable_checks import UnboundComparison
@@ -99,7 +98,7 @@ def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> 
     Raises:
         BdiError: a file cannot be read.
     """
-    sources.clear_cache()
+    clear_cache()
     declared = frozenset((name, None) for name in percepts)
     found: dict[tuple[str, Location], Finding] = {}
     for path in paths:
@@ -114,7 +113,7 @@ def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> 
         for check in CHECKS:
             for place, message in check.findings(system):
                 if _Ignored(place.file, place.line, check.name) not in ignored:
-                    text = sources.text_of(place.file)
+                    text = text_of(place.file)
                     found.setdefault((check.name, place), Finding(check.name, place, message, check.why, text))
     return sorted(found.values(), key=_position)
 
@@ -153,7 +152,7 @@ def _files(agent: AgentModel) -> list[str]:
 
 def _read_remarks(file: str, ignored: set[_Ignored], percepts: set[tuple[str, str | None]]) -> list[Finding]:
     """Collect the remarks of a source file; returns findings for those that cannot be read."""
-    text = sources.text_of(file)
+    text = text_of(file)
     bad: list[Finding] = []
     known = {check.name for check in CHECKS}
     for number, line in enumerate(text.split("\n"), start=1):

@@ -27,8 +27,7 @@ from pytest_hricdv.bdi.language.syntax import (
 from pytest_hricdv.bdi.language.syntax_tree import children, variables_of
 from pytest_hricdv.bdi.language.terms import Arithmetic, Call, Number, Variable
 from pytest_hricdv.bdi.lint.model import System
-from pytest_hricdv.bdi.lint.model_builder import FORMULA_ARGUMENTS
-from pytest_hricdv.bdi.lint.sources import location_of
+from pytest_hricdv.bdi.lint.model_builder import FORMULA_ARGUMENTS, location_of
 
 Problem = tuple[Location, str]
 
