@@ -16,6 +16,7 @@ from pytest_hricdv.generate.suite_files import dump_tests
 from pytest_hricdv.report import EXPORT_FORMATS
 from pytest_hricdv.report.exported_files import ExportTargets, write_exports
 from pytest_hricdv.report.files import write, write_text
+from pytest_hricdv.results.baseline import Baseline, BaselineError, baseline_of, read_baseline, write_baseline
 from pytest_hricdv.results.building import minimal_tests
 from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.gates import (
@@ -28,15 +29,7 @@ from pytest_hricdv.results.gates import (
     parse_exemptions,
     parse_threshold,
 )
-from pytest_hricdv.results.judgement import (
-    Baseline,
-    BaselineError,
-    Judgement,
-    baseline_of,
-    judge,
-    read_baseline,
-    write_baseline,
-)
+from pytest_hricdv.results.judgement import Judgement, judge
 from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards, sessions_of
 from pytest_hricdv.results.model import GateResult, Report, TestResult
 

@@ -8,15 +8,8 @@ from functools import cached_property
 
 import pytest
 
-from pytest_hricdv.results.judgement import (
-    Baseline,
-    BaselineError,
-    Judgement,
-    baseline_of,
-    judge,
-    read_baseline,
-    write_baseline,
-)
+from pytest_hricdv.results.baseline import Baseline, BaselineError, baseline_of, read_baseline, write_baseline
+from pytest_hricdv.results.judgement import Judgement, judge
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.collection import Collection
 
