@@ -46,9 +46,11 @@ def compare(report: Report, baseline: Baseline, *, whole: bool) -> Comparison:
 
 def _new_failures(before: SuiteBaseline, now: SuiteBaseline) -> Iterator[str]:
     for requirement, tests in now.violations.items():
-        new = sorted(set(tests) - set(before.violations.get(requirement, ())))
+        old = before.violations.get(requirement, ())
+        new = sorted(set(tests) - set(old))
         if new:
-            yield f"{requirement} is newly violated by {_shown(new)}"
+            grown = f": grown from {len(old)} to {len(tests)} tests" if len(tests) > len(old) > 0 else ""
+            yield f"{requirement} is newly violated by {_shown(new)}{grown}"
     new = sorted(set(now.broken) - set(before.broken))
     if new:
         yield f"newly in error: {_shown(new)}"

@@ -166,7 +166,7 @@ def test_new_failures_and_losses_fail_though_known_ones_do_not(
     result.assert_outcomes(failed=0, xfailed=2, passed=1)
     result.stdout.fnmatch_lines(
         [
-            "FAILED suite by-hand: R2 is newly violated by by-hand-cellar-polite-*",
+            "FAILED suite by-hand: R2 is newly violated by by-hand-cellar-polite-*: grown from 1 to 2 tests",
             "FAILED suite by-hand: statements * %; * % in the baseline",
             "FAILED suite by-hand: lost plans of visitor: v6",
             "FAILED suite by-hand: lost bins of light: hall x 10",
