@@ -9,7 +9,9 @@ import pytest
 
 if TYPE_CHECKING:
     from pytest_hricdv.custom_tests import HriRun
+    from pytest_hricdv.session.collection import Collection
     from pytest_hricdv.session.options import Options
+    from pytest_hricdv.session.running import Running
 
 NO_SUITE = "no suite is active: choose one with --hri-suite=NAME|PATH, or with hri_suite in the ini file"
 
@@ -52,13 +54,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _register(config: pytest.Config, options: Options) -> None:
-    from pytest_hricdv.session.aggregation import Aggregation
     from pytest_hricdv.session.collection import Collection, worker_input
-    from pytest_hricdv.session.exports import Exporting, read_targets
-    from pytest_hricdv.session.gate_check import GateCheck
-    from pytest_hricdv.session.preparation import Preparation
-    from pytest_hricdv.session.progress import Progress
-    from pytest_hricdv.session.reporting import Reporting
     from pytest_hricdv.session.running import Running
 
     collection = Collection(config, options)
@@ -67,14 +63,25 @@ def _register(config: pytest.Config, options: Options) -> None:
     config.pluginmanager.register(collection, "hricdv-collection")
     config.pluginmanager.register(running, "hricdv-running")
     if worker_input(config) is None:
-        gate_check = GateCheck(collection)
-        aggregation = Aggregation(collection, running)
-        reporting = Reporting(collection, running, aggregation, gate_check)
-        config.pluginmanager.register(Preparation(collection, running, gate_check), "hricdv-preparation")
-        config.pluginmanager.register(aggregation, "hricdv-aggregation")
-        config.pluginmanager.register(reporting, "hricdv-reporting")
-        config.pluginmanager.register(Progress(config, aggregation.chosen), "hricdv-progress")
-        config.pluginmanager.register(Exporting(config, reporting, read_targets(config)), "hricdv-exporting")
+        _register_in_controller(config, collection, running)
+
+
+def _register_in_controller(config: pytest.Config, collection: Collection, running: Running) -> None:
+    from pytest_hricdv.session.aggregation import Aggregation
+    from pytest_hricdv.session.exports import Exporting, read_targets
+    from pytest_hricdv.session.gate_check import GateCheck
+    from pytest_hricdv.session.preparation import Preparation
+    from pytest_hricdv.session.progress import Progress
+    from pytest_hricdv.session.reporting import Reporting
+
+    gate_check = GateCheck(collection)
+    aggregation = Aggregation(collection, running)
+    reporting = Reporting(collection, running, aggregation, gate_check)
+    config.pluginmanager.register(Preparation(collection, running, gate_check), "hricdv-preparation")
+    config.pluginmanager.register(aggregation, "hricdv-aggregation")
+    config.pluginmanager.register(reporting, "hricdv-reporting")
+    config.pluginmanager.register(Progress(config, aggregation.chosen), "hricdv-progress")
+    config.pluginmanager.register(Exporting(config, reporting, read_targets(config)), "hricdv-exporting")
 
 
 @pytest.hookimpl(wrapper=True)

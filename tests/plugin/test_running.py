@@ -165,3 +165,21 @@ def test_the_report_goes_where_it_is_asked_to(lamps: pytest.Pytester) -> None:
     assert {path.name for path in folder.iterdir()} >= {"index.html", "report.json"}
     result.stdout.fnmatch_lines([f"report: {folder / 'index.html'}"])
     assert not (lamps.path / "hri-report").exists()
+
+
+def test_workers_import_nothing_that_only_their_controller_uses(lamps: pytest.Pytester) -> None:
+    lamps.makepyfile(
+        noting="""
+        import pathlib, sys
+
+        def pytest_sessionfinish(session):
+            worker = hasattr(session.config, "workerinput")
+            pathlib.Path("worker" if worker else "controller").write_text("\\n".join(sys.modules))
+        """
+    )
+    result = lamps.runpytest_subprocess("--hri-suite=rl", "--hri-tests=2", "-n", "1", "-p", "noting")
+    assert result.ret == 0
+    controller, worker = ({*(lamps.path / name).read_text().splitlines()} for name in ("controller", "worker"))
+    only = {"pytest_hricdv.session.reporting", "pytest_hricdv.session.aggregation", "pytest_hricdv.bdi"}
+    assert only <= controller
+    assert not only & worker
