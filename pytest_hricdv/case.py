@@ -15,7 +15,7 @@ from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, Concretization, concretize
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Verdict, Vocabulary, explained
 from pytest_hricdv.runtime import Bus, Kernel, Record, Recorder
-from pytest_hricdv.runtime.record import Value
+from pytest_hricdv.runtime.bus import Value
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
@@ -30,12 +30,12 @@ class MonitorFeed:
         self._signals = frozenset(vocabulary.signals)
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
-        """See `runtime.record.Listener`."""
+        """See `runtime.bus.Listener`."""
         kinds = self._fields[topic]
         self._monitors.message(time_s, topic, {name: kind(fields[name]) for name, kind in kinds.items()})
 
     def signal(self, time_s: float, name: str, value: float | bool) -> None:
-        """See `runtime.record.Listener`. A signal the testbench did not declare is a KeyError."""
+        """See `runtime.bus.Listener`. A signal the testbench did not declare is a KeyError."""
         if name not in self._signals:
             raise KeyError(f"signal {name!r} is recorded but not declared in the testbench's signals")
         self._monitors.signal(time_s, name, value)

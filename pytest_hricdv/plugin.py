@@ -69,8 +69,7 @@ def _register(config: pytest.Config, options: Options) -> None:
 def _register_in_controller(config: pytest.Config, collection: Collection, running: Running) -> None:
     from pytest_hricdv.session.aggregation import Aggregation
     from pytest_hricdv.session.exports import Exporting, read_targets
-    from pytest_hricdv.session.gate_check import GateCheck
-    from pytest_hricdv.session.preparation import Preparation
+    from pytest_hricdv.session.preparation import GateCheck, Preparation
     from pytest_hricdv.session.progress import Progress
     from pytest_hricdv.session.reporting import Reporting
 

@@ -3,6 +3,11 @@
 The tracer is started inside the greenlet of the code under test and limited to it. So the rest of the process (world,
 human, monitors) runs untraced at full speed, while every line and branch is recorded.
 Where the user measures already (`--cov`), that measurement is joined: a second one would silently pause the user's.
+
+Depending on the versions of Python and greenlet, `sys.settrace` holds for the greenlet that called it or for the whole
+thread. In the second case the trace function has to be removed and restored whenever control leaves the measured
+greenlet and returns. This is done in greenlet's switch callback: greenlet suspends tracing around it, so the tracer's
+call stack stays consistent. (Stopping and starting the measurement instead would lose it.)
 """
 
 from __future__ import annotations
@@ -11,12 +16,15 @@ import re
 import sys
 import threading
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any, Protocol
 
+import greenlet
+
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, CoverageError
-from pytest_hricdv.coverage.greenlet_tracing import kept_to_this_greenlet
 from pytest_hricdv.coverage.import_coverage import import_bits
 
 if TYPE_CHECKING:
@@ -26,6 +34,59 @@ if TYPE_CHECKING:
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 TAKEN_OVER = "a debugger took the trace function over while the code under test ran"
+
+
+@contextmanager
+def kept_to_this_greenlet() -> Iterator[None]:
+    """While the body runs, what it sets with `sys.settrace` holds in the current greenlet only."""
+    outer = sys.gettrace()
+    if not held_by_thread():
+        try:
+            yield
+        finally:
+            sys.settrace(outer)
+        return
+    here = greenlet.getcurrent()
+    inner: Any = None
+
+    def switched(event: str, greenlets: Any) -> None:
+        nonlocal inner, outer
+        origin, target = greenlets
+        if origin is here:
+            inner = sys.gettrace()
+            sys.settrace(outer)
+        elif target is here:
+            outer = sys.gettrace()
+            sys.settrace(inner)
+
+    previous = greenlet.settrace(switched)
+    try:
+        yield
+    finally:
+        greenlet.settrace(previous)
+        sys.settrace(outer)
+
+
+@cache
+def held_by_thread() -> bool:
+    """True when `sys.settrace` in one greenlet holds in the others, too. Found by a trial."""
+    outer = sys.gettrace()
+    home = greenlet.getcurrent()
+
+    def mark(*_: object) -> None:
+        return None
+
+    def probe() -> None:
+        sys.settrace(mark)
+        home.switch()
+        sys.settrace(None)
+
+    other = greenlet.greenlet(probe)
+    other.switch()
+    shared = sys.gettrace() is mark
+    other.switch()
+    sys.settrace(outer)
+    return shared
 
 
 class Measurement(Protocol):

@@ -30,8 +30,8 @@ Modules, each built on the ones before it:
 - `formula` (the formula as data, and its text), `requirement` (requirement, vocabulary, errors in a text)
 - `analysis` (what a formula reads, and when its value can change)
 - `parser` (text to formula), `loading` (TOML files); `dsl` and `build` (formulas written in Python)
-- `evaluation_state` (what compiled formulas read), `verdict` (the result as data)
-- `operators` (operators with memory), `compiler` (formula to Python functions and operators)
+- `operators` (what compiled formulas read, and operators with memory), `verdict` (the result as data)
+- `compiler` (formula to Python functions and operators)
 - `requirement_monitor` (the monitor of one requirement), `monitor_set` (the monitors of a run)
 - `logged` (logged runs: verdicts on them, and why a requirement was not triggered)
 

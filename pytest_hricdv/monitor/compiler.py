@@ -14,7 +14,6 @@ from functools import lru_cache, partial
 from typing import Any
 
 from pytest_hricdv.monitor.analysis import conditions, is_right_continuous, names_read, sources, topics_read
-from pytest_hricdv.monitor.evaluation_state import Condition, Robustness, nanoseconds
 from pytest_hricdv.monitor.formula import (
     AlwaysWithin,
     And,
@@ -41,13 +40,16 @@ from pytest_hricdv.monitor.formula import (
     Term,
 )
 from pytest_hricdv.monitor.operators import (
+    Condition,
     ForOperator,
     HysteresisOperator,
     OnceOperator,
     Operator,
     PreviouslyOperator,
     RiseOperator,
+    Robustness,
     SinceOperator,
+    nanoseconds,
 )
 from pytest_hricdv.monitor.requirement import Kind
 

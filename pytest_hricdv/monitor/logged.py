@@ -17,7 +17,9 @@ from typing import Any, Protocol
 
 from pytest_hricdv.monitor.analysis import conjuncts, names_of, names_read, topics_of, topics_read
 from pytest_hricdv.monitor.compiler import ExpressionCompiler, HysteresisScope, function_of
-from pytest_hricdv.monitor.evaluation_state import (
+from pytest_hricdv.monitor.formula import And, Arithmetic, ArithmeticOperator, Comparison, Not, Number, Or, PastFormula
+from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
+from pytest_hricdv.monitor.operators import (
     NO_MESSAGE,
     Condition,
     EvaluationState,
@@ -29,8 +31,6 @@ from pytest_hricdv.monitor.evaluation_state import (
     nanoseconds,
     seconds,
 )
-from pytest_hricdv.monitor.formula import And, Arithmetic, ArithmeticOperator, Comparison, Not, Number, Or, PastFormula
-from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.requirement import Kind, Requirement
 from pytest_hricdv.monitor.verdict import NearestMiss, Verdict
 

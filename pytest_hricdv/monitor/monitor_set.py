@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-from pytest_hricdv.monitor.evaluation_state import NS_PER_S, Nanoseconds, UnknownValueError, Values, seconds
+from pytest_hricdv.monitor.operators import NS_PER_S, Nanoseconds, UnknownValueError, Values, seconds
 from pytest_hricdv.monitor.requirement import Kind, Requirement
 from pytest_hricdv.monitor.requirement_monitor import RequirementMonitor, monitor_of
 from pytest_hricdv.monitor.verdict import Outcome, Verdict

@@ -8,7 +8,8 @@ from collections.abc import Sequence, Set
 from dataclasses import dataclass
 
 from pytest_hricdv.monitor.compiler import Program, compile_formula
-from pytest_hricdv.monitor.evaluation_state import (
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Holds, HoldsUntil
+from pytest_hricdv.monitor.operators import (
     NO_MESSAGE,
     NS_PER_S,
     EvaluationState,
@@ -18,7 +19,6 @@ from pytest_hricdv.monitor.evaluation_state import (
     Values,
     nanoseconds,
 )
-from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Holds, HoldsUntil
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.verdict import Outcome, Tally, Verdict
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from pytest_hricdv.monitor.evaluation_state import Nanoseconds, seconds
+from pytest_hricdv.monitor.operators import Nanoseconds, seconds
 
 Outcome = Literal["Passed", "Failed", "NC"]
 

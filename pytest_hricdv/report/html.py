@@ -13,8 +13,13 @@ import jinja2
 from markupsafe import Markup
 
 from pytest_hricdv.report import explanation, formatting, tests_view, totals
-from pytest_hricdv.report.requirement_view import margin_unit, requirement_view, triggers_over_time
-from pytest_hricdv.report.source_view import code_sources, model_sources
+from pytest_hricdv.report.page_views import (
+    code_sources,
+    margin_unit,
+    model_sources,
+    requirement_view,
+    triggers_over_time,
+)
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 EMBEDDED_BYTES = 1_200_000

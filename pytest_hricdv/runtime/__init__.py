@@ -1,8 +1,7 @@
 """Virtual time for blocking robot nodes, a typed message bus, and the record of a run."""
 
-from pytest_hricdv.runtime.bus import Bus, NodeBus, Subscription, topic_of
+from pytest_hricdv.runtime.bus import Bus, NodeBus, Record, RecordedMessage, Recorder, Subscription, topic_of
 from pytest_hricdv.runtime.kernel import Kernel, KernelError, Node, World
-from pytest_hricdv.runtime.record import Record, RecordedMessage, Recorder
 
 __all__ = [
     "Bus",

@@ -2,19 +2,216 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
 from msgspec.structs import replace
 
-from pytest_hricdv.case import HriCase
+from pytest_hricdv.case import CaseResult, HriCase
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.results.model import SearchResult, ShrunkTest, TestResult
 from pytest_hricdv.search import Budget
+from pytest_hricdv.search.evolution_strategy import Evaluation, SearchOutcome, search_violation
+from pytest_hricdv.search.replay import Origin
+from pytest_hricdv.search.shrink import FailureSignature, Shrunk, failure_signature, has_signature, shrink
 from pytest_hricdv.session.options import Options
-from pytest_hricdv.session.replaying import Rerunning
-from pytest_hricdv.session.searching import Searching
-from pytest_hricdv.session.shrinking import Shrinking, shortest_failures
+from pytest_hricdv.session.replaying import Rerunning, named
+
+SHRUNK = "shrunk"
+ELSEWHERE = "it did not fail again outside of its test function: does a fixture change what the run depends on?"
+
+SEARCH = "search"
+STARTS = 5
+"""So many tests are varied: few, or the runs are spread too thin; more than one, for the nearest may be a dead end."""
+
+
+def shortest_failures(results: Iterable[TestResult], requirements: Iterable[Requirement]) -> dict[str, TestResult]:
+    """Requirement -> the shortest test that failed it, by actions and then by id; where one did."""
+    found = {}
+    by_length = sorted(results, key=lambda result: (len(result.abstract), result.id, result.nodeid))
+    for requirement in requirements:
+        failed = (result for result in by_length if result.requirements[requirement.id].verdict == "Failed")
+        if (result := next(failed, None)) is not None:
+            found[requirement.id] = result
+    return found
+
+
+@dataclass
+class Shrinking:
+    """Makes a failure as short as possible: a test, and the requirement that it failed.
+
+    One process does it at the end, not each worker when a test fails: so the result does not depend on how tests were
+    distributed over workers, and no requirement is shrunk twice.
+
+    Args:
+        rerunning: runs tests.
+        requirement: that failed.
+        case: the test that failed it.
+        nodeid: of the pytest item that ran it.
+    """
+
+    rerunning: Rerunning
+    requirement: Requirement
+    case: HriCase
+    nodeid: str
+
+    def __post_init__(self) -> None:
+        self._wanted: FailureSignature | None = None
+        self._best: CaseResult | None = None
+
+    def shrink(self, budget: Budget) -> ShrunkTest:
+        """Shrink it; keeps the result as a replay file."""
+        try:
+            if budget.runs > 0:
+                budget.spend()
+                self._learn_reason()
+        except KeyboardInterrupt:
+            return self._record(Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "interrupted"))
+        if self._best is None:
+            return self._record(Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "done"), ELSEWHERE)
+        return self._record(shrink(self.case.concrete, self.case.ranges, self._fails, budget))
+
+    def _learn_reason(self) -> None:
+        result = self._run(self.case.concrete)
+        verdict = result and result.verdict(self.requirement.id)
+        if verdict and verdict.violations:
+            self._wanted = failure_signature(self.requirement, verdict.violations[0])
+            self._best = result
+
+    def _fails(self, test: ConcreteTest) -> bool:
+        result = self._run(test)
+        if result is None or self._wanted is None:
+            return False
+        same = has_signature(self.requirement, self._wanted, result.verdict(self.requirement.id))
+        if same:
+            self._best = result
+        return same
+
+    def _run(self, test: ConcreteTest) -> CaseResult | None:
+        # Under the id that the test will have: a run is a function of all of its test.
+        return self.rerunning.run(named(test, f"{self.requirement.id}-{SHRUNK}"))
+
+    def _record(self, found: Shrunk, note: str = "") -> ShrunkTest:
+        made, replay = None, None
+        if self._best is not None and found.test != self.case.concrete:
+            origin = Origin(SHRUNK, self.case.abstract.id, self.requirement.id, found.runs)
+            made, replay = self.rerunning.keep(self.case, self._best, self.nodeid, origin)
+        return ShrunkTest(
+            id=None if made is None else made.abstract.id,
+            replay=replay,
+            abstract=tuple(action.command for action in found.test.actions),
+            concrete=tuple(self.case.ranges.shown(found.test)),
+            actions_before=len(self.case.concrete.actions),
+            runs=found.runs,
+            wall_s=round(found.wall_s, 3),
+            ended=found.ended,
+            reason=tuple(self._wanted or ()),
+            note=note,
+        )
+
+
+@dataclass(frozen=True)
+class Searching:
+    """Looks for violations beside a suite: varies the tests that came nearest to violating a requirement.
+
+    The suite has checked its own tests already, so every run of a search is a new test. A requirement that the suite
+    itself violates needs no search; one that no test triggers has no margin to follow.
+
+    Args:
+        rerunning: runs tests.
+        chosen: node id -> test, of the session.
+        seed: of the session.
+    """
+
+    rerunning: Rerunning
+    chosen: Mapping[str, HriCase]
+    seed: int
+
+    def search(
+        self, requirement: Requirement, results: Iterable[TestResult], budget: Budget
+    ) -> tuple[SearchResult, HriCase | None]:
+        """Search for one requirement.
+
+        Returns:
+            The record for the report, and the test that violates the requirement where one was found.
+        """
+        results = sorted(results, key=lambda result: _objective(result, requirement.id))
+        triggered = [result for result in results if result.requirements[requirement.id].triggers]
+        if not triggered:
+            return _without_runs("never triggered"), None
+        margin = triggered[0].requirements[requirement.id].margin
+        if any(result.requirements[requirement.id].verdict == "Failed" for result in triggered):
+            return _without_runs("violated by the suite", margin, triggered[0].id), None
+        starts = triggered[:STARTS]
+        found = self._search(requirement, starts, budget)
+        start = starts[found.start]
+        record = SearchResult(
+            status="violated" if found.evaluation.violated else "not violated",
+            suite_margin=margin,
+            margin=found.evaluation.margin,
+            test=start.id,
+            runs=found.runs,
+            wall_s=round(found.wall_s, 3),
+            ended=found.ended,
+            id=None,
+            replay=None,
+            abstract=(),
+        )
+        return self._kept(requirement, start, found, record) if found.evaluation.violated else (record, None)
+
+    def _search(self, requirement: Requirement, starts: Iterable[TestResult], budget: Budget) -> SearchOutcome:
+        def run(test: ConcreteTest) -> Evaluation:
+            result = self.rerunning.run(_named(test, requirement))
+            if result is None:
+                return Evaluation(None, violated=False)
+            verdict = result.verdict(requirement.id)
+            return Evaluation(verdict.margin, verdict.verdict == "Failed")
+
+        cases = [(self.chosen[start.nodeid], start.requirements[requirement.id]) for start in starts]
+        tests = [(case.concrete, Evaluation(judged.margin, violated=False)) for case, judged in cases]
+        rng = make_rng(SEARCH, self.seed, requirement.id)
+        return search_violation(tests, cases[0][0].ranges, run, budget, rng)
+
+    def _kept(
+        self, requirement: Requirement, start: TestResult, found: SearchOutcome, record: SearchResult
+    ) -> tuple[SearchResult, HriCase | None]:
+        """The record with the test that was found, which is kept as a replay file."""
+        result = self.rerunning.run(_named(found.test, requirement))
+        if result is None:
+            return record, None
+        origin = Origin(SEARCH, start.id, requirement.id, found.runs)
+        made, replay = self.rerunning.keep(self.chosen[start.nodeid], result, start.nodeid, origin)
+        return replace(record, id=made.abstract.id, replay=replay, abstract=made.abstract.lines), made
+
+
+def _named(test: ConcreteTest, requirement: Requirement) -> ConcreteTest:
+    return named(test, f"{requirement.id}-{SEARCH}")
+
+
+def _objective(result: TestResult, requirement: str) -> tuple[float, str, str]:
+    margin = result.requirements[requirement].margin
+    return math.inf if margin is None else margin, result.id, result.nodeid
+
+
+def _without_runs(
+    status: Literal["never triggered", "violated by the suite"], margin: float | None = None, test: str | None = None
+) -> SearchResult:
+    return SearchResult(
+        status=status,
+        suite_margin=margin,
+        margin=margin,
+        test=test,
+        runs=0,
+        wall_s=0.0,
+        ended="done",
+        id=None,
+        replay=None,
+        abstract=(),
+    )
 
 
 @dataclass

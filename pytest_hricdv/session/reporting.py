@@ -24,8 +24,8 @@ from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import GateResult, ModelSource, Report, RerunOptions, SearchResult, TestResult
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
-from pytest_hricdv.session.gate_check import GateCheck
 from pytest_hricdv.session.post_session import PostSession
+from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.replaying import Rerunning
 from pytest_hricdv.session.running import Running
 

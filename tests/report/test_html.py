@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from pytest_hricdv.report import html
 from pytest_hricdv.report.files import PAGE_NAME, write
-from pytest_hricdv.report.source_view import count_bits
+from pytest_hricdv.report.page_views import count_bits
 from pytest_hricdv.results.model import Report
 from tests.report import sample
 from tests.report.parsed import Page, details

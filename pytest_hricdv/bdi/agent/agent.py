@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from pytest_hricdv.bdi.agent.agent_state import ActionTable, AgentState
 from pytest_hricdv.bdi.agent.failures import fail, no_applicable_plan
-from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message, Question
+from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message, Question, RunServices
 from pytest_hricdv.bdi.agent.messages import receive
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
-from pytest_hricdv.bdi.agent.run_services import RunServices
 from pytest_hricdv.bdi.agent.statements import EXECUTE
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, ListTerm, Structure

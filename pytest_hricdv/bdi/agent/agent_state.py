@@ -6,9 +6,8 @@ from collections import deque
 from collections.abc import Iterator
 from typing import NamedTuple, Protocol
 
-from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message, Question, Wait
+from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message, Question, RunServices, Wait
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
-from pytest_hricdv.bdi.agent.run_services import RunServices
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.language.syntax import Formula, Plan
 from pytest_hricdv.bdi.language.terms import Call, Structure, Term, Variable

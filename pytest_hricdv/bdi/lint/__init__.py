@@ -13,6 +13,180 @@ are declared by ``// lint: percepts name, ...``.
 
 from __future__ import annotations
 
-from pytest_hricdv.bdi.lint.runner import CHECKS, Check, Finding, lint
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import Protocol
+
+from pytest_hricdv.bdi.actions import check_calls
+from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
+from pytest_hricdv.bdi.language.parser import read_program
+from pytest_hricdv.bdi.language.project import beliefs_and_goals, read_project
+from pytest_hricdv.bdi.language.syntax import Program
+from pytest_hricdv.bdi.lint.model import AgentModel, System
+from pytest_hricdv.bdi.lint.model_builder import build_model, clear_cache, text_of
+from pytest_hricdv.bdi.lint.name_checks import GoalWithoutPlan, NearName, UnknownAgent, UnknownBelief, UnmatchedDeletion
+from pytest_hricdv.bdi.lint.plan_checks import EndlessSpin, ShadowedPlan
+from pytest_hricdv.bdi.lint.variable_checks import UnboundComparison
 
 __all__ = ["CHECKS", "Check", "Finding", "lint"]
+
+
+_REMARK = re.compile(r"//\s*lint:\s*(?P<what>\w+)(?P<rest>[^\n]*)")
+_BAD_REMARK = "bad-remark"
+_WHY_BAD_REMARK = "It is not read: it neither ignores a finding nor declares a percept."
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A probable mistake in a model.
+
+    Args:
+        check: the name of the check that found it.
+        location: its place in the source.
+        message: what is wrong.
+        why: its consequence, in one sentence.
+        source: the text of the file, which supplies the line to show.
+    """
+
+    check: str
+    location: Location
+    message: str
+    why: str
+    source: str
+
+    def __str__(self) -> str:
+        shown = BdiSyntaxError.at(f"{self.check}: {self.message}", self.location, self.source)
+        return f"{shown}\n    {self.why}"
+
+
+class Check(Protocol):
+    """Searches models for one kind of mistake."""
+
+    @property
+    def name(self) -> str:
+        """The name that findings show, and that remarks ignore them by."""
+
+    @property
+    def why(self) -> str:
+        """The consequence of such a mistake, in one sentence."""
+
+    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
+        """The place and the message of each mistake."""
+
+
+CHECKS: tuple[Check, ...] = (
+    EndlessSpin(),
+    GoalWithoutPlan(),
+    NearName(),
+    ShadowedPlan(),
+    UnboundComparison(),
+    UnknownAgent(),
+    UnknownBelief(),
+    UnmatchedDeletion(),
+)
+"""All checks; a new one is added here."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Ignored:
+    """A remark that justifies the findings of one check in one line."""
+
+    file: str
+    line: int
+    name: str
+
+
+def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> list[Finding]:
+    """Find probable mistakes in models.
+
+    Args:
+        paths: project files, whose agents are checked together, and source files of single agents.
+        percepts: names of the percepts of the environment.
+
+    Returns:
+        The findings, sorted by file and line.
+
+    Raises:
+        BdiError: a file cannot be read.
+    """
+    clear_cache()
+    declared = frozenset((name, None) for name in percepts)
+    found: dict[tuple[str, Location], Finding] = {}
+    for path in paths:
+        agents, closed = _agents(Path(path))
+        files = dict.fromkeys(file for agent in agents for file in _files(agent))
+        ignored: set[_Ignored] = set()
+        perceived: set[tuple[str, str | None]] = set(declared)
+        for file in files:
+            for finding in _read_remarks(file, ignored, perceived):
+                found[finding.check, finding.location] = finding
+        system = System(agents, closed, frozenset(perceived))
+        for check in CHECKS:
+            for place, message in check.findings(system):
+                if _Ignored(place.file, place.line, check.name) not in ignored:
+                    text = text_of(place.file)
+                    found.setdefault((check.name, place), Finding(check.name, place, message, check.why, text))
+    return sorted(found.values(), key=_position)
+
+
+def _position(finding: Finding) -> tuple[str, int, int, str]:
+    place = finding.location
+    return place.file, place.line, place.column, finding.check
+
+
+def _agents(path: Path) -> tuple[tuple[AgentModel, ...], bool]:
+    """The agents of a project or of a single source file, and whether there are no others."""
+    if path.suffix != ".mas2j":
+        return (build_model(path.stem, str(path), _checked(read_program(path))),), False
+    try:
+        project = read_project(path)
+    except FileNotFoundError:
+        raise BdiError(f"{path}: no such file") from None
+    agents = []
+    for entry in project.agents:
+        program = _checked(read_program(entry.source, entry.location, project.text))
+        beliefs, goals = beliefs_and_goals(entry)
+        given = replace(program, beliefs=(*program.beliefs, *beliefs), goals=(*program.goals, *goals))
+        agents.append(build_model(entry.name, str(entry.source), given))
+    return tuple(agents), True
+
+
+def _checked(program: Program) -> Program:
+    check_calls(program)
+    return program
+
+
+def _files(agent: AgentModel) -> list[str]:
+    """The agent's source file, and those that it includes."""
+    return [agent.file, *(plan.location.file for plan in agent.plans), *(rule.location.file for rule in agent.rules)]
+
+
+def _read_remarks(file: str, ignored: set[_Ignored], percepts: set[tuple[str, str | None]]) -> list[Finding]:
+    """Collect the remarks of a source file; returns findings for those that cannot be read."""
+    text = text_of(file)
+    bad: list[Finding] = []
+    known = {check.name for check in CHECKS}
+    for number, line in enumerate(text.split("\n"), start=1):
+        remark = _REMARK.search(line)
+        if remark is None:
+            continue
+        words = remark["rest"].replace(",", " ").split()
+        message = ""
+        if remark["what"] == "percepts" and words:
+            percepts.update((word, file) for word in words)
+        elif remark["what"] != "ignore":
+            message = "expected 'lint: ignore NAME why' or 'lint: percepts name, ...'"
+        elif not words or words[0] not in known:
+            message = f"expected the name of a check to ignore, one of {', '.join(sorted(known))}"
+        elif len(words) == 1:
+            message = f"expected a reason to ignore {words[0]}"
+        else:
+            alone = not line[: remark.start()].strip()
+            ignored.add(_Ignored(file, number + alone, words[0]))
+        if message:
+            place = Location(file, number, remark.start() + 1)
+            bad.append(Finding(_BAD_REMARK, place, message, _WHY_BAD_REMARK, text))
+    return bad
