@@ -36,7 +36,7 @@ class Agent(AgentState):
         """The percepts when it last perceived."""
         self.seen_percepts = 0
         """The version of its percepts when it last perceived."""
-        self._percept_versions = run.percept_versions(name)
+        self._percepts = run.percepts_of(name)
         self._checked_version = -1
         """The version of the beliefs when waits for conditions were last checked."""
         self._busy_wait_tick = -1
@@ -54,7 +54,7 @@ class Agent(AgentState):
             woken, self.woken = self.woken, []
             for intention in woken:
                 self.resume(intention)
-        if self._percept_versions.get(self.name, 0) != self.seen_percepts:
+        if self._percepts.version != self.seen_percepts:
             self.perceive()
         if self.mailbox:
             self.receive(self.mailbox.popleft())
@@ -85,7 +85,7 @@ class Agent(AgentState):
             or self.mailbox
             or self.feedback
             or self.woken
-            or self.seen_percepts != self._percept_versions.get(self.name, 0)
+            or self.seen_percepts != self._percepts.version
         )
 
     def may_change(self) -> bool:
@@ -96,7 +96,7 @@ class Agent(AgentState):
 
     def note_restored(self) -> None:
         """Its state has been set, after perceiving what its environment lists."""
-        self.seen_percepts = self._percept_versions.get(self.name, 0)
+        self.seen_percepts = self._percepts.version
         self._checked_version = self.beliefs.version
         self.awake = self.has_work()
 
@@ -148,9 +148,9 @@ class Agent(AgentState):
 
         Otherwise it is not called: a percept that the agent itself has deleted stays deleted until then.
         """
-        self.seen_percepts = self._percept_versions.get(self.name, 0)
+        self.seen_percepts = self._percepts.version
         self.run.progress += 1
-        percepts = self.run.percepts(self.name)
+        percepts = tuple(self._percepts.literals())
         before, self.perceived = self.perceived, percepts
         believed = [belief.without_annotations() for belief in self.beliefs.with_annotation(SOURCE_PERCEPT)]
         if believed:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Protocol
 
 from pytest_hricdv.bdi.language.syntax import Body, ExternalAction, For, Formula, Plan, Statement, Trigger, While
@@ -244,6 +244,17 @@ class Question:
         self.answers: list[Term] = []
 
 
+class Percepts(Protocol):
+    """What an agent perceives."""
+
+    @property
+    def version(self) -> int:
+        """Grows with every change."""
+
+    def literals(self) -> Iterable[Structure]:
+        """What is perceived now."""
+
+
 class RunServices(Protocol):
     """What a run offers to its agents."""
 
@@ -268,11 +279,8 @@ class RunServices(Protocol):
     def note_deadline(self, deadline: float) -> None:
         """An intention has begun to wait until then."""
 
-    def percept_versions(self, agent: str) -> Mapping[str, int]:
-        """Where an agent finds under its name a number that grows with every change of its percepts."""
-
-    def percepts(self, agent: str) -> tuple[Structure, ...]:
-        """What an agent perceives now."""
+    def percepts_of(self, agent: str) -> Percepts:
+        """What an agent perceives, now and from now on."""
 
     def deliver(self, receiver: str, message: Message) -> None:
         """Put a message into its receiver's mailbox."""

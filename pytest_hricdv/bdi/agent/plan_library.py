@@ -117,7 +117,7 @@ def _match(trigger: Trigger) -> Match:
             if annot not in literal.annots:
                 return match(literal)
         # Both have the same key: ``strict`` would only take time.
-        return dict(zip(names, literal.args))  # type: ignore[arg-type]  # noqa: B905
+        return dict(zip(names, literal.args)) if names else {}  # type: ignore[arg-type]  # noqa: B905
 
     return match_names
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable
 
 
@@ -64,9 +65,9 @@ def _power(x: float, y: float) -> float:
 
 # Integer division and remainder truncate towards zero, as on the Java numbers Jason computes with.
 OPERATIONS: dict[str, Callable[..., float]] = {
-    "+": lambda x, y: x + y,
-    "-": lambda x, y: x - y,
-    "*": lambda x, y: x * y,
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
     "/": _divide,
     "div": lambda x, y: float(math.trunc(math.trunc(x) / math.trunc(y))),
     "mod": _remainder,

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import lru_cache
+from operator import neg
 
 from pytest_hricdv.bdi.language.arithmetic import OPERATIONS
 from pytest_hricdv.bdi.language.arithmetic import Number as Number
@@ -189,18 +190,15 @@ class Arithmetic:
         Raises:
             EvaluationError: an operand is not a number, or the result is not defined.
         """
-        numbers: list[float] = []
         for operand in operands:
-            if isinstance(operand, Number):
-                numbers.append(operand)
-            elif isinstance(operand, Variable) or is_evaluable(operand):
+            if type(operand) is Number:
+                continue
+            if isinstance(operand, Variable) or is_evaluable(operand):
                 return Arithmetic(self.operator, operands)
-            else:
-                raise EvaluationError(f"{operand} is not a number, in {self}")
-        if len(numbers) == 1:
-            return Number(-numbers[0])
+            raise EvaluationError(f"{operand} is not a number, in {self}")
+        operation = neg if len(operands) == 1 else OPERATIONS[self.operator]
         try:
-            return Number(OPERATIONS[self.operator](*numbers))
+            return Number(operation(*operands))
         except (ArithmeticError, ValueError):
             raise EvaluationError(f"{Arithmetic(self.operator, operands)} has no value") from None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable
 from functools import lru_cache
 from typing import Self
 
@@ -12,6 +12,34 @@ from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
 
 Perceived = tuple[str | int | Structure, ...]
 """Agents, each followed by the number of its percepts, and by these, as they were given."""
+
+
+class Percepts:
+    """What an agent perceives."""
+
+    __slots__ = ("_literals", "_shown", "version")
+
+    def __init__(self) -> None:
+        self.version = 0
+        """Grows with every change."""
+        self._literals: dict[Structure, None] = {}
+        self._shown: tuple[str | Structure, ...] | None = None
+        """What is perceived as it was given, as long as it is not parsed: the memo does not need that."""
+
+    def given(self) -> Collection[str | Structure]:
+        """What is perceived, as it was given."""
+        return self._literals if self._shown is None else self._shown
+
+    def literals(self) -> dict[Structure, None]:
+        """What is perceived, in the order added, with ``source(percept)``."""
+        if self._shown is not None:
+            self._literals, self._shown = dict.fromkeys(map(percept_of, self._shown)), None
+        return self._literals
+
+    def show(self, literals: tuple[str | Structure, ...]) -> None:
+        """Replace all."""
+        self._shown = literals
+        self.version += 1
 
 
 class Environment:
@@ -27,18 +55,15 @@ class Environment:
                 return False
     """
 
-    _shown: dict[str, tuple[str | Structure, ...]]
-    _percepts: dict[str, dict[Structure, None]]
-    _versions: dict[str, int]
-    _changes: int
+    changes: int
+    """Grows whenever what any agent perceives changes."""
+    _percepts: dict[str, Percepts]
 
     def __new__(cls, *args: object, **options: object) -> Self:
         # Not in __init__: the __init__ of a subclass need not call this one.
         self = super().__new__(cls)
-        self._shown = {}
+        self.changes = 0
         self._percepts = {}
-        self._versions = {}
-        self._changes = 0
         return self
 
     def execute(self, agent: str, action: Structure) -> bool:
@@ -60,10 +85,11 @@ class Environment:
             BdiError: the text is not a literal without variables.
         """
         percept = percept_of(literal)
-        percepts = self._percepts_of(agent)
-        if percept not in percepts:
-            percepts[percept] = None
-            self._note_change(agent)
+        percepts = self.percepts_of(agent)
+        if percept not in percepts.literals():
+            percepts.literals()[percept] = None
+            percepts.version += 1
+            self.changes += 1
 
     def remove_percept(self, agent: str, literal: str | Structure) -> bool:
         """Let an agent no longer perceive a literal.
@@ -74,12 +100,13 @@ class Environment:
         Raises:
             BdiError: the text is not a literal without variables.
         """
-        percepts = self._percepts_of(agent)
         percept = percept_of(literal)
-        if percept not in percepts:
+        percepts = self.percepts_of(agent)
+        if percept not in percepts.literals():
             return False
-        del percepts[percept]
-        self._note_change(agent)
+        del percepts.literals()[percept]
+        percepts.version += 1
+        self.changes += 1
         return True
 
     def show(self, agent: str, literals: Iterable[str | Structure]) -> None:
@@ -93,53 +120,30 @@ class Environment:
         shown = tuple(literals)
         for literal in shown:
             percept_of(literal)  # For its errors; the parsed literals are cached.
-        self._shown[agent] = shown
-        self._note_change(agent)
+        self.percepts_of(agent).show(shown)
+        self.changes += 1
 
     def clear_percepts(self, agent: str) -> None:
         """Let an agent perceive nothing."""
-        if self._percepts_of(agent):
+        if self.percepts_of(agent).given():
             self.show(agent, ())
 
-    def percepts(self, agent: str) -> tuple[Structure, ...]:
-        """What an agent perceives now, in the order added, with ``source(percept)``."""
-        return tuple(self._percepts_of(agent))
+    def percepts_of(self, agent: str) -> Percepts:
+        """What an agent perceives, now and from now on."""
+        percepts = self._percepts.get(agent)
+        if percepts is None:
+            percepts = self._percepts[agent] = Percepts()
+        return percepts
 
     @property
     def perceived(self) -> Perceived:
         """What agents perceive now, for those that perceive anything."""
         found: list[str | int | Structure] = []
-        for agent in self._versions:
-            shown = self._shown.get(agent)
-            percepts = self._percepts.get(agent) if shown is None else shown
-            if percepts:
-                found += (agent, len(percepts), *percepts)
+        for agent, percepts in self._percepts.items():
+            given = percepts.given()
+            if given:
+                found += (agent, len(given), *given)
         return tuple(found)
-
-    def _percepts_of(self, agent: str) -> dict[Structure, None]:
-        # The percepts shown are parsed only when they are needed: the memo does not need them.
-        shown = self._shown.pop(agent, None)
-        if shown is not None:
-            self._percepts[agent] = dict.fromkeys(map(percept_of, shown))
-        return self._percepts.setdefault(agent, {})
-
-    def _note_change(self, agent: str) -> None:
-        self._versions[agent] = self._versions.get(agent, 0) + 1
-        self._changes += 1
-
-    @property
-    def changes(self) -> int:
-        """Grows whenever what any agent perceives changes."""
-        return self._changes
-
-    def version(self, agent: str) -> int:
-        """Grows whenever what the agent perceives changes; 0 as long as it never has."""
-        return self._versions.get(agent, 0)
-
-    @property
-    def versions(self) -> Mapping[str, int]:
-        """:meth:`version` of every agent that has perceived anything."""
-        return self._versions
 
 
 @lru_cache(maxsize=4096)

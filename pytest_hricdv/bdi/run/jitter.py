@@ -10,9 +10,9 @@ at once. All chance comes from the seed. A model whose outcome differs between s
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable
 
-from pytest_hricdv.bdi.agent.intentions import Message
+from pytest_hricdv.bdi.agent.intentions import Message, Percepts
 from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.system_run import SystemRun
@@ -37,17 +37,16 @@ class JitteredRun(SystemRun):
         self._chance = random.Random(f"jitter {seed}")
         self._under_way: list[tuple[int, str, Message]] = []
         self._last_arrivals: dict[tuple[str, str], int] = {}
-        self._late: dict[str, _LateVersions] = {}
+        self._late: dict[str, _LatePercepts] = {}
 
     def round_of_arrival(self) -> int:
         """The round in which something arrives that is sent now."""
         return self.rounds + self._chance.randint(0, self._jitter)
 
-    def percept_versions(self, agent: str) -> Mapping[str, int]:
-        """A view on the environment's versions that is late."""
-        if not self._jitter:
-            return super().percept_versions(agent)
-        return self._late.setdefault(agent, _LateVersions(self, agent))
+    def percepts_of(self, agent: str) -> Percepts:
+        """What an agent perceives; it is late to learn of changes."""
+        percepts = super().percepts_of(agent)
+        return self._late.setdefault(agent, _LatePercepts(self, percepts)) if self._jitter else percepts
 
     def deliver(self, receiver: str, message: Message) -> None:
         """Send a message on its way, not to arrive before an earlier one from the same sender."""
@@ -98,23 +97,24 @@ class JitteredRun(SystemRun):
                 super().deliver(receiver, message)
 
 
-class _LateVersions(Mapping[str, int]):
-    """The version of an agent's percepts as the agent learns of it: some rounds late."""
+class _LatePercepts:
+    """What an agent perceives; the version is the one that the agent knows of, some rounds late."""
 
-    def __init__(self, run: JitteredRun, agent: str) -> None:
+    def __init__(self, run: JitteredRun, percepts: Percepts) -> None:
         self._run = run
-        self._agent = agent
-        self._known = run.environment.version(agent)
-        self._newest = self._known
+        self._percepts = percepts
+        self._known = self._newest = percepts.version
         self._arrival = 0
 
     @property
     def pending(self) -> bool:
         """Whether a change has not arrived yet."""
-        return self[self._agent] != self._newest
+        return self.version != self._newest
 
-    def __getitem__(self, agent: str) -> int:
-        newest = self._run.environment.version(self._agent)
+    @property
+    def version(self) -> int:
+        """Grows with every change that has arrived."""
+        newest = self._percepts.version
         if newest != self._newest:
             self._newest = newest
             self._arrival = self._run.round_of_arrival()
@@ -122,8 +122,6 @@ class _LateVersions(Mapping[str, int]):
             self._known = self._newest
         return self._known
 
-    def __iter__(self) -> Iterator[str]:
-        return iter((self._agent,))
-
-    def __len__(self) -> int:
-        return 1
+    def literals(self) -> Iterable[Structure]:
+        """What is perceived now."""
+        return self._percepts.literals()

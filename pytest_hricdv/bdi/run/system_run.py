@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 from pytest_hricdv.bdi.agent.agent import Agent
-from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, Message, Question, Wait, ticks_of
+from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, Message, Percepts, Question, Wait, ticks_of
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.terms import Structure, Variable
@@ -76,13 +76,9 @@ class SystemRun:
         """The tick at which a wait that begins now is over."""
         return self.ticks + ticks_of(wait_ms)
 
-    def percept_versions(self, agent: str) -> Mapping[str, int]:
-        """Where an agent finds under its name a number that grows with every change of its percepts."""
-        return self.environment.versions
-
-    def percepts(self, agent: str) -> tuple[Structure, ...]:
-        """What an agent perceives now."""
-        return self.environment.percepts(agent)
+    def percepts_of(self, agent: str) -> Percepts:
+        """What an agent perceives, now and from now on."""
+        return self.environment.percepts_of(agent)
 
     def print(self, agent: str, text: str) -> None:
         """Record what an agent prints."""
