@@ -22,7 +22,8 @@ def _pursues(intention: Intention, goal: Term) -> bool:
 
 def _is_about(event: Event, goal: Term) -> bool:
     """Whether an event adds a goal."""
-    return event.sign == "+!" and unify(goal, event.literal, {}, [])
+    sign, literal, _ = event
+    return sign == "+!" and unify(goal, literal, {}, [])
 
 
 @internal_action("fail", 0, MANY)
@@ -41,9 +42,9 @@ def _intend(invocation: Invocation) -> Iterator[object]:
 
 @internal_action("desire", 1, inspects=True)
 def _desire(invocation: Invocation) -> Iterator[object]:
-    for event in list(invocation.agent.events):
-        if event.sign == "+!" and invocation.unify(0, event.literal):
-            yield event
+    for sign, literal, _ in list(invocation.agent.events):
+        if sign == "+!" and invocation.unify(0, literal):
+            yield literal
     yield from _intend(invocation)  # type: ignore[misc]
 
 
@@ -64,7 +65,7 @@ def _settle(invocation: Invocation, succeeded: bool) -> bool:
         elif succeeded:
             agent.go_on(intention)
         else:
-            fail_goal(agent, intention, "+!", event.literal, "goal_failed", f"goal {goal} was failed")
+            fail_goal(agent, intention, "+!", event[1], "goal_failed", f"goal {goal} was failed")
     return True
 
 
@@ -104,8 +105,9 @@ def _drop_event(invocation: Invocation) -> Outcome:
     agent, goal = invocation.agent, invocation.literal(0)
     for event in [event for event in agent.events if _is_about(event, goal)]:
         agent.events.remove(event)
-        if event.intention is not None:
-            agent.note_end(event.intention)
+        _, _, intention = event
+        if intention is not None:
+            agent.note_end(intention)
     return True
 
 
@@ -117,9 +119,9 @@ def _drop_desire(invocation: Invocation) -> Outcome:
 
 @internal_action("drop_all_events", 0, inspects=True)
 def _drop_all_events(invocation: Invocation) -> Outcome:
-    for event in invocation.agent.events:
-        if event.intention is not None:
-            invocation.agent.note_end(event.intention)
+    for _, _, intention in invocation.agent.events:
+        if intention is not None:
+            invocation.agent.note_end(intention)
     invocation.agent.events.clear()
     return True
 
@@ -129,7 +131,7 @@ def _drop_all_intentions(invocation: Invocation) -> Outcome:
     """Drop all intentions but the one this is a statement of."""
     agent = invocation.agent
     for intention, event in agent.all_intentions():
-        external = event is not None and event.intention is None
+        external = event is not None and event[2] is None
         if intention is not invocation.intention and not external:
             _drop(invocation, intention)
     return True

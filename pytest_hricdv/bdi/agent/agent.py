@@ -179,7 +179,7 @@ class Agent(AgentState):
         To none if it is ready, or waits for an answer, an action or time: nothing may come between.
         """
         for event in self.events:
-            if event.intention is self.atomic:
+            if event[2] is self.atomic:
                 self.events.remove(event)
                 self.react(event)
                 break
@@ -190,8 +190,8 @@ class Agent(AgentState):
         Returns:
             The plan; without one, whether the event was all for this cycle: if not, another one is selected at once.
         """
-        literal = event.literal
-        for plan, match, condition in self.library.options[event.sign][literal.key]:
+        sign, literal, intention = event
+        for plan, match, condition in self.library.options[sign][literal.key]:
             self.considered = plan
             unifier: Bindings | None = {} if match is None else match(literal)
             if unifier is None:
@@ -206,19 +206,18 @@ class Agent(AgentState):
                     continue
                 if not applicable:
                     continue
-            return self._intend(event, IntendedMeans(plan, event.sign, literal, unifier))
-        if event.intention is None or len(event.sign) > 1:
+            return self._intend(IntendedMeans(plan, sign, literal, unifier), intention)
+        if intention is None or len(sign) > 1:
             return no_applicable_plan(self, event)
         # The belief update that the event is about is done: it needs no plan.
-        self.resume(event.intention)
+        self.resume(intention)
         return True
 
-    def _intend(self, event: Event, means: IntendedMeans) -> IntendedMeans:
-        intention = event.intention
+    def _intend(self, means: IntendedMeans, intention: Intention | None) -> IntendedMeans:
         if intention is None:
             intention = self.new_intention()
-        elif intention.stack and intention.stack[-1].literal.key == event.literal.key:
-            intention.optimize_tail_recursion(event)
+        elif intention.stack and intention.stack[-1].literal.key == means.literal.key:
+            intention.optimize_tail_recursion(means.sign)
         intention.stack.append(means)
         self.intentions.append(intention)
         plan = means.plan

@@ -78,7 +78,7 @@ class AgentState:
         self.beliefs = beliefs
         self.library = library
         self.mailbox: deque[Message] = deque()
-        self.events: deque[Event] = deque(Event(sign, literal, None) for sign, literal in events)
+        self.events: deque[Event] = deque((sign, literal, None) for sign, literal in events)
         self.feedback: deque[tuple[Intention, bool]] = deque()
         """Intentions whose external action has been executed, and whether it succeeded."""
         self.intentions: deque[Intention] = deque()
@@ -187,7 +187,7 @@ class AgentState:
     def all_intentions(self) -> list[tuple[Intention, Event | None]]:
         """All intentions, whatever they are doing or waiting for, and the goal events that wait for a plan."""
         found: list[tuple[Intention, Event | None]] = []
-        found += [(event.intention or Intention(0), event) for event in self.events]
+        found += [(event[2] or Intention(0), event) for event in self.events]
         found += [(intention, None) for intention in self.intentions]
         found += [(intention, None) for intention, _ in self.feedback]
         found += [(wait.intention, None) for wait in self.waits]
@@ -200,7 +200,7 @@ class AgentState:
 
     def remove_intention(self, intention: Intention) -> None:
         """Remove an intention from all queues; it is neither ready nor waiting any more."""
-        self.events = deque(event for event in self.events if event.intention is not intention)
+        self.events = deque(event for event in self.events if event[2] is not intention)
         self.intentions = deque(other for other in self.intentions if other is not intention)
         self.feedback = deque(entry for entry in self.feedback if entry[0] is not intention)
         self.waits = [wait for wait in self.waits if wait.intention is not intention]
@@ -216,13 +216,13 @@ class AgentState:
         if self.waits:
             self._wake_waiting_for(sign, literal)
         if intention is not None or self.library.options[sign][literal.key]:
-            self.events.append(Event(sign, literal, intention))
+            self.events.append((sign, literal, intention))
 
     def post_goal(self, goal: Structure) -> None:
         """Add a goal to be pursued in a new intention."""
         if self.waits:
             self._wake_waiting_for("+!", goal)
-        self.events.append(Event("+!", goal, None))
+        self.events.append(("+!", goal, None))
 
     def _wake_waiting_for(self, sign: str, literal: Structure) -> None:
         """Let the intentions go on in the next cycle that wait for an event like this one."""

@@ -90,27 +90,27 @@ def no_applicable_plan(agent: AgentState, event: Event) -> bool:
     Returns:
         Whether that was all for this cycle; if not, another event is selected.
     """
-    intention = event.intention
-    if len(event.sign) == 1:
+    sign, literal, intention = event
+    if len(sign) == 1:
         return False
-    if event.sign in ADDED_GOALS:
-        known = bool(agent.library.relevant(event.sign, event.literal.key))
+    if sign in ADDED_GOALS:
+        known = bool(agent.library.relevant(sign, literal.key))
         error = "no_applicable" if known else "no_relevant"
         kind = "applicable" if known else "relevant"
-        message = f"no {kind} plan for {event.sign}{event.literal.without_annotations()}"
-        text = f"Found a goal for which there is no {kind} plan:{event}"
-        fail_goal(agent, intention or agent.new_intention(), event.sign, event.literal, error, message, text)
+        message = f"no {kind} plan for {sign}{literal.without_annotations()}"
+        text = f"Found a goal for which there is no {kind} plan:{sign}{literal}"
+        fail_goal(agent, intention or agent.new_intention(), sign, literal, error, message, text)
     else:
-        what = f"{event.sign}{event.literal.without_annotations()}{_reason(event)}"
+        what = f"{sign}{literal.without_annotations()}{_reason(literal)}"
         agent.run.warn(f"{agent.name}: no applicable plan for {what}: the intention is dropped")
         if intention is not None:
             agent.note_end(intention)
     return True
 
 
-def _reason(event: Event) -> str:
-    """What had failed, if the event is a failure."""
-    texts = [annot.args[0] for annot in event.literal.annots if isinstance(annot, Structure) and annot.key == _MESSAGE]
+def _reason(literal: Structure) -> str:
+    """What had failed, if the literal is that of a failure."""
+    texts = [annot.args[0] for annot in literal.annots if isinstance(annot, Structure) and annot.key == _MESSAGE]
     return f" ({texts[0].value})" if texts and isinstance(texts[0], String) and texts[0].value else ""
 
 

@@ -27,20 +27,6 @@ def ticks_of(wait_ms: float) -> float:
     return length if length.is_integer() else math.ceil(round(length, 6))
 
 
-class Event:
-    """Something an agent may react to; an internal event carries the intention that waits for it."""
-
-    __slots__ = ("intention", "literal", "sign")
-
-    def __init__(self, sign: str, literal: Structure, intention: Intention | None) -> None:
-        self.sign = sign
-        self.literal = literal
-        self.intention = intention
-
-    def __str__(self) -> str:
-        return f"{self.sign}{self.literal}"
-
-
 class Loop:
     """A ``for`` or ``while`` being executed: the bindings to restore, and the solutions that a ``for`` has left."""
 
@@ -133,15 +119,15 @@ class Intention:
         """Whether one of its plans must not be interleaved with other intentions."""
         return any(means.plan.atomic for means in self.stack)
 
-    def optimize_tail_recursion(self, event: Event) -> None:
+    def optimize_tail_recursion(self, sign: str) -> None:
         """Drop a plan that ends by pursuing its own goal again, so that such loops need no memory.
 
         Args:
-            event: the event of that goal; its predicate is that of the plan's goal.
+            sign: of the event of that goal; its predicate is that of the plan's goal.
         """
         top = self.stack[-1]
         if (
-            event.sign == "+!"
+            sign == "+!"
             and top.sign == "+!"
             and top.pc == len(top.body) - 1
             and not top.blocks
@@ -149,6 +135,10 @@ class Intention:
             and top.literal.ground
         ):
             self.stack.pop()
+
+
+Event = tuple[str, Structure, Intention | None]
+"""Something an agent may react to: sign and literal; for an internal event, also the intention that waits for it."""
 
 
 class Wait:

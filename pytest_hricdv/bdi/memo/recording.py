@@ -240,7 +240,7 @@ class _Receiver(_RecordedAgent):
             return False
         if self.busy_waiting:
             return True
-        waiting = [event.intention for event in self.events if event.intention is not None]
+        waiting = [intention for _, _, intention in self.events if intention is not None]
         return not any(len(intention.stack) > 1 for intention in waiting) and not any(
             len(intention.stack) > 1 or intention.top.sign in ("+!", "-!") for intention in self.intentions
         )

@@ -7,7 +7,7 @@ from collections.abc import Hashable
 from typing import Any, NamedTuple
 
 from pytest_hricdv.bdi.agent.agent import Agent
-from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Loop, Message, Wait
+from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention, Loop, Message, Wait
 from pytest_hricdv.bdi.language.terms import Key
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Entry
 from pytest_hricdv.bdi.logic.substitution import Bindings
@@ -55,7 +55,7 @@ def snapshot(agent: Agent, now: int) -> AgentSnapshot | None:
     return AgentSnapshot(
         frozenset(agent.beliefs.content()),
         tuple([(message.sender, message.force, message.content, message.reply_to) for message in agent.mailbox]),
-        tuple([(event.sign, event.literal, _of_intention(agent, event.intention)) for event in agent.events]),
+        tuple([(sign, literal, _of_intention(agent, waiting)) for sign, literal, waiting in agent.events]),
         tuple([(_of_intention(agent, intention), success) for intention, success in agent.feedback]),
         tuple([_of_intention(agent, intention) for intention in agent.intentions]),
         tuple([_of_wait(agent, wait, now) for wait in agent.waits]),
@@ -67,7 +67,7 @@ def restore(agent: Agent, state: AgentSnapshot, beliefs: BeliefBase) -> None:
     now = agent.run.ticks
     agent.beliefs = beliefs
     agent.mailbox = deque(Message(sender, force, content, "", reply) for sender, force, content, reply in state.mailbox)
-    agent.events = deque(Event(sign, literal, _intention(agent, waiting)) for sign, literal, waiting in state.events)
+    agent.events = deque((sign, literal, _intention(agent, waiting)) for sign, literal, waiting in state.events)
     agent.feedback = deque((_intention(agent, intention), success) for intention, success in state.feedback)
     agent.intentions = deque(_intention(agent, intention) for intention in state.intentions)
     for intention, elapsed, left, *awaited in state.waits:

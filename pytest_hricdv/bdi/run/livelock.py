@@ -86,8 +86,8 @@ def _fingerprint(agents: Mapping[str, Agent]) -> int:
     parts: list[object] = []
     for agent in agents.values():
         parts.append((len(agent.events), len(agent.intentions)))
-        parts += [(event.sign, event.literal if event.literal.ground else event.literal.key) for event in agent.events]
-        parts += [len(_relevant_plans(agent, event.intention)) for event in agent.events]
+        parts += [(sign, literal if literal.ground else literal.key) for sign, literal, _ in agent.events]
+        parts += [len(_relevant_plans(agent, intention)) for _, _, intention in agent.events]
         for intention in agent.intentions:
             top = intention.top
             about = top.literal if top.literal.ground else top.literal.key
@@ -113,7 +113,7 @@ def _mental_states(agents: Mapping[str, Agent], now: int | None) -> str:
     parts = []
     for name, agent in agents.items():
         parts.append(f"{name}:")
-        parts += [f"{event}<{_intention_text(agent, event.intention)}>" for event in agent.events]
+        parts += [f"{sign}{literal}<{_intention_text(agent, waiting)}>" for sign, literal, waiting in agent.events]
         parts += [_intention_text(agent, intention) for intention in agent.intentions]
         if now is not None:
             for wait in agent.waits:

@@ -170,7 +170,7 @@ class TracedAgent(Agent):
         self.cause: Step | None = None
         """The cause of what happens now: what is being reacted to, or the selection of the plan being executed."""
         # Events, intended means and intentions are known by their identity while they are in use.
-        self._events = {id(event): self._note_event(event.sign, event.literal, None) for event in self.events}
+        self._events = {id(event): self._note_event(event[0], event[1], None) for event in self.events}
         self._means: dict[int, Step] = {}
         self._intentions: dict[int, Step] = {}
 
