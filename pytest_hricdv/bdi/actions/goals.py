@@ -28,7 +28,7 @@ def _is_about(event: Event, goal: Term) -> bool:
 
 @internal_action("fail", 0, MANY)
 def _fail(invocation: Invocation) -> Outcome:
-    invocation.failure = tuple(invocation.value(index) for index in range(len(invocation)))
+    invocation.failure = tuple(invocation.value(index) for index in range(len(invocation.args)))
     return False
 
 
@@ -90,7 +90,7 @@ def _drop(invocation: Invocation, intention: Intention) -> None:
 
 @internal_action("drop_intention", 0, 1, inspects=True)
 def _drop_intention(invocation: Invocation) -> Outcome:
-    if not len(invocation):
+    if not invocation.args:
         _drop(invocation, invocation.own_intention())
         return True
     goal = invocation.literal(0)
@@ -146,7 +146,7 @@ def _drop_all_desires(invocation: Invocation) -> Outcome:
 @internal_action("suspend", 0, 1, inspects=True)
 def _suspend(invocation: Invocation) -> Outcome:
     agent = invocation.agent
-    if not len(invocation):
+    if not invocation.args:
         agent.suspended.append(invocation.own_intention())
         invocation.held = True
         return True
@@ -208,7 +208,7 @@ def _rest(agent: AgentState, means: IntendedMeans) -> Term:
 
 @internal_action("stopMAS", 0, 1)
 def _stop_mas(invocation: Invocation) -> Outcome:
-    if len(invocation) and invocation.number(0) < 0:
+    if invocation.args and invocation.number(0) < 0:
         raise EvaluationError(f"{invocation.call}: a delay cannot be negative")
     invocation.agent.run.stop()
     return True

@@ -94,7 +94,7 @@ def _plan(invocation: Invocation, term: Term) -> Plan:
 def _add_plan(invocation: Invocation) -> Outcome:
     agent = invocation.agent
     value = invocation.value(0)
-    first = len(invocation) == 3 and str(invocation.value(2)) == "begin"
+    first = len(invocation.args) == 3 and str(invocation.value(2)) == "begin"
     for term in value.items if isinstance(value, ListTerm) else (value,):
         plan = _plan(invocation, term)
         try:
@@ -128,7 +128,7 @@ def _relevant_plans(invocation: Invocation) -> Outcome:
     plans = [plan for plan in invocation.agent.library.plans if not plan.builtin and _is_for(plan, trigger)]
     labels = ListTerm(tuple(Structure(plan.label) for plan in plans))
     return invocation.unify(1, ListTerm(tuple(PlanTerm(plan) for plan in plans))) and (
-        len(invocation) == 2 or invocation.unify(2, labels)
+        len(invocation.args) == 2 or invocation.unify(2, labels)
     )
 
 

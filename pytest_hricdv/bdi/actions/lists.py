@@ -34,7 +34,7 @@ def _empty(invocation: Invocation) -> Outcome:
 
 @internal_action("concat", 2, MANY)
 def _concat(invocation: Invocation) -> Outcome:
-    values = [invocation.value(index) for index in range(len(invocation) - 1)]
+    values = [invocation.value(index) for index in range(len(invocation.args) - 1)]
     if isinstance(values[0], ListTerm):
         items = tuple(item for index in range(len(values)) for item in invocation.items(index))
         return invocation.unify(len(values), ListTerm(items))
@@ -98,7 +98,7 @@ def _shuffle(invocation: Invocation) -> Outcome:
 @internal_action("range", 3, 4)
 def _range(invocation: Invocation) -> Iterator[object]:
     start, end = int(invocation.number(1)), int(invocation.number(2))
-    step = int(invocation.number(3)) if len(invocation) == 4 else 1
+    step = int(invocation.number(3)) if len(invocation.args) == 4 else 1
     if step == 0:
         raise EvaluationError(f"{invocation.call}: a range needs a step other than 0", WRONG)
     for number in range(start, end + (1 if step > 0 else -1), step):
@@ -109,7 +109,7 @@ def _range(invocation: Invocation) -> Iterator[object]:
 @internal_action("delete", 3, 4)
 def _delete(invocation: Invocation) -> Outcome:
     """``.delete(Item, List, Rest)``, by place if that is a number; ``.delete(Start, End, List, Rest)``."""
-    if len(invocation) == 4:
+    if len(invocation.args) == 4:
         return _delete_range(invocation)
     unwanted, value = invocation.value(0), invocation.value(1)
     if isinstance(value, String):

@@ -21,7 +21,7 @@ def _send(invocation: Invocation) -> Outcome:
     For a custom force, the receiver needs plans. The receiver may be a list of agents, whose answers are then
     a list in the order in which they came.
     """
-    agent, given = invocation.agent, len(invocation)
+    agent, given = invocation.agent, len(invocation.args)
     to, force = invocation.value(0), text_of(invocation.value(1))
     if given == 3 and isinstance(to, Structure):
         send(agent, text_of(to), force, invocation.value(2))
@@ -38,7 +38,7 @@ def _send(invocation: Invocation) -> Outcome:
 
 def _wait_for_answers(invocation: Invocation, force: str, numbers: list[str], asked: int | None) -> None:
     agent = invocation.agent
-    deadline = agent.run.deadline(invocation.number(4)) if len(invocation) == 5 else None
+    deadline = agent.run.deadline(invocation.number(4)) if len(invocation.args) == 5 else None
     question = Question(invocation.own_intention(), force, invocation.args[3], deadline, asked)
     agent.questions.update(dict.fromkeys(numbers, question))
     if deadline is not None:
@@ -63,7 +63,7 @@ def _text(invocation: Invocation, start: int = 0) -> str:
 
     A variable without a value is marked as one, as Jason does.
     """
-    return "".join(_shown(invocation.value(index)) for index in range(start, len(invocation)))
+    return "".join(_shown(invocation.value(index)) for index in range(start, len(invocation.args)))
 
 
 def _shown(value: Term) -> str:
@@ -95,7 +95,7 @@ def _puts(invocation: Invocation) -> Outcome:
             return text
         return _EXPRESSION.sub(lambda match: _shown(agent.value(invocation.read(match[1], parse_term), bindings)), text)
 
-    agent.run.print(agent.name, "".join(map(filled, range(len(invocation)))))
+    agent.run.print(agent.name, "".join(map(filled, range(len(invocation.args)))))
     return True
 
 

@@ -50,12 +50,11 @@ class Invocation:
         self.failure: tuple[Term, ...] = ()
         """Annotations for the failure event."""
 
-    def __len__(self) -> int:
-        return len(self.args)
-
     def value(self, index: int) -> Term:
         """An argument with its variables replaced and its expressions evaluated."""
-        return self.agent.value(self.args[index], self.bindings)
+        term: Term = self.args[index]
+        # Most arguments are written out: they need no call.
+        return term if type(term) is Structure and term.ground else self.agent.value(term, self.bindings)
 
     def number(self, index: int) -> float:
         """An argument that has to be a number.

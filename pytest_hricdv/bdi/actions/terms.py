@@ -73,7 +73,7 @@ def _my_name(invocation: Invocation) -> Outcome:
 @internal_action("random", 1, 2)
 def _random(invocation: Invocation) -> Outcome:
     """``.random(X)``, a number; ``.random(X, 5)``, up to five, one a solution; ``.random(Items, X)``, one of a list."""
-    if len(invocation) == 1:
+    if len(invocation.args) == 1:
         return invocation.unify(0, Number(invocation.agent.run.draw()))
     if not isinstance(invocation.value(0), ListTerm):
         return _several_random(invocation, int(invocation.number(1)))
@@ -91,10 +91,10 @@ def _several_random(invocation: Invocation, most: int) -> Iterator[object]:
 @internal_action("substring", 2, 4)
 def _substring(invocation: Invocation) -> Iterator[object]:
     """Where the first argument is in the second; if that is free, what is between two places of the first."""
-    if invocation.is_free(1) and len(invocation) > 2:
+    if invocation.is_free(1) and len(invocation.args) > 2:
         whole = invocation.text(0)
         start = int(invocation.number(2))
-        end = int(invocation.number(3)) if len(invocation) == 4 else len(whole)
+        end = int(invocation.number(3)) if len(invocation.args) == 4 else len(whole)
         if not 0 <= start <= end <= len(whole):
             raise EvaluationError(f"{invocation.call}: no places {start} to {end} in {len(whole)} characters", WRONG)
         if invocation.unify(1, String(whole[start:end])):
@@ -104,8 +104,8 @@ def _substring(invocation: Invocation) -> Iterator[object]:
     start = text.find(part)
     while start >= 0:
         mark = len(invocation.trail)
-        found = len(invocation) < 3 or invocation.unify(2, Number(start))
-        if found and (len(invocation) < 4 or invocation.unify(3, Number(start + len(part)))):
+        found = len(invocation.args) < 3 or invocation.unify(2, Number(start))
+        if found and (len(invocation.args) < 4 or invocation.unify(3, Number(start + len(part)))):
             yield start
         else:
             undo(invocation.bindings, invocation.trail, mark)

@@ -47,9 +47,9 @@ def _wait(invocation: Invocation) -> Outcome:
             intention.top.unifier = solution
             return True
         wait.condition = what
-    if len(invocation) > 1:
+    if len(invocation.args) > 1:
         wait.deadline = run.deadline(invocation.number(1))
-    if len(invocation) > 2:
+    if len(invocation.args) > 2:
         wait.elapsed = invocation.args[2]
     if wait.deadline is not None:
         run.note_deadline(wait.deadline)

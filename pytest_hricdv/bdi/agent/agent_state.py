@@ -121,7 +121,8 @@ class AgentState:
         if means.pc < len(means.body) and not self.suspending:
             self.intentions.append(intention)
         else:
-            means.leave_blocks()
+            if means.blocks:
+                means.leave_blocks()
             self.requeue(intention)
 
     def resume(self, intention: Intention) -> None:
@@ -162,7 +163,9 @@ class AgentState:
                 caller = stack[-1]
                 if not done.literal.ground:
                     self._bind_results(done, caller)
-                caller.advance()
+                caller.pc += 1
+                if caller.blocks:
+                    caller.leave_blocks()
         if self.atomic is intention and not intention.atomic:
             self.atomic = None
         if stack:
@@ -253,8 +256,6 @@ class AgentState:
 
     def value(self, term: Term, bindings: Bindings) -> Term:
         """The term with variables replaced and expressions evaluated."""
-        if type(term) is Structure and term.ground:
-            return term
         return substitute(term, bindings, self.function)
 
     def function(self, call: Call, bindings: Bindings) -> Term:

@@ -85,12 +85,6 @@ class IntendedMeans:
         self.body, self.pc = body, 0
         self.leave_blocks()
 
-    def advance(self) -> None:
-        """Go on to the next statement."""
-        self.pc += 1
-        if self.blocks:
-            self.leave_blocks()
-
     def leave_blocks(self) -> None:
         """Return from finished blocks to the enclosing ones."""
         while self.blocks and self.pc >= len(self.body):

@@ -59,7 +59,7 @@ def _test(agent: AgentState, intention: Intention, means: IntendedMeans, stateme
 
 def _act(agent: AgentState, intention: Intention, means: IntendedMeans, statement: ExternalAction) -> None:
     written = statement.action
-    if isinstance(written, Variable):
+    if type(written) is Variable:
         value = agent.value(written, means.unifier)
         if isinstance(value, PlanTerm) and isinstance(value.plan, tuple):
             # A variable may stand for a body, which is executed instead.

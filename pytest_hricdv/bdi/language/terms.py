@@ -7,6 +7,7 @@ computed once. They are copied and pickled without these, since hashes differ be
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from operator import neg
@@ -196,7 +197,7 @@ class Arithmetic:
             if isinstance(operand, Variable) or is_evaluable(operand):
                 return Arithmetic(self.operator, operands)
             raise EvaluationError(f"{operand} is not a number, in {self}")
-        operation = neg if len(operands) == 1 else OPERATIONS[self.operator]
+        operation: Callable[..., float] = neg if len(operands) == 1 else OPERATIONS[self.operator]
         try:
             return Number(operation(*operands))
         except (ArithmeticError, ValueError):

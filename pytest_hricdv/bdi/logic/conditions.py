@@ -127,7 +127,7 @@ def _known(literal: Structure) -> Condition:
 def _only_belief(literal: Structure) -> Condition:
     """For a literal with variables: decided if the predicate has no belief, or only one and no rule."""
     key, args, annots = literal.key, literal.args, literal.annots
-    only_names = all(isinstance(arg, Variable) for arg in args)
+    only_names, places = all(isinstance(arg, Variable) for arg in args), range(len(args))
 
     def condition(agent: Reasoner, bindings: Bindings) -> bool | None:
         bucket = agent.beliefs.buckets.get(key)
@@ -139,9 +139,9 @@ def _only_belief(literal: Structure) -> Condition:
         if not isinstance(belief, Structure):
             return None
         if only_names and belief.ground:
-            # Both have the same key: ``strict`` would only take time.
-            for name, value in zip(args, belief.args):  # noqa: B905
-                bound = bindings.setdefault(name, value)  # type: ignore[arg-type]
+            for place in places:
+                value = belief.args[place]
+                bound = bindings.setdefault(args[place], value)  # type: ignore[arg-type]
                 if bound is not value and not unify(bound, value, bindings, []):
                     return False
         elif not _unify_all(args, belief.args, bindings):

@@ -60,10 +60,10 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
             return value
         value = walk(value, bindings)
         return value if type(value) is Variable or is_ground(value) else substitute(value, bindings, functions)
+    if type(term) is Arithmetic:
+        return term.value(substitute_all(term.operands, bindings, functions))
     if isinstance(term, Structure):
         return term if term.ground else _substitute_structure(term, bindings, functions)
-    if isinstance(term, Arithmetic):
-        return term.value(substitute_all(term.operands, bindings, functions))
     if isinstance(term, ListTerm):
         if term.ground:
             return term
