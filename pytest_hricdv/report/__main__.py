@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import datetime
 import os
+import shutil
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,10 +14,18 @@ from pathlib import Path
 from msgspec import structs
 
 from pytest_hricdv.generate.suite_files import dump_tests
-from pytest_hricdv.report import EXPORT_FORMATS
+from pytest_hricdv.report import EXPORT_FORMATS, behaviour_view
 from pytest_hricdv.report.exported_files import ExportTargets, write_exports
 from pytest_hricdv.report.files import write, write_text
-from pytest_hricdv.results.baseline import Baseline, BaselineError, baseline_of, read_baseline, write_baseline
+from pytest_hricdv.results.baseline import (
+    Baseline,
+    BaselineError,
+    baseline_of,
+    check_suites,
+    read_baseline,
+    write_baseline,
+)
+from pytest_hricdv.results.behaviour_diff import compare_behaviour
 from pytest_hricdv.results.building import minimal_tests
 from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.gates import (
@@ -96,6 +105,7 @@ def _add_gates(parser: argparse.ArgumentParser) -> None:
     )
     add("--baseline", type=Path, metavar="FILE", help="new failures, lost coverage and lost triggers fail")
     add("--update-baseline", action="store_true", help="write the file of --baseline anew")
+    add("--fail-on-change", action="store_true", help="fail when a test behaves otherwise than in the baseline")
 
 
 def _threshold(text: str) -> Threshold:
@@ -107,8 +117,7 @@ def _threshold(text: str) -> Threshold:
 
 def _merge(options: argparse.Namespace) -> int:
     reports = [(str(path), _relocated(load(path), path, options.output)) for path in options.reports]
-    merged = merge(reports)
-    judgement = _judged(merged, options)
+    merged, judgement = _judged(merge(reports), options)
     merged = structs.replace(merged, gates=GateResult(failed=judgement.failed, improved=judgement.improved))
     write(merged, options.output)
     print(f"{options.output}: merged from {len(reports)} reports of {len(merged.sessions)} runs")
@@ -116,8 +125,7 @@ def _merge(options: argparse.Namespace) -> int:
 
 
 def _gate(options: argparse.Namespace) -> int:
-    report = load(options.report)
-    return _printed(report, _judged(report, options))
+    return _printed(*_judged(load(options.report), options))
 
 
 def _export(options: argparse.Namespace) -> int:
@@ -149,6 +157,8 @@ def _minimal(options: argparse.Namespace) -> int:
 
 def _printed(report: Report, judgement: Judgement) -> int:
     print(f"expected {expected(report)}, merged {report.reported}")
+    for line in behaviour_view.lines(report, shutil.get_terminal_size().columns):
+        print(line.text)
     for text in judgement.improved:
         print(text)
     for text in judgement.failed:
@@ -156,8 +166,8 @@ def _printed(report: Report, judgement: Judgement) -> int:
     return FAILED if judgement.failed else OK
 
 
-def _judged(report: Report, options: argparse.Namespace) -> Judgement:
-    """Check a report against all gates; write the baseline where that was asked for."""
+def _judged(report: Report, options: argparse.Namespace) -> tuple[Report, Judgement]:
+    """Check a report against all gates, and compare it; write the baseline where that was asked for."""
     missing = expected(report) - report.reported
     failed = [f"shard {shard} is missing" for shard in missing_shards(report)]
     if missing > 0:
@@ -165,20 +175,28 @@ def _judged(report: Report, options: argparse.Namespace) -> Judgement:
     failed += [f"{test.id}: {test.outcome}" for test in report.tests if test.outcome in ("failed", "error")]
     old = _baseline(report, options)
     compared = None if options.update_baseline else old
+    if compared is not None:
+        report = structs.replace(report, changes=compare_behaviour(report, compared, whole=True))
     judgement = judge(report, _gates(report, options), compared, datetime.datetime.now(datetime.UTC).date(), whole=True)
     if options.update_baseline and missing > 0:
         failed.append(f"{options.baseline} was not updated: tests are missing")
     elif options.update_baseline:
         write_baseline(baseline_of(report, old), options.baseline)
-    return replace(judgement, failed=(*failed, *judgement.failed))
+    return report, replace(judgement, failed=(*failed, *judgement.failed))
 
 
 def _baseline(report: Report, options: argparse.Namespace) -> Baseline | None:
     if options.update_baseline and options.baseline is None:
         raise BaselineError("--update-baseline: say which file, with --baseline=FILE")
+    if options.fail_on_change and options.baseline is None:
+        raise BaselineError("--fail-on-change: compared with what? give --baseline=FILE")
     if options.baseline is None or (options.update_baseline and not options.baseline.exists()):
         return None
-    return read_baseline(options.baseline, report.testbench)
+    baseline = read_baseline(options.baseline, report.testbench)
+    if not options.update_baseline:
+        seeds = {suite.name: suite.seed for suite in report.suites}
+        check_suites(baseline, seeds, str(options.baseline), behaviour=options.fail_on_change)
+    return baseline
 
 
 def _gates(report: Report, options: argparse.Namespace) -> Gates:
@@ -193,7 +211,7 @@ def _gates(report: Report, options: argparse.Namespace) -> Gates:
     may_be_nc = {
         name: Exemption(name, "named with --allow-nc") for each in options.allow_nc for name in each.split(",")
     }
-    return Gates(tuple(options.fail_under), options.fail_on_nc, may_be_nc, known)
+    return Gates(tuple(options.fail_under), options.fail_on_nc, may_be_nc, known, options.fail_on_change)
 
 
 def _relocated(report: Report, path: Path, output: Path) -> Report:

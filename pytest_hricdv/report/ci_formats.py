@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv.coverage.records import CodeCoverage, CrossCoverage, PlanCoverage
-from pytest_hricdv.report import totals
+from pytest_hricdv.report import behaviour_view, totals
 from pytest_hricdv.report.explanation import instructions_of, violation
 from pytest_hricdv.report.formatting import fit, natural, percent, plural, seconds, share, visible
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
@@ -99,6 +99,8 @@ def junit_suite_properties(report: Report) -> tuple[tuple[str, str], ...]:
     for suite in report.suites:
         pairs += [(f"hri.{suite.name}.{name}", value) for name, value in _suite_figures(suite)]
     pairs += [("hri.failed_gate", text) for text in totals.failed_gates(report)]
+    if report.changes is not None:
+        pairs.append(("hri.behave_otherwise", len(report.changes.changed)))
     return _text_pairs(pairs)
 
 
@@ -115,6 +117,8 @@ def _head(report: Report) -> Iterator[str]:
         yield f"\n**FAILED** {_escaped(text)}"
     for text in report.gates.improved if report.gates else ():
         yield f"\nBetter: {_escaped(text)}"
+    if told := behaviour_view.sentence(report):
+        yield f"\nBehaviour: {_escaped(told)}"
 
 
 def _requirements(report: Report) -> Iterator[str]:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+import zlib
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final, Literal
 
 from msgspec import to_builtins
+from msgspec.structs import asdict
 
 from pytest_hricdv.atomic_file import write_text
 from pytest_hricdv.coverage.records import Count, Names, Number, Record
-from pytest_hricdv.results.codec import MalformedError, decode_located
+from pytest_hricdv.results.behaviour import Behaviour, BusMessage
+from pytest_hricdv.results.codec import MalformedError, canonical, decode_located
 from pytest_hricdv.results.derivation import percentages
 from pytest_hricdv.results.gates import KINDS
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
@@ -24,7 +28,16 @@ class BaselineError(Exception):
 
 
 class SuiteBaseline(Record, frozen=True, kw_only=True):
-    """What one suite reached: violating tests by requirement, tests in error, triggers, percentages, plans, bins."""
+    """What one suite reached: violating tests by requirement, tests in error, triggers, percentages, plans, bins.
+
+    A baseline that an older version wrote has none of the following.
+
+    Args:
+        seed: the suite was generated from.
+        code_sha256: of the code under test.
+        made_with: name -> version, of what a record can depend on beside code and testbench.
+        tests: test -> what it did; a test is its id, or its node id where several test functions ran it.
+    """
 
     violations: Mapping[str, Names]
     broken: Names
@@ -32,6 +45,10 @@ class SuiteBaseline(Record, frozen=True, kw_only=True):
     percent: Mapping[str, Number | None]
     plans: Mapping[str, Names]
     bins: Mapping[str, tuple[Names, ...]]
+    seed: int | None = None
+    code_sha256: str = ""
+    made_with: Mapping[str, str] = {}
+    tests: Mapping[str, Behaviour] | None = None
 
 
 class Baseline(Record, frozen=True, kw_only=True):
@@ -46,19 +63,14 @@ def baseline_of(report: Report, old: Baseline | None = None) -> Baseline:
     """What to keep of a report. Suites that the old baseline has and the report has not are kept as they are."""
     percents = {kind: dict(percentages(report, kind)) for kind in KINDS}
     now = {
-        suite.name: _suite_baseline(
-            suite,
-            [test for test in report.tests if test.suite == suite.name],
-            {kind: percents[kind].get(suite.name) for kind in KINDS},
-        )
+        suite.name: _suite_baseline(report, suite, {kind: percents[kind].get(suite.name) for kind in KINDS})
         for suite in report.suites
     }
     return Baseline(schema=SCHEMA, testbench=report.testbench, suites={**(old.suites if old else {}), **now})
 
 
-def _suite_baseline(
-    suite: SuiteResult, tests: Sequence[TestResult], percent: Mapping[str, float | None]
-) -> SuiteBaseline:
+def _suite_baseline(report: Report, suite: SuiteResult, percent: Mapping[str, float | None]) -> SuiteBaseline:
+    tests = [test for test in report.tests if test.suite == suite.name]
     return SuiteBaseline(
         violations={requirement: _violating(tests, requirement) for requirement in suite.requirements},
         broken=tuple(sorted(test.id for test in tests if test.outcome == "error")),
@@ -66,7 +78,40 @@ def _suite_baseline(
         percent=percent,
         plans={agent: tuple(sorted(plans.covered)) for agent, plans in suite.plans.items()},
         bins={name: tuple(sorted(hit.bin for hit in product.hits)) for name, product in suite.cross.products.items()},
+        seed=suite.seed,
+        code_sha256=report.code_under_test.sha256,
+        made_with=report.made_with,
+        tests=_behaviours(tests),
     )
+
+
+def _behaviours(tests: Sequence[TestResult]) -> dict[str, Behaviour]:
+    uses = Counter(test.id for test in tests)
+    return {test.id if uses[test.id] == 1 else test.nodeid: behaviour_of(test) for test in tests}
+
+
+def behaviour_of(test: TestResult) -> Behaviour:
+    """What to keep of a test's run."""
+    timeline = test.timeline
+    return Behaviour(
+        record_sha256=test.record_sha256,
+        parameters=f"{zlib.crc32(canonical(test.concrete).encode('ascii')):08x}",
+        ended=test.ended,
+        end_s=timeline.end_s if timeline else 0.0,
+        outcomes=test.outcomes,
+        messages=tuple(map(_message, timeline.messages)) if timeline else (),
+        signals=timeline.checksums if timeline else {},
+        verdicts={
+            name: (result.verdict, None if result.margin is None else float(f"{result.margin:.6g}"))
+            for name, result in test.requirements.items()
+        },
+    )
+
+
+def _message(text: str) -> BusMessage:
+    """A message of a timeline. JSON has no NaN or infinity: as a field's value they become text."""
+    time_s, sender, topic, fields = text.split("\t", 3)
+    return BusMessage(json.loads(time_s), sender, topic, json.loads(fields, parse_constant=str))
 
 
 def _violating(tests: Sequence[TestResult], requirement: str) -> Names:
@@ -92,14 +137,59 @@ def read_baseline(path: Path, testbench: str) -> Baseline:
     return baseline
 
 
+def check_suites(baseline: Baseline, seeds: Mapping[str, int], where: str, *, behaviour: bool) -> None:
+    """Check that a baseline can be compared with a run.
+
+    Args:
+        baseline: to compare with.
+        seeds: suite -> seed, of the run.
+        where: the baseline's file, for errors.
+        behaviour: the behaviour of the tests has to be compared, not only what they reached.
+
+    Raises:
+        BaselineError: it has none of the run's suites, or one of another seed or without the behaviour of its tests.
+    """
+    common = {name: baseline.suites[name] for name in seeds if name in baseline.suites}
+    if seeds and not common:
+        raise BaselineError(
+            f"{where}: of the suite {', '.join(sorted(baseline.suites)) or 'none'}; this run has {', '.join(seeds)}: "
+            "choose the baseline's suite, or add this one to the baseline with --hri-update-baseline"
+        )
+    for name, before in common.items():
+        if before.seed is not None and before.seed != seeds[name]:
+            raise BaselineError(
+                f"{where}: of suite {name} with seed {before.seed}; this run has seed {seeds[name]}, so other tests: "
+                f"run it with seed {before.seed}, or write the baseline anew with --hri-update-baseline"
+            )
+        if behaviour and before.tests is None:
+            raise BaselineError(
+                f"{where}: an older version wrote it, without the behaviour of suite {name}, which "
+                "--hri-fail-on-change compares: write it anew with --hri-update-baseline"
+            )
+
+
 def write_baseline(baseline: Baseline, path: Path) -> None:
-    """Write a baseline atomically, a line for each value, so that a version control system shows what changed.
+    """Write a baseline atomically: a line for each value, and one for each test's behaviour.
+
+    So a version control system shows what changed.
 
     Raises:
         BaselineError: the folder cannot be written.
     """
-    text = json.dumps(to_builtins(baseline), sort_keys=True, indent=1, allow_nan=False)
     try:
-        write_text(path, text + "\n")
+        write_text(path, _lines(baseline) + "\n")
     except OSError as error:
         raise BaselineError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def _lines(value: object, indent: str = "\n") -> str:
+    """JSON with sorted keys; what is None in a record is left out."""
+    inner = f"{indent} "
+    if isinstance(value, Record) and not isinstance(value, Behaviour):
+        value = {name: each for name, each in asdict(value).items() if each is not None}
+    if isinstance(value, Mapping) and value:
+        items = [f"{json.dumps(key)}: {_lines(value[key], inner)}" for key in sorted(value)]
+        return f"{{{inner}{f',{inner}'.join(items)}{indent}}}"
+    if isinstance(value, tuple) and value:
+        return f"[{inner}{f',{inner}'.join(_lines(each, inner) for each in value)}{indent}]"
+    return json.dumps(to_builtins(value), sort_keys=True, separators=(",", ":"), allow_nan=False)

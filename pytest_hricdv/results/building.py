@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypedDict
 
 from pytest_hricdv.case import CaseResult, HriCase
@@ -159,6 +159,7 @@ class SessionInfo:
     sizes: Mapping[str, int]
     """Suite -> its tests, selected or not."""
     shard: str = ""
+    made_with: Mapping[str, str] = field(default_factory=dict)
 
 
 def requirement_texts(requirements: Sequence[Requirement]) -> dict[str, RequirementText]:
@@ -195,6 +196,7 @@ def build_report(
         known_until=dict(session.until),
         strict=session.strict,
         shard=session.shard,
+        made_with=dict(session.made_with),
         rerun=session.rerun,
         requirements=requirement_texts(session.requirements),
         units=dict(testbench.units),

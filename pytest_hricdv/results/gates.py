@@ -94,9 +94,11 @@ class Gates:
         fail_on_nc: fail when no test triggered a requirement, unless `may_be_nc` exempts it.
         may_be_nc: requirements that need not be triggered.
         known: exemptions for violations; one that has expired fails the session.
+        fail_on_change: fail when a test behaves otherwise than in the baseline.
     """
 
     thresholds: tuple[Threshold, ...] = ()
     fail_on_nc: bool = False
     may_be_nc: Mapping[str, Exemption] = field(default_factory=dict)
     known: Mapping[str, Exemption] = field(default_factory=dict)
+    fail_on_change: bool = False

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from pytest_hricdv.coverage.gaps import nearest_miss
 from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, baseline_of
+from pytest_hricdv.results.behaviour import BehaviourChanges
+from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.derivation import percentages
 from pytest_hricdv.results.gates import KINDS, Exemption, Gates, Threshold
 from pytest_hricdv.results.model import Report
@@ -116,11 +118,13 @@ def judge(report: Report, gates: Gates, baseline: Baseline | None, today: dateti
     Args:
         today: the day on which exemptions are checked.
         whole: all tests of the suites were selected. For a part only thresholds of the command line, expired
-            exemptions of violations that occurred, and new failures are checked.
+            exemptions of violations that occurred, new failures, and changes of behaviour are checked.
     """
     failed = [*_expired(report, gates, today, whole=whole), *_below(report, gates.thresholds, whole=whole)]
     if whole and gates.fail_on_nc:
         failed += _unchecked(report, gates.may_be_nc, today)
+    if gates.fail_on_change and report.changes is not None:
+        failed += _changed(report, report.changes)
     improved = list(_needless(report, gates)) if whole else []
     if baseline is not None:
         comparison = compare(report, baseline, whole=whole)
@@ -158,6 +162,11 @@ def _unchecked(report: Report, exemptions: Mapping[str, Exemption], today: datet
             yield f"{name} was not checked: no test triggered it; {near}"
         elif exemption.expired(today):
             yield f"{name} was not checked, which was accepted until {exemption.until} ({exemption.reason})"
+
+
+def _changed(report: Report, changes: BehaviourChanges) -> Iterator[str]:
+    if changes.changed or (report.reported and not changes.compared):
+        yield headline(changes)
 
 
 def _untriggered(report: Report) -> list[str]:

@@ -69,6 +69,8 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         units=None,
         shard="",
         gates=None,
+        made_with=dict(set.intersection(*(set(report.made_with.items()) for report in all_reports))),
+        changes=None,
     )
     try:
         return derive(merged)

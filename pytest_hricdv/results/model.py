@@ -37,6 +37,7 @@ from pytest_hricdv.coverage.records import (
     RequirementTally,
     SuiteCode,
 )
+from pytest_hricdv.results.behaviour import BehaviourChanges
 
 SCHEMA: Final = "hricdv-report/1"
 TestOutcome = Literal["passed", "failed", "known-violation", "error", "not-run"]
@@ -69,12 +70,14 @@ class Timeline(Record, frozen=True, kw_only=True):
         messages: time (s), sender, topic and the fields as JSON, separated by tabs.
         signals: name -> "time value time value ...", each value from its time (s) on.
         attempts: requirement -> "begin-end begin-end! begin-end?" (s), `!` where it failed, `?` where it is pending.
+        checksums: signal -> CRC-32 (hexadecimal) of all its changes, bit by bit, before they were thinned.
     """
 
     end_s: NotNegative
     messages: Names
     signals: Mapping[str, str]
     attempts: Mapping[str, str]
+    checksums: Mapping[str, str] = {}
 
 
 class ShrunkTest(Record, frozen=True, kw_only=True):
@@ -308,6 +311,9 @@ class Report(Record, frozen=True, kw_only=True):
         sessions: of a merged report: the sessions it was merged from.
         search: requirement -> result, where a search was asked for.
         gates: None where the session did not come to its end, or ran a shard.
+        made_with: name -> version, of what records can depend on beside code and testbench; of a merged report, where
+            all sessions had the same.
+        changes: how its tests behave, compared with a baseline.
     """
 
     schema: Literal["hricdv-report/1"]
@@ -338,3 +344,5 @@ class Report(Record, frozen=True, kw_only=True):
     sessions: tuple[SessionSummary, ...] = ()
     search: Mapping[str, SearchResult] = {}
     gates: GateResult | None = None
+    made_with: Mapping[str, str] = {}
+    changes: BehaviourChanges | None = None

@@ -6,8 +6,10 @@ A record holds thousands of changes of each signal; what a picture can show of t
 from __future__ import annotations
 
 import json
+from array import array
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
+from zlib import crc32
 
 from pytest_hricdv.monitor import Attempt, Verdict
 from pytest_hricdv.results.model import Timeline
@@ -33,6 +35,7 @@ def timeline(record: Record, verdicts: Iterable[Verdict], end_s: float) -> Timel
         messages=tuple(map(_message, record.messages)),
         signals={name: _signal(*series, end_s) for name, series in sorted(record.signals.items())},
         attempts={each.requirement: " ".join(map(_attempt, each.history)) for each in verdicts if each.history},
+        checksums={name: _checksum(*series) for name, series in sorted(record.signals.items())},
     )
 
 
@@ -47,6 +50,10 @@ def _attempt(attempt: Attempt) -> str:
 
 def _signal(times: Sequence[float], values: Sequence[float], end_s: float) -> str:
     return " ".join(f"{_time(times[n])} {values[n]:.4g}" for n in thinned(times, values, end_s))
+
+
+def _checksum(times: array[float], values: array[float]) -> str:
+    return f"{crc32(values, crc32(times)):08x}"
 
 
 def thinned(times: Sequence[float], values: Sequence[float], end_s: float) -> Iterator[int]:

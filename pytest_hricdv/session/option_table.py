@@ -140,8 +140,14 @@ GATES = (
         "a requirement that may be NC with --hri-fail-on-nc",
         f"one a line, 'R5: reason' {UNTIL}: may be NC with hri_fail_on_nc",
     ),
-    Value("baseline", "FILE", "compare with this file: new failures, lost coverage and lost triggers fail the run"),
+    Value(
+        "baseline",
+        "FILE",
+        "compare with this file: new failures, lost coverage and lost triggers fail the run; tests that behave "
+        "otherwise are listed",
+    ),
     Flag("update-baseline", "write the file of --hri-baseline anew", key=False),
+    Flag("fail-on-change", "fail when a test behaves otherwise than in the baseline, even where nothing got worse"),
 )
 
 AFTER_THE_TESTS = (

@@ -84,6 +84,8 @@ def read_options(config: pytest.Config) -> Options:
     known, baseline = _allowed(config, "known", "known_violations"), _text(config, "baseline")
     if config.getoption("hri_update_baseline") and not baseline:
         raise pytest.UsageError("--hri-update-baseline: say which file, with --hri-baseline=FILE or hri_baseline")
+    if _flag(config, "fail_on_change") and not baseline:
+        raise pytest.UsageError("--hri-fail-on-change: compared with what? give --hri-baseline=FILE or hri_baseline")
     return Options(
         suites="" if replay else _text(config, "suite"),
         suite_named=bool(replay) or config.getoption("hri_suite") is not None,
@@ -97,6 +99,7 @@ def read_options(config: pytest.Config) -> Options:
             fail_on_nc=_flag(config, "fail_on_nc"),
             may_be_nc=_allowed(config, "allow_nc", "allow_nc"),
             known={} if _flag(config, "strict") else known,
+            fail_on_change=_flag(config, "fail_on_change"),
         ),
         known={name: each.reason for name, each in known.items() if not each.expired(today)},
         shard=_shard(config),

@@ -8,9 +8,18 @@ from dataclasses import replace
 from functools import cached_property
 
 import pytest
+from msgspec import structs
 
 from pytest_hricdv.report import files, terminal
-from pytest_hricdv.results.baseline import Baseline, BaselineError, baseline_of, read_baseline, write_baseline
+from pytest_hricdv.results.baseline import (
+    Baseline,
+    BaselineError,
+    baseline_of,
+    check_suites,
+    read_baseline,
+    write_baseline,
+)
+from pytest_hricdv.results.behaviour_diff import compare_behaviour
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.judgement import Judgement, judge
 from pytest_hricdv.results.model import Report
@@ -56,6 +65,7 @@ class Preparation:
         if running:
             self._import_required()
         _ = self.collection.selected  # after the quick checks, because learning takes long
+        self._gate_check.check_suites()
         if self.options.export is not None:
             export(self.collection.selected, self.options.export)
         if running:
@@ -111,6 +121,30 @@ class GateCheck:
                     known = ", ".join(sorted(requirements))
                     raise pytest.UsageError(f"{what} {name!r}: no such requirement; there are {known}")
         _ = self._baseline
+
+    def check_suites(self) -> None:
+        """Find, once the suites are generated, that the baseline is of others. Replayed tests may be of any suite.
+
+        Raises:
+            pytest.UsageError: the baseline has none of the suites, or one of another seed.
+        """
+        if self._baseline is None or self.options.update_baseline or self._collection.replays:
+            return
+        seeds = {each.suite.name: each.suite.seed for each in self._collection.selected}
+        try:
+            check_suites(self._baseline, seeds, str(self.options.baseline), behaviour=self.options.gates.fail_on_change)
+        except BaselineError as error:
+            raise pytest.UsageError(f"--hri-baseline: {error}") from None
+
+    def compared(self, report: Report, *, whole: bool) -> Report:
+        """The report, with how its tests behave compared with the baseline, unless this is written anew.
+
+        Args:
+            whole: all tests of the suites were selected.
+        """
+        if self._baseline is None or self.options.update_baseline:
+            return report
+        return structs.replace(report, changes=compare_behaviour(report, self._baseline, whole=whole))
 
     @cached_property
     def _baseline(self) -> Baseline | None:

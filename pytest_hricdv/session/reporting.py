@@ -89,7 +89,8 @@ class Reporting:
         results, searched = self._post_session(self.aggregation.results(), stopped=stopped)
         if self.running.failures.problem:
             self.problems.append(self.running.failures.problem)
-        self.report = msgspec.structs.replace(self._build(results), search=searched)
+        report = msgspec.structs.replace(self._build(results), search=searched)
+        self.report = self._gate_check.compared(report, whole=self._is_whole and self.options.shard is None)
         if not stopped:
             self.report = self._judged(self.report)
         try:
@@ -161,6 +162,7 @@ class Reporting:
             until={name: str(each.until) for name, each in self.options.gates.known.items() if each.until},
             strict=self.options.strict,
             version=version("pytest-hricdv"),
+            made_with=self.running.provenance.made_with,
             wall_s=time.perf_counter() - self._began,
             workers=self.aggregation.workers,
             sizes=Counter(case.suite for case in self.collection.everything),
@@ -193,6 +195,12 @@ class Reporting:
         return msgspec.convert(listed, dict[str, ModelSource])
 
     @property
+    def _is_whole(self) -> bool:
+        """All tests of the suites were selected, or of the shard."""
+        ids = {case.abstract.id for case in self.aggregation.chosen.values()}
+        return not self.collection.replays and ids == {case.abstract.id for case in self.collection.cases}
+
+    @property
     def _is_empty_shard(self) -> bool:
         """This shard has no test; its report is still needed for the merge."""
         return self.options.shard is not None and bool(self.collection.everything) and not self.collection.cases
@@ -210,9 +218,7 @@ class Reporting:
         if self.options.shard is not None:
             self.problems += self.aggregation.losses()
             return report
-        ids = {case.abstract.id for case in self.aggregation.chosen.values()}
-        whole = not self.collection.replays and ids == {case.abstract.id for case in self.collection.cases}
-        judgement = self._gate_check.judge(report, whole=whole)
+        judgement = self._gate_check.judge(report, whole=self._is_whole)
         self.problems += [*self.aggregation.losses(), *judgement.failed]
         return msgspec.structs.replace(
             report, gates=GateResult(failed=tuple(self.problems), improved=judgement.improved)

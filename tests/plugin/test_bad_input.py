@@ -68,6 +68,7 @@ def mode(request: pytest.FixtureRequest) -> tuple[str, ...]:
         ([SUITE, "--hri-baseline=base.json"], "base.json: no such baseline; write it with --hri-update-baseline"),
         ([SUITE, "--hri-baseline=pytest.ini"], "pytest.ini:1:2: not JSON, perhaps cut off"),
         ([SUITE, "--hri-update-baseline"], "--hri-update-baseline: say which file, with --hri-baseline=FILE"),
+        ([SUITE, "--hri-fail-on-change"], "--hri-fail-on-change: compared with what? give --hri-baseline=FILE"),
         ([SUITE, "--hri-report=pytest.ini"], "pytest.ini: a file is in the way: remove it, or choose another folder"),
         ([SUITE, "--hri-report=pytest.ini/below"], "a file is in the way"),
         ([SUITE, "--hri-export=pytest.ini"], "pytest.ini: File exists; choose another folder"),

@@ -205,7 +205,7 @@ def test_a_part_of_the_tests_is_compared_for_failures_only_and_is_no_baseline(la
 
 def test_a_baseline_keeps_the_suites_that_did_not_run(lamps: pytest.Pytester) -> None:
     keep_baseline(lamps)
-    told = lamps.runpytest_inprocess("--hri-suite=rl", BASE)
+    told = lamps.runpytest_inprocess("--hri-suite=by-hand,rl", BASE)
     assert told.ret == 0
     told.stdout.fnmatch_lines(["suite rl is not in the baseline: --hri-update-baseline adds it"])
     assert lamps.runpytest_inprocess("--hri-suite=rl", BASE, "--hri-update-baseline").ret == 0

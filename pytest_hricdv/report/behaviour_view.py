@@ -1,0 +1,51 @@
+"""What a report says of changes of behaviour: lines for the terminal, a sentence, and the details of a test."""
+
+from collections.abc import Iterator
+
+from pytest_hricdv.report.formatting import Line, Style, listing, plural, visible, width, wrap
+from pytest_hricdv.results.behaviour import BehaviourChanges, ChangeKind
+from pytest_hricdv.results.behaviour_diff import headline
+from pytest_hricdv.results.model import Report
+
+_MAX_KINDS = 8
+
+
+def lines(report: Report, columns: int) -> Iterator[Line]:
+    """How the tests behave, compared with the baseline, in lines of at most so many columns; none without one."""
+    changes = report.changes
+    if changes is None or not report.reported:
+        return
+    yield Line(headline(changes), "warn" if changes.changed or not changes.compared else "ok")
+    room = max((len(str(each.tests)) for each in changes.kinds), default=1) + 4
+    for each in changes.kinds[:_MAX_KINDS]:
+        yield from _wrapped(f"{each.tests:>{room - 2}}  ", each.kind, columns, "warn")
+        yield from _wrapped(" " * room, _example(report, changes, each), columns)
+    if len(changes.kinds) > _MAX_KINDS:
+        yield Line(f"  ... and {plural(len(changes.kinds) - _MAX_KINDS, 'more kind')}: see the report", "dim")
+    for names, what in ((changes.new, "not in the baseline"), (changes.gone, "only in the baseline")):
+        if names:
+            start = f"  {plural(len(names), 'test')} {what}: "
+            yield Line(visible(start + listing(names, columns - width(start))), "dim")
+    for note in changes.notes:
+        yield from _wrapped("  ", note, columns, "warn")
+
+
+def sentence(report: Report) -> str:
+    """The same in a sentence, with the first difference of the most frequent kind; empty without a baseline."""
+    changes = report.changes
+    if changes is None or not report.reported:
+        return ""
+    example = f"; {_example(report, changes, changes.kinds[0])}" if changes.kinds else ""
+    return headline(changes) + example
+
+
+def _example(report: Report, changes: BehaviourChanges, kind: ChangeKind) -> str:
+    (test,) = (test.id for test in report.tests if test.nodeid == kind.example)
+    return f"first difference in {test}: {changes.changed[kind.example].text}"
+
+
+def _wrapped(start: str, text: str, columns: int, style: Style = "plain") -> Iterator[Line]:
+    """Text behind a start, which continues below itself if it is too long."""
+    for line in wrap(visible(text).split(" "), columns - width(start)):
+        yield Line(start + line, style)
+        start = " " * width(start)

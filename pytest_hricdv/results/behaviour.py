@@ -1,0 +1,93 @@
+"""What a run did, in short, and how that compares with a baseline: the records.
+
+Runs are deterministic. So a difference between two records of one test has a cause: the code under test, the testbench,
+its world, or a library has changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from pytest_hricdv.coverage.records import Count, Names, NotNegative, Number, Record
+
+
+class BusMessage(NamedTuple):
+    """One message on the bus: its time (s, to the millisecond), sender, topic and fields. In JSON an array."""
+
+    time_s: Number
+    sender: str
+    topic: str
+    fields: Mapping[str, Any]
+
+
+class Behaviour(Record, frozen=True, kw_only=True):
+    """What one run did.
+
+    Args:
+        record_sha256: of the whole record, bit by bit; None where no run came to an end.
+        parameters: checksum of the concrete test, so of what the run was given.
+        ended: why the run ended, in the testbench's words.
+        end_s: when (s of simulated time).
+        outcomes: how each interaction ended, in order.
+        messages: all, in order.
+        signals: name -> checksum of all changes of the signal.
+        verdicts: requirement -> verdict, and margin to six digits.
+    """
+
+    record_sha256: str | None
+    parameters: str
+    ended: str
+    end_s: NotNegative
+    outcomes: Names
+    messages: tuple[BusMessage, ...]
+    signals: Mapping[str, str]
+    verdicts: Mapping[str, tuple[str, Number | None]]
+
+
+class Change(Record, frozen=True, kw_only=True):
+    """A test that behaves otherwise than in the baseline.
+
+    Args:
+        kind: of the first difference, without times and numbers, so that equal kinds can be counted.
+        text: the first difference, with times and values.
+        time_s: when it was (s); None where all messages are the same.
+        topic: of the message that differs first; empty where all messages are the same.
+        also: what else differs: the end, outcomes, verdicts and margins; a sentence each.
+        before: the behaviour in the baseline.
+    """
+
+    kind: str
+    text: str
+    time_s: NotNegative | None
+    topic: str
+    also: Names
+    before: Behaviour
+
+
+class ChangeKind(Record, frozen=True, kw_only=True):
+    """Changes of one kind: how many tests, and the node id of the one that differs earliest."""
+
+    kind: str
+    tests: Count
+    example: str
+
+
+class BehaviourChanges(Record, frozen=True, kw_only=True):
+    """A session's tests compared with a baseline.
+
+    Args:
+        compared: how many tests ran and are in the baseline.
+        changed: node id -> change, of those that behave otherwise.
+        kinds: the kinds of changes, the most frequent first.
+        new: ids of tests that ran and are not in the baseline.
+        gone: tests of the baseline that the suites no longer have; of a part of the tests none is listed.
+        notes: what is to be known about the comparison, a sentence each.
+    """
+
+    compared: Count
+    changed: Mapping[str, Change]
+    kinds: tuple[ChangeKind, ...]
+    new: Names
+    gone: Names
+    notes: Names

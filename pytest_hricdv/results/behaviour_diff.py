@@ -1,0 +1,280 @@
+"""Which tests behave otherwise than in a baseline, and what the first difference of each is."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import zip_longest
+from typing import Any, NamedTuple
+
+from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, behaviour_of
+from pytest_hricdv.results.behaviour import Behaviour, BehaviourChanges, BusMessage, Change, ChangeKind
+from pytest_hricdv.results.model import Report, TestResult
+
+_LONGEST_VALUE = 40
+_ABSENT = object()
+
+
+class Difference(NamedTuple):
+    """The first difference of two runs: its kind, without times and numbers, and all of it as text.
+
+    `time_s` (s) and `topic` are of the message that differs; None and empty where all messages are the same.
+    """
+
+    kind: str
+    text: str
+    time_s: float | None = None
+    topic: str = ""
+
+
+def compare_behaviour(report: Report, baseline: Baseline, *, whole: bool) -> BehaviourChanges:
+    """Compare what each test of a report did with a baseline. Tests that were not run are left out.
+
+    Args:
+        whole: all tests of the suites were selected.
+    """
+    suites = {suite.name: baseline.suites.get(suite.name) for suite in report.suites}
+    run = [test for test in report.tests if test.outcome != "not-run"]
+    pairs = [(test, _before(suites.get(test.suite), test)) for test in run]
+    known = [(test, before) for test, before in pairs if before is not None]
+    found = {test.nodeid: change_of(before, behaviour_of(test)) for test, before in known}
+    changed = {nodeid: change for nodeid, change in found.items() if change is not None}
+    return BehaviourChanges(
+        compared=len(known),
+        changed=changed,
+        kinds=_kinds(changed),
+        new=tuple(test.id for test, before in pairs if before is None and _has_behaviour(suites.get(test.suite))),
+        gone=tuple(_gone(report, suites)) if whole else (),
+        notes=tuple(dict.fromkeys(_notes(report, suites, changed=bool(changed)))),
+    )
+
+
+def _has_behaviour(suite: SuiteBaseline | None) -> bool:
+    """Whether a test that it lacks is new: what an older version wrote lacks all tests."""
+    return suite is None or suite.tests is not None
+
+
+def _before(suite: SuiteBaseline | None, test: TestResult) -> Behaviour | None:
+    tests = (suite.tests if suite else None) or {}
+    return tests.get(test.nodeid) or tests.get(test.id)
+
+
+def headline(changes: BehaviourChanges) -> str:
+    """`12 of 134 tests behave otherwise than in the baseline`."""
+    count = len(changes.changed)
+    if not changes.compared:
+        return "the behaviour of no test was compared with the baseline"
+    if not count:
+        return f"all {changes.compared} tests behave as in the baseline"
+    return f"{count} of {changes.compared} tests behave{'s' * (count == 1)} otherwise than in the baseline"
+
+
+def change_of(before: Behaviour, now: Behaviour) -> Change | None:
+    """What differs between two runs of a test; None where their records are the same to the bit, and their ends."""
+    if (before.record_sha256, before.ended, before.outcomes) == (now.record_sha256, now.ended, now.outcomes):
+        return None
+    first = first_difference(before, now)
+    return Change(
+        kind=first.kind,
+        text=first.text,
+        time_s=first.time_s,
+        topic=first.topic,
+        also=tuple(_also(before, now)),
+        before=before,
+    )
+
+
+def first_difference(before: Behaviour, now: Behaviour) -> Difference:
+    """The first difference of two runs that are not the same: of messages; else of the end; else of signals."""
+    if now.record_sha256 is None:
+        return Difference("ends in error", "the test is in error; in the baseline its run came to its end")
+    if before.record_sha256 is None:
+        return Difference("no longer in error", "the run came to its end; in the baseline the test was in error")
+    found = _first_message(before.messages, now.messages) or _other_end(before, now) or _other_signals(before, now)
+    if before.parameters == now.parameters:
+        return found
+    return found._replace(kind="has other parameters", text=f"the test itself has other parameters; {found.text}")
+
+
+# Messages
+
+
+def _first_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> Difference | None:
+    for number, (old, new) in enumerate(zip_longest(before, now)):
+        if new is None:
+            return _missing(old)
+        if old is None:
+            return _extra(new)
+        if _content(old) != _content(new):
+            return _other_message(before[number:], now[number:])
+        if old.time_s != new.time_s:
+            return _moved(old, new)
+    return None
+
+
+def _content(message: BusMessage) -> tuple[str, str, Mapping[str, Any]]:
+    return message.sender, message.topic, message.fields
+
+
+def _other_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> Difference:
+    """Of two sequences that begin with different messages: one is missing, one is extra, or one replaces the other."""
+    old, new = before[0], now[0]
+    if (old.sender, old.topic) == (new.sender, new.topic):
+        return _other_fields(old, new)
+    until_new, until_old = _place(new, before), _place(old, now)
+    if until_new < until_old:
+        return _missing(old)
+    if until_old < until_new:
+        return _extra(new)
+    return _instead(old, new)
+
+
+def _place(message: BusMessage, sequence: Sequence[BusMessage]) -> int:
+    contents = (n for n, each in enumerate(sequence) if _content(each) == _content(message))
+    return next(contents, len(sequence) + 1)
+
+
+def _other_fields(old: BusMessage, new: BusMessage) -> Difference:
+    names = dict.fromkeys((*old.fields, *new.fields))
+    other = [name for name in names if old.fields.get(name, _ABSENT) != new.fields.get(name, _ABSENT)]
+    return _instead(old, new, other)
+
+
+def _instead(old: BusMessage, new: BusMessage, names: Sequence[str] | None = None) -> Difference:
+    """One message instead of another; where only some fields differ, `names` are these."""
+    kind, kind_before = (_said(each, names, words=True) for each in (new, old))
+    if kind != kind_before:
+        kind = f"{kind} instead of {kind_before}"
+    elif names:
+        kind = f"`{new.topic}` with another {', '.join(f'`{name}`' for name in names)}"
+    else:
+        kind = f"{kind} from another sender"
+    before_s = "" if _tenths(old.time_s) == _tenths(new.time_s) else f" at {_tenths(old.time_s)}"
+    text = f"at {_tenths(new.time_s)} {_said(new, names)} instead of {_said(old, names)}{before_s}"
+    return Difference(kind, text, new.time_s, new.topic)
+
+
+def _missing(old: BusMessage) -> Difference:
+    return _at(old, "is missing")
+
+
+def _extra(new: BusMessage) -> Difference:
+    return _at(new, "is extra")
+
+
+def _at(message: BusMessage, what: str) -> Difference:
+    text = f"at {_tenths(message.time_s)} {_said(message)} {what}"
+    return Difference(f"{_said(message, words=True)} {what}", text, message.time_s, message.topic)
+
+
+def _moved(old: BusMessage, new: BusMessage) -> Difference:
+    by_s = new.time_s - old.time_s
+    size = f"{abs(by_s):.1f} s" if abs(by_s) >= 0.05 else f"{abs(by_s):.3f} s"
+    how = "later" if by_s > 0 else "earlier"
+    text = f"at {_tenths(new.time_s)} {_said(new)}, {size} {how} than in the baseline"
+    return Difference(f"{_said(new, words=True)} {how}", text, min(old.time_s, new.time_s), new.topic)
+
+
+def _said(message: BusMessage, names: Sequence[str] | None = None, *, words: bool = False) -> str:
+    """A message as `topic(values)`: of these fields, or of all; with `words` without numbers."""
+    shown = {name: value for name, value in message.fields.items() if names is None or name in names}
+    if words:
+        shown = {name: value for name, value in shown.items() if isinstance(value, str | bool)}
+    match [*shown.items()]:
+        case []:
+            return f"`{message.topic}`"
+        case [(_, str(only))]:
+            return f"`{message.topic}({_shortened(only)})`"
+        case several:
+            return f"`{message.topic}({', '.join(f'{name}={_value(value)}' for name, value in several)})`"
+
+
+def _value(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return _shortened(value if isinstance(value, str) else json.dumps(value))
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
+
+
+def _tenths(time_s: float) -> str:
+    return f"{time_s:.1f} s"
+
+
+# The end, signals, verdicts
+
+
+def _other_end(before: Behaviour, now: Behaviour) -> Difference | None:
+    for text in _ends(before, now):
+        return Difference(text, f"the messages are the same, but it {text}")
+    return None
+
+
+def _ends(before: Behaviour, now: Behaviour) -> Iterator[str]:
+    if before.ended != now.ended:
+        yield f"ended with {now.ended!r} instead of {before.ended!r}"
+    if before.outcomes != now.outcomes:
+        told, old = (", ".join(outcomes) or "none" for outcomes in (now.outcomes, before.outcomes))
+        yield f"had the outcomes {told} instead of {old}"
+
+
+def _other_signals(before: Behaviour, now: Behaviour) -> Difference:
+    names = sorted(before.signals.keys() | now.signals.keys())
+    other = [name for name in names if before.signals.get(name) != now.signals.get(name)]
+    if not other:
+        return Difference("messages less than 1 ms earlier or later", "messages come less than 1 ms earlier or later")
+    return Difference("only signals differ", f"the messages are the same; of the signals, {', '.join(other)} differ")
+
+
+def _also(before: Behaviour, now: Behaviour) -> Iterator[str]:
+    """What follows from the first difference: the end, outcomes, verdicts, margins."""
+    yield from _ends(before, now)
+    for name, (verdict, margin) in now.verdicts.items():
+        old_verdict, old_margin = before.verdicts.get(name, ("", None))
+        if old_verdict and verdict != old_verdict:
+            yield f"{name} {verdict} instead of {old_verdict}"
+        elif margin != old_margin and None not in (margin, old_margin):
+            yield f"margin of {name} {margin:.4g} instead of {old_margin:.4g}"
+
+
+# The whole
+
+
+def _kinds(changed: Mapping[str, Change]) -> tuple[ChangeKind, ...]:
+    found: dict[str, list[str]] = {}
+    for nodeid in sorted(changed, key=lambda nodeid: (changed[nodeid].time_s or 0.0, nodeid)):
+        found.setdefault(changed[nodeid].kind, []).append(nodeid)
+    kinds = [ChangeKind(kind=kind, tests=len(nodeids), example=nodeids[0]) for kind, nodeids in found.items()]
+    return tuple(sorted(kinds, key=lambda each: (-each.tests, each.kind)))
+
+
+def _gone(report: Report, suites: Mapping[str, SuiteBaseline | None]) -> Iterator[str]:
+    present = {name for test in report.tests for name in (test.id, test.nodeid)}
+    for before in suites.values():
+        yield from sorted(name for name in (before and before.tests) or () if name not in present)
+
+
+def _notes(report: Report, suites: Mapping[str, SuiteBaseline | None], *, changed: bool) -> Iterator[str]:
+    for name, before in suites.items():
+        if before is None:
+            continue
+        if before.tests is None:
+            yield (
+                f"the baseline has no behaviour of suite {name}, because an older version wrote it: "
+                "--hri-update-baseline adds it"
+            )
+            continue
+        same_code = before.code_sha256 == report.code_under_test.sha256
+        if changed and same_code:
+            yield (
+                "the code under test is the same as in the baseline, so the testbench, its world, the model or a "
+                "library has changed"
+            )
+        if not changed and not same_code:
+            yield "the code under test has changed, and none of these tests shows it"
+        for what, version in report.made_with.items():
+            old = before.made_with.get(what, version)
+            if changed and old != version:
+                yield f"the baseline was made with {what} {old}, this run with {version}: records may differ for that"

@@ -1,0 +1,249 @@
+"""What a change of the code did: tests that behave otherwise than in the baseline, and the gate for it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests import json_schema
+from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
+from tests.plugin.test_shards import command
+
+BASE = "--hri-baseline=base.json"
+BY_HAND = ("--hri-suite=by-hand", "-q", BASE)
+GATE = "--hri-fail-on-change"
+
+
+@pytest.fixture
+def kept(lamps: pytest.Pytester) -> pytest.Pytester:
+    """The lamps project with a baseline of the suite by-hand."""
+    assert lamps.runpytest_inprocess(*BY_HAND, "--hri-update-baseline").ret == 0
+    return lamps
+
+
+def slower(lamps: pytest.Pytester) -> None:
+    """Let the lamp be switched 0.2 s later: nothing that a requirement asks for."""
+    change(lamps.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 0.5")
+
+
+def edit(folder: Path, **changes: Any) -> None:
+    """Change the suite's part of the baseline; None removes a key."""
+    base = json.loads((folder / "base.json").read_text(encoding="utf-8"))
+    base["suites"]["by-hand"].update(changes)
+    suite = {name: value for name, value in base["suites"]["by-hand"].items() if value is not None}
+    (folder / "base.json").write_text(json.dumps({**base, "suites": {"by-hand": suite}}), encoding="utf-8")
+
+
+@plain_and_slowly_in_other_modes
+def test_the_same_code_behaves_as_in_the_baseline(kept: pytest.Pytester, options: tuple[str, ...]) -> None:
+    result = kept.runpytest_inprocess(*BY_HAND, GATE, *options)
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["all 4 tests behave as in the baseline", "tests: *"])
+    assert report(kept.path)["changes"] == {
+        "compared": 4,
+        "changed": {},
+        "kinds": [],
+        "new": [],
+        "gone": [],
+        "notes": [],
+    }
+
+
+def test_a_change_of_the_code_that_no_test_shows_is_said(kept: pytest.Pytester) -> None:
+    change(kept.path, "lamps/guide.py", 'return "by hand"', 'return "by machine"')
+    result = kept.runpytest_inprocess(*BY_HAND, GATE)
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(
+        ["all 4 tests behave as in the baseline", "  the code under test has changed, and none of these tests shows it"]
+    )
+
+
+@plain_and_slowly_in_other_modes
+def test_a_change_that_no_requirement_minds_is_listed_by_kind(kept: pytest.Pytester, options: tuple[str, ...]) -> None:
+    slower(kept)
+    change(kept.path, "lamps/guide.py", "        return GLARE\n", "        return 70.0\n")
+    result = kept.runpytest_inprocess(*BY_HAND, "--hri-summary=summary.md", *options)
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(
+        [
+            "4 of 4 tests behave otherwise than in the baseline",
+            "  3  `switched` later",
+            "     first difference in by-hand-hall-curt-*: at 1.8 s",
+            "     `switched(level=10)`, 0.2 s later than in the baseline",
+            "  1  `switched` with another `level`",
+            "     first difference in by-hand-cellar-polite-*: at 2.5 s",
+            "     `switched(level=70)` instead of `switched(level=80)` at 2.3 s",
+        ]
+    )
+    json_schema.REPORT.validate(report(kept.path))
+    changes = report(kept.path)["changes"]
+    assert [(each["kind"], each["tests"]) for each in changes["kinds"]] == [
+        ("`switched` later", 3),
+        ("`switched` with another `level`", 1),
+    ]
+    (other,) = (each for each in changes["changed"].values() if each["kind"] == changes["kinds"][1]["kind"])
+    assert other["also"] == ["margin of R1 0.5 instead of 0.7", "margin of R2 10 instead of 0"]
+    assert [message[2] for message in other["before"]["messages"]] == ["greeting", "wish", "answer", "switched"]
+    summary = (kept.path / "summary.md").read_text(encoding="utf-8")
+    told = "Behaviour: 4 of 4 tests behave otherwise than in the baseline; first difference in by-hand-hall-curt-"
+    assert told in summary
+
+
+@plain_and_slowly_in_other_modes
+def test_the_gate_fails_a_run_that_behaves_otherwise(kept: pytest.Pytester, options: tuple[str, ...]) -> None:
+    slower(kept)
+    change(kept.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_on_change = true")
+    result = kept.runpytest_inprocess(*BY_HAND, *options)
+    assert result.ret == 1
+    result.assert_outcomes(passed=3, xfailed=1)
+    result.stdout.fnmatch_lines(["FAILED 4 of 4 tests behave otherwise than in the baseline"])
+    part = kept.runpytest_inprocess(*BY_HAND, "-k", "cellar", *options)
+    assert part.ret == 1
+    part.stdout.fnmatch_lines(["FAILED 1 of 1 tests behaves otherwise than in the baseline"])
+    accepted = kept.runpytest_inprocess(*BY_HAND, "--hri-update-baseline", *options)
+    assert accepted.ret == 0
+    assert kept.runpytest_inprocess(*BY_HAND, *options).ret == 0
+
+
+def test_a_signal_that_differs_alone_is_a_change_and_is_named(kept: pytest.Pytester) -> None:
+    change(
+        kept.path,
+        "lamps/guide.py",
+        "        lamp.set(level)\n",
+        "        lamp.set(level / 2)\n        lamp.set(level)\n",
+    )
+    result = kept.runpytest_inprocess(*BY_HAND, GATE, "-k", "hall-polite")
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(
+        ["  1  only signals differ", "     first difference in by-hand-*: the messages are the", "*, lamp_level differ"]
+    )
+
+
+def test_what_changed_beside_the_code_under_test_is_said_to_be_elsewhere(kept: pytest.Pytester) -> None:
+    change(kept.path, "conftest.py", '"pause_s": Range(0.5, 1.0, "s")', '"pause_s": Range(0.5, 1.5, "s")')
+    result = kept.runpytest_inprocess(*BY_HAND)
+    result.stdout.fnmatch_lines(
+        [
+            "4 of 4 tests behave otherwise than in the baseline",
+            "  4  has other parameters",
+            "     first difference in by-hand-*: the test itself has",
+            "     other parameters; at *",
+            "  the code under test is the same as in the baseline, so the testbench, its",
+        ]
+    )
+
+
+def test_a_test_in_error_behaves_otherwise_also_where_the_session_stops(kept: pytest.Pytester) -> None:
+    change(kept.path, "lamps/guide.py", "clock.sleep(SWITCHING_S)", "clock.sleep(-1)")
+    result = kept.runpytest_inprocess(*BY_HAND, "-x")
+    result.stdout.fnmatch_lines(
+        [
+            "1 of 1 tests behaves otherwise than in the baseline",
+            "  1  ends in error",
+            "     first difference in by-hand-*: the test is in error; in",
+        ]
+    )
+    assert report(kept.path)["changes"]["gone"] == []
+
+
+def test_tests_that_the_baseline_has_not_are_new_and_not_changed(kept: pytest.Pytester) -> None:
+    change(kept.path, "by_hand.toml", '"curt", "d*"', '"curt", "bright"')
+    result = kept.runpytest_inprocess(*BY_HAND, GATE, "-k", "hall-curt")
+    assert result.ret == 1  # a gate that compares nothing must not hold
+    result.stdout.fnmatch_lines(["FAILED the behaviour of no test was compared with the baseline"])
+    result = kept.runpytest_inprocess("--hri-suite=by-hand", "-q", BASE)
+    result.stdout.fnmatch_lines(
+        [
+            "all 2 tests behave as in the baseline",
+            "  1 test not in the baseline: by-hand-hall-curt-*",
+            "  2 tests only in the baseline: by-hand-hall-curt-*, and 1 more",
+        ]
+    )
+    changes = report(kept.path)["changes"]
+    assert (changes["compared"], len(changes["new"]), len(changes["gone"])) == (2, 1, 2)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--hri-suite=rl"], "base.json: of the suite by-hand; this run has rl: choose the baseline's suite, or add"),
+        (
+            ["--hri-suite=by-hand", "--hri-seed=7"],
+            "base.json: of suite by-hand with seed 0; this run has seed 7, so other tests: run it with seed 0",
+        ),
+    ],
+)
+def test_a_baseline_of_another_suite_or_seed_is_refused_before_anything_runs(
+    kept: pytest.Pytester, options: list[str], told: str
+) -> None:
+    result = kept.runpytest_inprocess(*options, BASE)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"ERROR: --hri-baseline: *{told}*"])
+    assert kept.runpytest_inprocess(*options, BASE, "--hri-update-baseline").ret == 0
+    assert kept.runpytest_inprocess(*options, BASE, GATE).ret == 0
+
+
+def test_a_baseline_of_an_older_version_still_compares_verdicts_and_says_what_it_lacks(kept: pytest.Pytester) -> None:
+    edit(kept.path, tests=None, seed=None, code_sha256=None, made_with=None, violations={"R1": [], "R2": [], "R3": []})
+    result = kept.runpytest_inprocess(*BY_HAND)
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(
+        [
+            "the behaviour of no test was compared with the baseline",
+            "  the baseline has no behaviour of suite by-hand, because an older version wrote*",
+            "FAILED suite by-hand: R2 is newly violated by by-hand-hall-polite-*",
+        ]
+    )
+    assert report(kept.path)["changes"]["new"] == []
+    gated = kept.runpytest_inprocess(*BY_HAND, GATE)
+    assert gated.ret == pytest.ExitCode.USAGE_ERROR
+    gated.stderr.fnmatch_lines(
+        ["ERROR: --hri-baseline: *base.json: an older version wrote it, without the behaviour *"]
+    )
+
+
+def test_a_baseline_made_with_other_versions_is_said(kept: pytest.Pytester) -> None:
+    made_with = {"python": "3.10.1", "machine": "Plan9 mips"}
+    edit(kept.path, made_with=made_with)
+    assert "made with" not in kept.runpytest_inprocess(*BY_HAND).stdout.str()  # nothing is to be explained
+    slower(kept)
+    told = " ".join(kept.runpytest_inprocess(*BY_HAND).stdout.str().split())
+    assert "the baseline was made with python 3.10.1, this run with 3.1" in told
+    assert "the baseline was made with machine Plan9 mips, this run with Linux" in told
+
+
+def test_a_replayed_test_is_compared_with_the_baseline_too(kept: pytest.Pytester) -> None:
+    slower(kept)
+    kept.runpytest_inprocess("--hri-suite=by-hand")
+    result = kept.runpytest_inprocess("--hri-replay=hri-report/failures", BASE)
+    result.stdout.fnmatch_lines(["1 of 1 tests behaves otherwise than in the baseline"])
+    assert report(kept.path)["changes"]["gone"] == []
+
+
+def test_each_shard_and_the_merged_report_are_compared(kept: pytest.Pytester) -> None:
+    slower(kept)
+    parts = [f"part{index}" for index in (1, 2)]
+    for index, part in enumerate(parts, 1):
+        result = kept.runpytest_inprocess(*BY_HAND, GATE, f"--hri-shard={index}/2", f"--hri-report={part}")
+        assert result.ret == 0  # gates are those of the merged report
+        result.stdout.fnmatch_lines(["* behave* otherwise than in the baseline"])
+        result.stdout.no_fnmatch_line("*only in the baseline*")
+    merged = command(kept.path, "merge", *parts, BASE.replace("hri-", ""), "--fail-on-change", "-o", "all")
+    assert merged.returncode == 1
+    assert "\n4 of 4 tests behave otherwise than in the baseline\n  4  `switched` later\n" in merged.stdout
+    assert "\nFAILED 4 of 4 tests behave otherwise than in the baseline\n" in merged.stdout
+    together = json.loads((kept.path / "all" / "report.json").read_text(encoding="utf-8"))
+    assert len(together["changes"]["changed"]) == 4
+    assert "made_with" in together
+    without = command(kept.path, "gate", "all", "--fail-on-change")
+    assert (without.returncode, without.stderr) == (
+        2,
+        "error: --fail-on-change: compared with what? give --baseline=FILE\n",
+    )
+    edit(kept.path, seed=3)
+    other = command(kept.path, "gate", "all", "--baseline=base.json")
+    assert other.returncode == 2
+    assert other.stderr.startswith("error: base.json: of suite by-hand with seed 3; this run has seed 0")
