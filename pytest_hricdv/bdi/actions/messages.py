@@ -30,17 +30,17 @@ def _send(invocation: Invocation) -> Outcome:
     waits = force in _QUESTIONS and given > 3
     reply_to = "" if waits or given == 3 else invocation.text(3)
     content = invocation.value(2)
-    numbers = [send(agent, receiver, force, content, reply_to) for receiver in receivers]
-    if waits and numbers:
-        _wait_for_answers(invocation, force, numbers, len(receivers) if isinstance(to, ListTerm) else None)
+    names = [send(agent, receiver, force, content, reply_to).name for receiver in receivers]
+    if waits and names:
+        _wait_for_answers(invocation, force, names, len(receivers) if isinstance(to, ListTerm) else None)
     return True
 
 
-def _wait_for_answers(invocation: Invocation, force: str, numbers: list[str], asked: int | None) -> None:
+def _wait_for_answers(invocation: Invocation, force: str, names: list[str], asked: int | None) -> None:
     agent = invocation.agent
     deadline = agent.run.deadline(invocation.number(4)) if len(invocation.args) == 5 else None
     question = Question(invocation.own_intention(), force, invocation.args[3], deadline, asked)
-    agent.questions.update(dict.fromkeys(numbers, question))
+    agent.questions.update(dict.fromkeys(names, question))
     if deadline is not None:
         agent.run.note_deadline(deadline)
     invocation.held = True

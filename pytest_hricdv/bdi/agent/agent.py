@@ -130,13 +130,13 @@ class Agent(AgentState):
             else:
                 self.end_wait(wait)
                 self.resume(wait.intention)
-        for number, question in list(self.questions.items()):
-            if number in self.questions and question.deadline is not None and question.deadline <= now:
+        for name, question in list(self.questions.items()):
+            if name in self.questions and question.deadline is not None and question.deadline <= now:
                 self._end_question(question)
 
     def _end_question(self, question: Question) -> None:
         """Let an intention go on whose question has not been answered in time."""
-        self.questions = {number: other for number, other in self.questions.items() if other is not question}
+        self.questions = {name: other for name, other in self.questions.items() if other is not question}
         answer = Structure("timeout") if question.asked is None else ListTerm(tuple(question.answers))
         unify(question.answer, answer, question.intention.top.unifier, [])
         self.resume(question.intention)
@@ -216,7 +216,7 @@ class Agent(AgentState):
     def _intend(self, means: IntendedMeans, intention: Intention | None) -> IntendedMeans:
         if intention is None:
             intention = self.new_intention()
-        elif intention.stack and intention.stack[-1].literal.key == means.literal.key:
+        elif intention.stack and intention.stack[-1].literal.key is means.literal.key:
             intention.optimize_tail_recursion(means.sign)
         intention.stack.append(means)
         self.intentions.append(intention)
@@ -242,12 +242,13 @@ class Agent(AgentState):
     def execute(self, intention: Intention) -> None:
         """Execute the next statement of an intention, or end its plan if it has none left."""
         means = intention.stack[-1]
-        if means.pc >= len(means.body):
+        body, pc = means.body, means.pc
+        if pc >= len(body):
             self.end_plans(intention)
             return
         self.current = intention
         try:
-            statement = means.body[means.pc]
+            statement = body[pc]
             EXECUTE[type(statement)](self, intention, means, statement)
             if means.plan.is_busy_wait:
                 self.busy_waiting = self._only_waits_busily(means)

@@ -85,7 +85,7 @@ class AgentState:
         """The intentions that are ready for their next statement."""
         self.waits: list[Wait] = []
         self.questions: dict[str, Question] = {}
-        """What intentions have asked other agents, by the number of the message."""
+        """What intentions have asked other agents, by the name of the message."""
         self.woken: list[Intention] = []
         """Intentions that will go on in the next cycle: what they waited for has happened in this one."""
         self.suspended: list[Intention] = []
@@ -157,7 +157,7 @@ class AgentState:
         stack = intention.stack
         while stack and (done := stack[-1]).pc >= len(done.body):
             stack.pop()
-            if done.sign == "+!":
+            if done.sign == "+!" and self.run.goal is not None:
                 self.run.note_achieved(self.name, done.literal)
             if stack:
                 caller = stack[-1]
@@ -209,7 +209,7 @@ class AgentState:
         self.waits = [wait for wait in self.waits if wait.intention is not intention]
         self.woken = [other for other in self.woken if other is not intention]
         questions = self.questions.items()
-        self.questions = {number: asked for number, asked in questions if asked.intention is not intention}
+        self.questions = {name: asked for name, asked in questions if asked.intention is not intention}
         self.suspended = [other for other in self.suspended if other is not intention]
 
     # --- events and beliefs
@@ -265,10 +265,6 @@ class AgentState:
     def call(self, call: Call, bindings: Bindings, trail: Trail) -> Outcome:
         """The outcome of an internal action as a condition."""
         return self.actions.solve(self, call, bindings, trail)
-
-    def execute_internal(self, call: Call, bindings: Bindings, intention: Intention) -> ActionResult:
-        """Execute an internal action as a statement."""
-        return self.actions.execute(self, call, bindings, intention)
 
     def fresh(self) -> Variable:
         """A variable that occurs nowhere else in the run."""

@@ -191,17 +191,22 @@ class Message:
         force: its illocutionary force, such as ``tell``.
         content: what it is about.
         number: identifies it in its run.
-        reply_to: the number of the message that it answers, or empty.
+        reply_to: the name of the message that it answers, or empty.
     """
 
     __slots__ = ("content", "force", "number", "reply_to", "sender")
 
-    def __init__(self, sender: str, force: str, content: Term, number: str, reply_to: str = "") -> None:
+    def __init__(self, sender: str, force: str, content: Term, number: int, reply_to: str = "") -> None:
         self.sender = sender
         self.force = force
         self.content = content
         self.number = number
         self.reply_to = reply_to
+
+    @property
+    def name(self) -> str:
+        """What agents call it."""
+        return f"mid{self.number}"
 
 
 class Question:
@@ -244,6 +249,10 @@ class RunServices(Protocol):
 
     progress: int
     """Grows with everything that another agent, or the user, could notice, or that the agent could remember."""
+    messages: int
+    """The number of messages sent so far."""
+    goal: tuple[str, Structure] | None
+    """The agent and the goal with whose achievement the run ends, if any."""
 
     @property
     def agents(self) -> Mapping[str, object]:
@@ -287,11 +296,8 @@ class RunServices(Protocol):
     def is_fresh(self, variable: Variable) -> bool:
         """Whether :meth:`fresh` made the variable."""
 
-    def next_message_number(self) -> str:
-        """A number for a message."""
-
     def note_achieved(self, agent: str, goal: Structure) -> None:
-        """A plan for a goal has finished."""
+        """A plan for a goal has finished, in a run that ends with a goal."""
 
     def stop(self) -> None:
         """End the run after this round."""

@@ -47,11 +47,11 @@ _ground_with_source = lru_cache(maxsize=4096)(with_source)
 plan terms may be equal although they are from different places in the sources."""
 
 
-def send(agent: AgentState, receiver: str, force: str, content: Term, reply_to: str = "") -> str:
+def send(agent: AgentState, receiver: str, force: str, content: Term, reply_to: str = "") -> Message:
     """Send a message on its way to the receiver's mailbox; it is visible from the receiver's next cycle.
 
     Returns:
-        The number of the message, which an answer refers to.
+        The message; an answer refers to its name.
 
     Raises:
         EvaluationError: there is no such agent.
@@ -63,9 +63,11 @@ def send(agent: AgentState, receiver: str, force: str, content: Term, reply_to: 
         # The receiver's plans may have variables of the same names.
         renaming: Bindings = {variable: agent.fresh() for variable in free_variables(content)}
         content = substitute_only(content, renaming) if renaming else content
-    number = agent.run.next_message_number()
-    agent.run.deliver(to, Message("self" if to == agent.name else agent.name, force, content, number, reply_to))
-    return number
+    agent.run.messages += 1
+    sender = "self" if to == agent.name else agent.name
+    message = Message(sender, force, content, agent.run.messages, reply_to)
+    agent.run.deliver(to, message)
+    return message
 
 
 def receive(agent: AgentState, message: Message) -> None:
@@ -77,7 +79,7 @@ def receive(agent: AgentState, message: Message) -> None:
             return
     content, force = message.content, message.force
     if not is_processed_directly(agent, message):
-        args = (Structure(message.sender), Structure(message.force), content, String(message.number))
+        args = (Structure(message.sender), Structure(message.force), content, String(message.name))
         agent.post("+!", Structure("kqml_received", args), None)
         return
     if force == "tell" and content.ground:  # type: ignore[union-attr]

@@ -76,7 +76,7 @@ def _act(agent: AgentState, intention: Intention, means: IntendedMeans, statemen
 
 
 def _internal(agent: AgentState, intention: Intention, means: IntendedMeans, statement: InternalActionCall) -> None:
-    result = agent.execute_internal(statement.call, means.unifier, intention)
+    result = agent.actions.execute(agent, statement.call, means.unifier, intention)
     if result.held:
         return
     if result.succeeded:

@@ -20,6 +20,7 @@ from pytest_hricdv.bdi.language.terms import (
     Term,
     Variable,
     is_ground,
+    sorted_terms,
 )
 
 Bindings = dict[Variable, Term]
@@ -92,7 +93,7 @@ def _substitute_structure(term: Structure, bindings: Bindings, functions: Functi
     if not term.annots and term.annots_tail is None:
         return Structure(term.functor, args, (), term.negated)
     annots, tail = _substitute_annots(term, bindings, functions)
-    return Structure(term.functor, args, (), term.negated).with_annotations(annots, tail)
+    return Structure(term.functor, args, sorted_terms(annots), term.negated, tail)
 
 
 def _substitute_annots(

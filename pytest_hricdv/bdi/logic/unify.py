@@ -34,8 +34,10 @@ def unify(pattern: Term, target: Term, bindings: Bindings, trail: Trail) -> bool
 
     Bindings made before a failure stay: the caller undoes its trail.
     """
-    pattern = walk(pattern, bindings)
-    target = walk(target, bindings)
+    if type(pattern) is Variable:
+        pattern = walk(pattern, bindings)
+    if type(target) is Variable:
+        target = walk(target, bindings)
     if pattern is target:
         return True
     kind, other = type(pattern), type(target)

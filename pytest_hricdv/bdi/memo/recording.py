@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from pytest_hricdv.bdi.actions import StandardActions
 from pytest_hricdv.bdi.actions.registry import ACTIONS
 from pytest_hricdv.bdi.agent.agent import Agent
-from pytest_hricdv.bdi.agent.agent_state import ActionResult, Outcome
+from pytest_hricdv.bdi.agent.agent_state import ActionResult, AgentState, Outcome
 from pytest_hricdv.bdi.agent.intentions import Intention, Message
 from pytest_hricdv.bdi.agent.messages import is_processed_directly
 from pytest_hricdv.bdi.language.terms import Call, Structure, Variable
@@ -58,11 +59,12 @@ class RecordingRun(SystemRun):
         """An upper bound of the rounds since the last progress."""
         self._seen_progress = 0
         self._states: tuple[AgentSnapshot, ...] = ()
-        forwarding = dependencies.forwarding
+        forwarding, actions = dependencies.forwarding, _RecordedActions(dependencies)
         for place, template in enumerate(templates):
             receives, steers = template.name in forwarding.receivers, template.name == forwarding.steering
             kind = _Receiver if receives else _SteeringAgent if steers else _RecordedAgent
             agent = template.agent(self, kind)
+            agent.actions = actions
             self.agents[template.name] = agent
             content = template.beliefs if states is None else states[place].beliefs
             beliefs = BeliefBase(content)
@@ -175,6 +177,28 @@ class RecordingRun(SystemRun):
         return segment
 
 
+class _RecordedActions(StandardActions):
+    """The internal actions in a recorded run: what other runs must not rely on is noted."""
+
+    def __init__(self, dependencies: Dependencies) -> None:
+        self._dependencies = dependencies
+
+    def execute(self, agent: AgentState, call: Call, bindings: Bindings, intention: Intention) -> ActionResult:
+        """Execute an internal action as a statement."""
+        self._note(call)
+        return super().execute(agent, call, bindings, intention)
+
+    def solve(self, agent: AgentState, call: Call, bindings: Bindings, trail: Trail) -> Outcome:
+        """Evaluate an internal action as a condition."""
+        self._note(call)
+        return super().solve(agent, call, bindings, trail)
+
+    def _note(self, call: Call) -> None:
+        action = ACTIONS.get(call.name)
+        if action is None or action.inspects:
+            self._dependencies.certain = False
+
+
 class _RecordedAgent(Agent):
     """An agent in a recorded run: what other runs must not rely on is noted."""
 
@@ -185,21 +209,6 @@ class _RecordedAgent(Agent):
         if message.reply_to or not is_processed_directly(self, message):
             self.run.dependencies.certain = False
         super().receive(message)
-
-    def call(self, call: Call, bindings: Bindings, trail: Trail) -> Outcome:
-        """Evaluate an internal action as a condition."""
-        self._note_action(call)
-        return super().call(call, bindings, trail)
-
-    def execute_internal(self, call: Call, bindings: Bindings, intention: Intention) -> ActionResult:
-        """Execute an internal action as a statement."""
-        self._note_action(call)
-        return super().execute_internal(call, bindings, intention)
-
-    def _note_action(self, call: Call) -> None:
-        action = ACTIONS.get(call.name)
-        if action is None or action.inspects:
-            self.run.dependencies.certain = False
 
 
 class _SteeringAgent(_RecordedAgent):

@@ -66,7 +66,7 @@ def restore(agent: Agent, state: AgentSnapshot, beliefs: BeliefBase) -> None:
     """Put an agent that has not begun yet into a state, with these beliefs."""
     now = agent.run.ticks
     agent.beliefs = beliefs
-    agent.mailbox = deque(Message(sender, force, content, "", reply) for sender, force, content, reply in state.mailbox)
+    agent.mailbox = deque(Message(sender, force, content, 0, reply) for sender, force, content, reply in state.mailbox)
     agent.events = deque((sign, literal, _intention(agent, waiting)) for sign, literal, waiting in state.events)
     agent.feedback = deque((_intention(agent, intention), success) for intention, success in state.feedback)
     agent.intentions = deque(_intention(agent, intention) for intention in state.intentions)

@@ -45,7 +45,8 @@ class SystemRun:
         """The ticks of the virtual clock in which no agent had anything to do."""
         self.progress = 0
         """Grows with everything an agent does that another, or the user, could notice, or that it could remember."""
-        self._messages = 0
+        self.messages = 0
+        """The number of messages sent so far."""
         self._seed = seed
         self._random: random.Random | None = None
         self._fresh = FIRST_FRESH
@@ -57,7 +58,7 @@ class SystemRun:
         """How the run ends after this round, if it does."""
         self._busy_waiting = False
         """Whether an agent has waited busily in the last round."""
-        self._goal = goal
+        self.goal = goal
         self._seen_changes = environment.changes
 
     # --- what agents use
@@ -106,11 +107,6 @@ class SystemRun:
         """Whether :meth:`fresh` made the variable."""
         return variable[:1] == "_" and variable[1:].isdigit() and int(variable[1:]) > FIRST_FRESH
 
-    def next_message_number(self) -> str:
-        """A number for a message."""
-        self._messages += 1
-        return f"mid{self._messages}"
-
     def deliver(self, receiver: str, message: Message) -> None:
         """Put a message into its receiver's mailbox."""
         agent = self.agents[receiver]
@@ -139,8 +135,8 @@ class SystemRun:
         return bool(success)
 
     def note_achieved(self, agent: str, goal: Structure) -> None:
-        """A plan for a goal has finished."""
-        if self._goal is not None and self._goal[0] == agent and unify(self._goal[1], goal, {}, []):
+        """A plan for a goal has finished, in a run that ends with a goal."""
+        if self.goal is not None and self.goal[0] == agent and unify(self.goal[1], goal, {}, []):
             self.ended = "goal"
 
     def stop(self) -> None:
@@ -234,7 +230,8 @@ class SystemRun:
     def _find_earliest_deadline(self) -> None:
         waiting: list[Wait | Question] = []
         for agent in self.agents.values():
-            waiting += agent.waits
-            waiting += agent.questions.values()
+            if agent.waits or agent.questions:
+                waiting += agent.waits
+                waiting += agent.questions.values()
         deadlines = [each.deadline for each in waiting if each.deadline is not None]
         self.earliest_deadline = min(deadlines, default=math.inf)

@@ -109,7 +109,7 @@ class TracedRun(JitteredRun):
 
     def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int) -> None:
         self.steps: list[Step] = []
-        self.messages: dict[str, int] = {}
+        self.sendings: dict[int, int] = {}
         """The steps that messages were sent by, by the messages' numbers."""
         self.acting: TracedAgent | None = None
         super().__init__(environment, seed, goal, jitter)
@@ -146,10 +146,10 @@ class TracedRun(JitteredRun):
 
     def deliver(self, receiver: str, message: Message) -> None:
         """Note a message when it is sent."""
-        if message.number not in self.messages:
+        if message.number not in self.sendings:
             sender = receiver if message.sender == "self" else message.sender
             step = self.note(sender, "message", f"{message.force} {message.content} to {receiver}", self._cause)
-            self.messages[message.number] = step.number
+            self.sendings[message.number] = step.number
         super().deliver(receiver, message)
 
 
@@ -187,7 +187,7 @@ class TracedAgent(Agent):
 
     def receive(self, message: Message) -> None:
         """Process a message; its effects are caused by its being sent."""
-        self.cause = self.notes.steps[self.notes.messages[message.number] - 1]
+        self.cause = self.notes.steps[self.notes.sendings[message.number] - 1]
         super().receive(message)
         self.cause = None
 
