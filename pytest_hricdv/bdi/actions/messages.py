@@ -23,8 +23,8 @@ def _send(invocation: Invocation) -> Outcome:
     """
     agent, given = invocation.agent, len(invocation.args)
     to, force = invocation.value(0), text_of(invocation.value(1))
-    if given == 3 and isinstance(to, Structure):
-        send(agent, text_of(to), force, invocation.value(2))
+    if given == 3 and type(to) is Structure and not to.args:
+        send(agent, to.functor, force, invocation.value(2))
         return True
     receivers = [text_of(item) for item in to.items] if isinstance(to, ListTerm) else [text_of(to)]
     waits = force in _QUESTIONS and given > 3

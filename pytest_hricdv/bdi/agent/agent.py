@@ -250,8 +250,8 @@ class Agent(AgentState):
         try:
             statement = body[pc]
             EXECUTE[type(statement)](self, intention, means, statement)
-            if means.plan.is_busy_wait:
-                self.busy_waiting = self._only_waits_busily(means)
+            if means.plan.is_busy_wait and self._only_waits_busily(means):
+                self.busy_waiting = self.run.busy_waiting = True
         except (EvaluationError, ArithmeticError, ValueError) as error:
             fail(self, intention, getattr(error, "kind", "unknown"), str(error))
         finally:

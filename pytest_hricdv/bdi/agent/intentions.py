@@ -249,6 +249,8 @@ class RunServices(Protocol):
 
     progress: int
     """Grows with everything that another agent, or the user, could notice, or that the agent could remember."""
+    busy_waiting: bool
+    """Set when an agent has waited busily in this round."""
     messages: int
     """The number of messages sent so far."""
     goal: tuple[str, Structure] | None

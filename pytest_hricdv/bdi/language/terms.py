@@ -260,7 +260,7 @@ Term = Number | String | Variable | Structure | ListTerm | Arithmetic | Call | A
 
 def is_ground(term: Term) -> bool:
     """Whether a term has neither variables nor expressions to evaluate."""
-    if isinstance(term, (Structure, ListTerm)):
+    if type(term) is Structure or type(term) is ListTerm:
         return term.ground
     return isinstance(term, (Number, String))
 

@@ -50,13 +50,13 @@ class SystemRun:
         self._seed = seed
         self._random: random.Random | None = None
         self._fresh = FIRST_FRESH
-        self.order: Iterable[Agent] = self.agents.values()
+        self.order: Iterable[Agent] = ()
         """The agents in the order in which they act in the next round."""
         self.earliest_deadline = math.inf
         """No wait is over before this tick."""
         self.ended = ""
         """How the run ends after this round, if it does."""
-        self._busy_waiting = False
+        self.busy_waiting = False
         """Whether an agent has waited busily in the last round."""
         self.goal = goal
         self._seen_changes = environment.changes
@@ -159,6 +159,7 @@ class SystemRun:
         Raises:
             BdiError: an agent cannot go on.
         """
+        self.order = tuple(self.agents.values())
         livelock = LivelockDetector(self.agents)
         while self.rounds < max_rounds:
             if not self.do_round():
@@ -169,7 +170,7 @@ class SystemRun:
                 continue
             if self.ended:
                 return self.ended
-            if self._busy_waiting and self.only_busy_waiting():
+            if self.busy_waiting and self.only_busy_waiting():
                 return "spin"
             rounds = self.rounds
             if rounds + self.skipped >= self.earliest_deadline:
@@ -184,7 +185,7 @@ class SystemRun:
 
     def do_round(self) -> bool:
         """Let every agent do a reasoning cycle that has anything to do; False if there is none."""
-        acted = busy_waiting = False
+        acted = self.busy_waiting = False
         for agent in self.order:
             if agent.awake:
                 acted = True
@@ -192,9 +193,6 @@ class SystemRun:
                     agent.cycle()
                 except RecursionError:
                     raise BdiError(f"{agent.name}: terms nested too deeply, {agent.doing()}") from None
-                if agent.busy_waiting:
-                    busy_waiting = True
-        self._busy_waiting = busy_waiting
         if acted:
             self.rounds += 1
         return acted
