@@ -8,13 +8,15 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from pytest_hricdv.coverage.code_map import Bits, CoverageError
+from pytest_hricdv import faults
+from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.measurement import Measurement, debugger
+from pytest_hricdv.faults import CodeUnderTest
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, Concretization, concretize
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Verdict, Vocabulary, explained
-from pytest_hricdv.runtime import Bus, Kernel, Record, Recorder
+from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
 from pytest_hricdv.runtime.bus import Value
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
 
@@ -55,19 +57,15 @@ class CaseResult:
     """The bins that the run hit, by cross product, verdicts included."""
     acted_s: tuple[float, ...] = ()
     """When each of the test's actions began (s of simulated time), as far as the testbench's `run` reported it."""
+    faults: tuple[str, ...] = ()
+    """What is wrong with the run beside its requirements, a sentence each (see `pytest_hricdv.faults`)."""
+    error: NodeError | None = None
+    """The failure of a node that ended the run; it is one of the faults."""
 
     @property
     def failed(self) -> tuple[str, ...]:
         """The requirements that the run violated."""
         return tuple(verdict.requirement for verdict in self.verdicts if verdict.verdict == "Failed")
-
-    def illegal(self, testbench: Testbench) -> tuple[str, ...]:
-        """What the run hit that the testbench's cross products forbid, a sentence each."""
-        return tuple(
-            f"cross product {name!r}: {' x '.join(each)} must not be hit: {testbench.cross[name].forbidden[each]}"
-            for name, hits in self.cross.items()
-            for each in sorted(set(hits) & testbench.cross[name].forbidden.keys())
-        )
 
     def verdict(self, requirement: str) -> Verdict:
         """The verdict of one requirement. Raises KeyError for one that does not exist."""
@@ -91,45 +89,56 @@ def execute(
         filming: see `Run`.
 
     Raises:
-        KernelError: a node failed; the text names it and the simulated time.
         TestbenchError: the testbench's `run` returned no Outcome.
-        CoverageError: the outcome has a bin that its cross product has not.
+        NodeError: a node failed, and after that the testbench or the monitors could not finish the run.
     """
     recorder = Recorder()
     monitors = MonitorSet(requirements)
     recorder.listeners.append(MonitorFeed(monitors, testbench.vocabulary()))
     # Disable the watchdog while debugging.
     kernel = Kernel(stuck_after_s=math.inf if debugger() else None)
+    code = CodeUnderTest(kernel, lambda body: measurement.measured(context, body))
     run = Run(
         test=test,
         kernel=kernel,
         bus=Bus(kernel, testbench.messages, recorder),
         recorder=recorder,
-        measured=lambda body: measurement.measured(context, body),
+        measured=code.node,
         monitors=monitors,
         filming=filming,
     )
+    try:
+        outcome, verdicts, record = _finished(testbench, requirements, run)
+    except Exception:
+        if run.ending is not None and run.ending.error is not None:
+            raise run.ending.error from run.ending.error.__cause__  # what fails after it may be its consequence
+        raise
+    cross, bin_faults = faults.of_bins(testbench, outcome, verdicts)
+    ended = faults.of_ending(run.ending, code, testbench.may_end) if run.ending else ()
+    return CaseResult(
+        test=test,
+        outcome=outcome,
+        record=record,
+        sim_s=kernel.now_s,
+        verdicts=verdicts,
+        code=measurement.take(context),
+        cross=cross,
+        acted_s=tuple(run.acted_s),
+        faults=(*ended, *bin_faults),
+        error=run.ending.error if run.ending else None,
+    )
+
+
+def _finished(
+    testbench: Testbench, requirements: tuple[Requirement, ...], run: Run
+) -> tuple[Outcome, tuple[Verdict, ...], Record]:
+    """Run it to its end: what the testbench says of it, the verdicts, and the record."""
     outcome = testbench.run(run)
     if not isinstance(outcome, Outcome):
         raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
-    record = recorder.finish()
-    log = Log(record.signals, record.messages, kernel.now_s)
-    verdicts = explained(monitors.finish(kernel.now_s), requirements, log)
-    cross = _crossed(testbench, outcome, verdicts)
-    code, acted_s = measurement.take(context), tuple(run.acted_s)
-    return CaseResult(test, outcome, record, kernel.now_s, verdicts, code, cross, acted_s)
-
-
-def _crossed(testbench: Testbench, outcome: Outcome, verdicts: tuple[Verdict, ...]) -> dict[str, tuple[Bin, ...]]:
-    for name in outcome.cross:
-        if name not in testbench.cross:
-            known = ", ".join(testbench.cross) or "none"
-            raise CoverageError(f"cross product: run told bins of {name!r}, but declared are: {known}")
-    judged = {verdict.requirement: verdict.verdict for verdict in verdicts}
-    return {
-        name: product.check(product.with_verdicts(outcome.cross.get(name, ()), judged), f"cross product {name!r}")
-        for name, product in testbench.cross.items()
-    }
+    record, end_s = run.recorder.finish(), run.kernel.now_s
+    verdicts = explained(run.monitors.finish(end_s), requirements, Log(record.signals, record.messages, end_s))
+    return outcome, verdicts, record
 
 
 @dataclass(repr=False)
@@ -163,7 +172,7 @@ class HriCase:
         return self.result
 
     def check(self, result: CaseResult) -> None:
-        """Fail, once and with every violation, when a requirement failed that is not a known violation.
+        """Fail, once and with every violation, when a requirement failed that is not a known violation, or at a fault.
 
         If a test does not call this, it is done after the test, so that no violation is missed.
         """

@@ -18,8 +18,9 @@ from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
-from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary
-from pytest_hricdv.runtime import Bus, Kernel, Recorder, topic_of
+from pytest_hricdv.monitor import MonitorError, MonitorSet, Requirement, Vocabulary
+from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder, topic_of
+from pytest_hricdv.suggestion import nearest
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -30,6 +31,7 @@ __all__ = [
     "Concretization",
     "Constant",
     "CrossProduct",
+    "Ending",
     "Film",
     "Model",
     "Outcome",
@@ -53,6 +55,10 @@ PARTS: Mapping[str, str] = {
     "code": "the names of the packages under test",
     "run": "a function that runs one concrete test and returns an Outcome",
 }
+
+
+ENDS = ("limit", "idle", "early")
+"""What `Testbench.may_end` allows."""
 
 
 class TestbenchError(Exception):
@@ -116,6 +122,8 @@ class Testbench:
         learning: the constants of Q-learning, for the suite `rl`.
         lengths: fewest and most actions of a test of the suite `pseudorandom`.
         outcome_label: the name in reports of a run's interactions, listed by their outcomes; for instance "legs".
+        may_end: how a run may end beside a stop (`kernel.stop`), which is else a fault that fails its test: "limit" (at
+            its time limit), "idle" (nothing is left to do), "early" (the code under test has returned before).
     """
 
     __test__ = False
@@ -137,6 +145,7 @@ class Testbench:
     lengths: tuple[int, int] = PSEUDORANDOM_LENGTHS
     units: Mapping[str, str] = field(default_factory=dict, hash=False)
     outcome_label: str = "interactions"
+    may_end: tuple[str, ...] = ()
 
     def vocabulary(self) -> Vocabulary:
         """The names that requirements may use: signals, topics, and the bool and numeric fields of messages."""
@@ -200,6 +209,9 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
         raise TestbenchError(f"{where}: units has {unknown[0]!r}, which is no signal; there are {[*testbench.signals]}")
     if not callable(testbench.run):
         raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
+    for end in testbench.may_end:
+        if end not in ENDS:
+            raise TestbenchError(f"{where}: may_end has {end!r}; expected of {', '.join(ENDS)}{nearest(end, ENDS)}")
     if isinstance(testbench.code, str) or not testbench.code:
         raise TestbenchError(f"{where}: code is {testbench.code!r}; expected a tuple of {PARTS['code']}")
     for message in testbench.messages:
@@ -217,6 +229,15 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
             raise TestbenchError(f"{where}: {name} is {path}, and there is no such file")
 
 
+@dataclass(frozen=True)
+class Ending:
+    """How a run ended: "stopped", "limit", "idle" or "failed" (with the error), and when (s of simulated time)."""
+
+    how: str
+    time_s: float
+    error: NodeError | None = None
+
+
 @dataclass
 class Run:
     """What the testbench's `run` works with: virtual time, bus, record, and the test to enact."""
@@ -232,6 +253,8 @@ class Run:
     """Entered around the run when it is filmed; None otherwise."""
     acted_s: list[float] = field(default_factory=list)
     """When each action began (s of simulated time), as far as `actions` or `acting` reported it."""
+    ending: Ending | None = None
+    """How `go` ended; None before."""
 
     def actions(self) -> Iterator[ConcreteAction]:
         """The test's actions, one after the other; taking the next one reports that it begins now."""
@@ -248,17 +271,23 @@ class Run:
         """Run the nodes up to `limit_s`, then on until no monitor has an open deadline; then end all nodes.
 
         Returns:
-            Why it ended: what was given to `kernel.stop`, "idle", or "limit".
+            Why it ended: what was given to `kernel.stop`, "idle", "limit", or which node failed. A failed node is a
+            fault of the run, which has verdicts up to then; `ending` keeps it.
         """
         with nullcontext() if self.filming is None else self.filming(self):
             try:
-                ended = self.kernel.run(limit_s)
+                why = self.kernel.run(limit_s)
+                self.ending = Ending("stopped" if self.kernel.stopped else why, self.kernel.now_s)
                 while (deadline_s := self._open_deadline_s()) is not None:
                     if self.kernel.run(deadline_s) == "idle":
                         self.kernel.skip(deadline_s)
+            except NodeError as error:
+                if isinstance(error.__cause__, MonitorError):
+                    raise  # by the requirements, in whichever node they were read
+                why, self.ending = f"{error.node} failed", Ending("failed", error.time_s, error)
             finally:
                 self.kernel.close()
-        return ended
+        return why
 
     def _open_deadline_s(self) -> float | None:
         deadline_s = self.monitors.next_deadline_s()

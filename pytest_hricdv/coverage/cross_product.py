@@ -20,6 +20,14 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 
 
 @dataclass(frozen=True)
+class CheckedHits:
+    """The hits of a run in order, without those that cannot be; and what is wrong with them, a sentence each."""
+
+    bins: tuple[Bin, ...]
+    faults: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class CrossProduct:
     """A declared cross product.
 
@@ -71,33 +79,34 @@ class CrossProduct:
         """Every bin that is declared illegal -> the reason."""
         return self._spread(self.illegal)
 
-    def check(self, hits: Iterable[Bin], name: str = "cross product") -> tuple[Bin, ...]:
-        """The hits in order. Raises CoverageError for a hit that is no bin or was declared impossible."""
-        found = sorted(tuple(hit) for hit in hits)
-        kinds = tuple(self.coordinates.values())
-        for hit in found:
-            if len(hit) != len(kinds) or any(each not in bins for each, bins in zip(hit, kinds, strict=True)):
-                raise CoverageError(f"{name}: {hit} is no bin; coordinates are {', '.join(self.coordinates)}")
-            if hit in self.ruled_out:
-                raise CoverageError(f"{name}: {hit} was hit but is declared impossible: {self.ruled_out[hit]}")
-        return tuple(found)
-
-    def with_verdicts(self, hits: Iterable[Bin], verdicts: Mapping[str, str]) -> tuple[Bin, ...]:
+    def checked(self, hits: Iterable[Bin], verdicts: Mapping[str, str]) -> CheckedHits:
         """The hits that a run reported, with the verdict at every coordinate that is named after a requirement.
 
-        Raises:
-            CoverageError: a hit has not as many bins as there are other coordinates.
+        A hit that is no bin, or that was declared impossible, is left out.
         """
-        judged = [verdicts.get(name) for name in self.coordinates]
-        reported = judged.count(None)
-        completed = []
-        for hit in hits:
-            if len(hit) != reported:
+        bins: list[Bin] = []
+        faults: set[str] = set()
+        for reported in hits:
+            hit = self._with_verdicts(tuple(reported), verdicts)
+            if hit is None:
                 names = ", ".join(name for name in self.coordinates if name not in verdicts)
-                raise CoverageError(f"cross product: {hit} is no bin; coordinates are {names}")
-            rest = iter(hit)
-            completed.append(tuple(next(rest) if verdict is None else verdict for verdict in judged))
-        return tuple(completed)
+                faults.add(f"{tuple(reported)} is no bin; coordinates are {names}")
+            elif hit in self.ruled_out:
+                faults.add(f"{' x '.join(hit)} was hit but is declared impossible: {self.ruled_out[hit]}")
+            else:
+                bins.append(hit)
+                if hit in self.forbidden:
+                    faults.add(f"{' x '.join(hit)} must not be hit: {self.forbidden[hit]}")
+        return CheckedHits(tuple(sorted(bins)), tuple(sorted(faults)))
+
+    def _with_verdicts(self, hit: Bin, verdicts: Mapping[str, str]) -> Bin | None:
+        """The hit, completed; None where it is no bin."""
+        if len(hit) != sum(name not in verdicts for name in self.coordinates):
+            return None
+        rest = iter(hit)
+        complete = tuple(verdicts[name] if name in verdicts else next(rest) for name in self.coordinates)
+        kinds = self.coordinates.values()
+        return complete if all(each in bins for each, bins in zip(complete, kinds, strict=True)) else None
 
     def _spread(self, patterns: Mapping[Bin, str]) -> dict[Bin, str]:
         found: dict[Bin, str] = {}

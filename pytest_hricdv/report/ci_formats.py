@@ -53,10 +53,10 @@ def annotations(report: Report, places: Mapping[str, Place]) -> tuple[str, ...]:
         places: node id -> file and line of its test function.
 
     Returns:
-        A line for each requirement that was violated, for tests in error, and for each gate that failed; at most
-        `MAX_ANNOTATIONS`.
+        A line for each requirement that was violated, for tests in error or with a fault, and for each gate that
+        failed; at most `MAX_ANNOTATIONS`.
     """
-    found = [*_violation_annotations(report, places), *_error_annotation(report, places), *_gate_annotations(report)]
+    found = [*_violation_annotations(report, places), *_test_annotations(report, places), *_gate_annotations(report)]
     if len(found) > MAX_ANNOTATIONS:
         rest = len(found) - MAX_ANNOTATIONS + 1
         found[MAX_ANNOTATIONS - 1 :] = [_annotation("", f"and {plural(rest, 'more failure')}", "see the report", {})]
@@ -83,6 +83,7 @@ def junit_properties(test: TestResult, outcome_label: str) -> tuple[tuple[str, s
         ("hri.fidelity", test.fidelity or None),
         (f"hri.{outcome_label}", " ".join(test.outcomes)),
         ("hri.record_sha256", test.record_sha256),
+        *(("hri.fault", fault) for fault in test.faults),
     ]
     return _text_pairs(pairs)
 
@@ -180,13 +181,14 @@ def _failures(report: Report) -> Iterator[str]:
 
 def _failure(report: Report, test: TestResult) -> Iterator[str]:
     names = sorted((name for name, result in test.requirements.items() if result.verdict == "Failed"), key=natural)
-    what = ", ".join(names) if names else "in error"
+    what = ", ".join([*names, *(["fault"] if test.faults else [])]) or "in error"
     yield f"<details><summary><b>{_escaped(test.id)}</b>: {_escaped(what)}</summary>"
     yield ""
     for name in names:
         for found in test.requirements[name].violations[:1]:
             yield f"- {_escaped(name)} {_escaped(violation(found, report.units or {}))}"
-    if not names:
+    yield from (f"- {_escaped(fault)}" for fault in test.faults)
+    if not (names or test.faults):
         yield from (f"- {_escaped(line)}" for line in test.failure.strip().splitlines()[:1])
     yield ""
     yield from _fenced(instructions_of(report, test))
@@ -236,12 +238,14 @@ def _violation_annotations(report: Report, places: Mapping[str, Place]) -> Itera
         yield _annotation(worst.nodeid, f"{name} failed in {plural(len(failed), 'test')}", "\n".join(lines), places)
 
 
-def _error_annotation(report: Report, places: Mapping[str, Place]) -> Iterator[str]:
-    errors = [test for test in report.tests if test.outcome == "error"]
-    if errors:
-        first = errors[0]
-        lines = [f"first is {first.id}", *first.failure.strip().splitlines()[:1], *instructions_of(report, first)]
-        yield _annotation(first.nodeid, f"{plural(len(errors), 'test')} in error", "\n".join(lines), places)
+def _test_annotations(report: Report, places: Mapping[str, Place]) -> Iterator[str]:
+    errors = [(test, test.failure.strip().splitlines()[:1]) for test in report.tests if test.outcome == "error"]
+    faults = [(test, test.faults) for test in report.tests if test.faults]
+    for found, what in ((errors, "in error"), (faults, "with a fault")):
+        if found:
+            first, texts = found[0]
+            lines = [f"first is {first.id}", *texts, *instructions_of(report, first)]
+            yield _annotation(first.nodeid, f"{plural(len(found), 'test')} {what}", "\n".join(lines), places)
 
 
 def _gate_annotations(report: Report) -> Iterator[str]:

@@ -25,7 +25,7 @@ def failure(
     rerun_options: Sequence[str] = (),
     file: str | None = None,
 ) -> str:
-    """Why a test failed: requirement, times, values, margin; what happened; what the human did; how to run it again.
+    """Why a test failed: requirements with times, values and margins; faults; what the human did; how to run it again.
 
     Args:
         test: its result; `outcome` and `wall_s` are not read, as they are not known yet when a test fails.
@@ -47,10 +47,13 @@ def failure(
     for name in failed:
         texts = requirements.get(name)
         lines += [*_requirement(name, test.requirements[name], texts, reasons.get(name), units or {}), ""]
+    if test.faults:
+        lines += [*test.faults, ""]
     if test.failure:
         lines += [*test.failure.strip("\n").splitlines(), ""]
     lines += [*_other_requirements(test, failed), *_course(test), ""]
-    lines += [*_actions(test, _first_violation_s(test, failed[:1])), ""]
+    until_s = _first_violation_s(test, failed[:1])
+    lines += [*_actions(test, test.sim_s if until_s is None else until_s), ""]
     lines += instructions(test, suite, seed, rerun_options, file)
     return "\n".join(visible(line) for line in lines)
 
@@ -186,18 +189,23 @@ def _requirement(
     known: str | None,
     units: Mapping[str, str],
 ) -> Iterator[str]:
-    yield f"{name} Failed: {texts.title}" if texts and texts.title else f"{name} Failed"
+    yield f"{name} Failed: {_one_line(texts.title)}" if texts and texts.title else f"{name} Failed"
     if known is not None:
         yield f"  a known violation{f' ({known})' if known else ''}: it does not fail the run"
     if texts and texts.text:
-        yield f"  checked as  {texts.text}"
+        yield f"  checked as  {_one_line(texts.text)}"
     if texts and texts.source:
-        yield f"  source      {texts.source}"
+        yield f"  source      {_one_line(texts.source)}"
     for found in result.violations[:_MAX_VIOLATIONS]:
         yield f"  {violation(found, units)}"
     if len(result.violations) > _MAX_VIOLATIONS:
         yield f"  and {plural(len(result.violations) - _MAX_VIOLATIONS, 'more violation')}"
     yield f"  {counts(result)}{_worst_margin(result)}"
+
+
+def _one_line(text: str) -> str:
+    """A text that its author broke into lines."""
+    return " ".join(line.strip() for line in text.strip().splitlines())
 
 
 def _worst_margin(result: RequirementResult) -> str:

@@ -38,6 +38,7 @@ from pytest_hricdv.results.model import (
 
 _MAX_GAPS = 8
 _MAX_NOT_RUN = 3
+_MAX_FAULTS = 3
 _MAX_ACTIONS = 14
 _LABEL_COLUMNS = 20
 _SLOW_FACTOR, _SLOW_S = 5.0, 1.0  # a test is named as slow when it takes this many times the mean, and this long
@@ -88,8 +89,9 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
 
 
 def findings(report: Report) -> Iterator[Line]:
-    """Replays, shrunk tests and violations found by a search, in lines of any width: a cut command cannot be used."""
+    """Faults, replays, shrunk tests and what a search found, in lines of any width: a cut command cannot be used."""
     options = report.rerun.options
+    yield from _faults(report)
     for test in report.tests:
         if test.replayed:
             yield _replayed(test.id, test.replayed)
@@ -218,6 +220,14 @@ def _totals(report: Report, columns: int) -> Iterator[Line]:
     yield _duration(report)
     yield from _slowest(report)
     yield from _films(report, columns)
+
+
+def _faults(report: Report) -> Iterator[Line]:
+    found = [(test, fault) for test in report.tests for fault in test.faults]
+    for test, fault in found[:_MAX_FAULTS]:
+        yield Line(visible(f"fault: {fault} ({test.id})"), "bad")
+    if len(found) > _MAX_FAULTS:
+        yield Line(f"fault:{and_more(len(found) - _MAX_FAULTS).removeprefix(',')}", "bad")
 
 
 def _duration(report: Report) -> Line:

@@ -104,6 +104,7 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
             for name in sorted(test.requirements, key=natural)
         ],
         "failure": test.failure,
+        "faults": test.faults,
         "rerun": [line.strip() for line in explanation.instructions_of(report, test)[1:]],
         "facts": {name: value for name, value in _facts(test).items() if value},
         "film": to_builtins(test.film),

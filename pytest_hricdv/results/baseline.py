@@ -28,7 +28,7 @@ class BaselineError(Exception):
 
 
 class SuiteBaseline(Record, frozen=True, kw_only=True):
-    """What one suite reached: violating tests by requirement, tests in error, triggers, percentages, plans, bins.
+    """What one suite reached: violating tests by requirement, tests in error or at fault, triggers, coverage.
 
     A baseline that an older version wrote has none of the following.
 
@@ -73,7 +73,7 @@ def _suite_baseline(report: Report, suite: SuiteResult, percent: Mapping[str, fl
     tests = [test for test in report.tests if test.suite == suite.name]
     return SuiteBaseline(
         violations={requirement: _violating(tests, requirement) for requirement in suite.requirements},
-        broken=tuple(sorted(test.id for test in tests if test.outcome == "error")),
+        broken=tuple(sorted(test.id for test in tests if test.outcome == "error" or test.faults)),
         triggers={requirement: tally.triggers for requirement, tally in suite.requirements.items()},
         percent=percent,
         plans={agent: tuple(sorted(plans.covered)) for agent, plans in suite.plans.items()},

@@ -91,6 +91,7 @@ def build_result(
         acted_s=tuple(round(time_s, 3) for time_s in result.acted_s) if result else None,
         cross={name: tuple(map(tuple, hits)) for name, hits in result.cross.items()} if result else None,
         record_sha256=result.record.sha256 if result else None,
+        faults=result.faults if result else (),
         **ending,
     )
 

@@ -55,7 +55,7 @@ def _new_failures(before: SuiteBaseline, now: SuiteBaseline) -> Iterator[str]:
             yield f"{requirement} is newly violated by {_shown(new)}{grown}"
     new = sorted(set(now.broken) - set(before.broken))
     if new:
-        yield f"newly in error: {_shown(new)}"
+        yield f"newly in error or at fault: {_shown(new)}"
 
 
 def _lost(before: SuiteBaseline, now: SuiteBaseline) -> Iterator[str]:

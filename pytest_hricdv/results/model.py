@@ -128,6 +128,7 @@ class TestResult(Record, frozen=True, kw_only=True):
         ended: why the run ended, in the testbench's words.
         outcomes: how each interaction ended, in order; written as `legs`.
         failure: the text of the failure, or why the test was not run.
+        faults: what is wrong with the run beside its requirements, a sentence each; they fail the test.
         unmeasured: why the code was not measured, or not completely.
         timeline: None where no run came to an end, as are `acted_s`, `cross` and `record_sha256`.
         acted_s: when each action began (s); shorter than `abstract` where the run was over before.
@@ -164,6 +165,7 @@ class TestResult(Record, frozen=True, kw_only=True):
     acted_s: tuple[NotNegative, ...] | None = None
     cross: Mapping[str, tuple[Names, ...]] | None = None
     record_sha256: str | None = None
+    faults: Names = ()
     replay: str | None = None
     replayed: ReplayComparison | None = None
     film: FilmResult | None = None

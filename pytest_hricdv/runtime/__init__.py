@@ -1,7 +1,7 @@
 """Virtual time for blocking robot nodes, a typed message bus, and the record of a run."""
 
 from pytest_hricdv.runtime.bus import Bus, NodeBus, Record, RecordedMessage, Recorder, Subscription, topic_of
-from pytest_hricdv.runtime.kernel import Kernel, KernelError, Node, World
+from pytest_hricdv.runtime.kernel import Kernel, KernelError, Node, NodeError, World
 
 __all__ = [
     "Bus",
@@ -9,6 +9,7 @@ __all__ = [
     "KernelError",
     "Node",
     "NodeBus",
+    "NodeError",
     "Record",
     "RecordedMessage",
     "Recorder",

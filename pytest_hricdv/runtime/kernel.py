@@ -34,6 +34,21 @@ class KernelError(Exception):
     """A node failed or misused the kernel; the text names the node and the simulated time."""
 
 
+class NodeError(KernelError):
+    """A node failed: it raised the exception that is the cause, or, without a cause, keeps time from passing.
+
+    Args:
+        node: its name.
+        time_s: when it failed (s of simulated time).
+        what: what happened.
+    """
+
+    def __init__(self, node: str, time_s: float, what: str) -> None:
+        super().__init__(f"{node} {what}")
+        self.node = node
+        self.time_s = time_s
+
+
 class World(Protocol):
     """What happens while the nodes wait: physics, or any other process."""
 
@@ -146,6 +161,11 @@ class Kernel:
         """End the run once the present instant is over; `run` returns `reason`."""
         self._stop = self._stop or reason
 
+    @property
+    def stopped(self) -> bool:
+        """Whether `stop` ended the last run."""
+        return self._stop is not None
+
     def run(self, limit_s: float) -> str:
         """Run until a stop, until nothing is left to do, or until `limit_s` (absolute simulated time in seconds).
 
@@ -153,7 +173,7 @@ class Kernel:
             The reason given to `stop`, "idle" when no node can ever run again, or "limit".
 
         Raises:
-            KernelError: a node raised (its own exception is the cause), or nodes wake each other without end.
+            NodeError: a node raised (its own exception is the cause), or nodes wake each other without end.
         """
         with _watchdog(lambda: self.now_us, self._stuck, self._stuck_after_s):
             return self._run(limit_s)
@@ -210,18 +230,22 @@ class Kernel:
             node = self._ready.popleft()
             self._resumes += 1
             if self._resumes > self._max_resumes:
-                raise KernelError(f"{node.name} at {self.now_s:.3f} s: nodes wake each other without time passing")
+                what = f"at {self.now_s:.3f} s: nodes wake each other without time passing"
+                raise NodeError(node.name, self.now_s, what)
             self._resume(node)
 
     def _resume(self, node: Node) -> None:
         if node.ended:
             return
         try:
-            node._greenlet.switch()
-        except Exception as error:
-            node.ended = True
-            raise KernelError(f"{node.name} failed at {self.now_s:.3f} s: {type(error).__name__}: {error}") from error
+            # A greenlet that raises GreenletExit does not raise it here: it ends with it as its value.
+            raised = node._greenlet.switch()
+        except (Exception, SystemExit) as error:
+            raised = error
         node.ended = node._greenlet.dead
+        if isinstance(raised, BaseException):
+            what = f"failed at {self.now_s:.3f} s: {type(raised).__name__}: {raised}"
+            raise NodeError(node.name, self.now_s, what) from raised
 
     def _advance(self, target_us: int) -> None:
         if target_us > self.now_us:

@@ -181,14 +181,17 @@ class Running:
     def _judge(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
         failed, known = result.failed, self.known
         mismatch = replay_mismatch(self._result(case, nodeid).replayed)
-        faults = "\n".join(filter(None, [mismatch, *result.illegal(self.collection.testbench)]))
-        if not failed and not faults:
+        if not (failed or mismatch or result.faults):
             return
-        if not faults and all(requirement in known for requirement in failed):
+        if not (mismatch or result.faults) and all(requirement in known for requirement in failed):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed))
-        shown = replace(self._shown_result(case, nodeid), failure=faults)
+        shown = replace(self._shown_result(case, nodeid), failure=mismatch)
         texts, units = self.texts, self.collection.testbench.units
         text = explanation.failure(shown, texts, known=known, units=units, **self._rerun_info(case))
+        raised = result.error.__cause__ if result.error is not None else None
+        if isinstance(raised, Exception):  # with its line it says more than that a node failed
+            raised.add_note("\n" + text)
+            raise raised
         pytest.fail(text, pytrace=False)
 
     def _shown_result(self, case: HriCase, nodeid: str) -> TestResult:

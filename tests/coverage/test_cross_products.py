@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.coverage.closure import cross_closure, declare
 from pytest_hricdv.coverage.code_map import CoverageError
-from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
+from pytest_hricdv.coverage.cross_product import Bin, CheckedHits, CrossProduct
 from pytest_hricdv.coverage.records import Proof
 from pytest_hricdv.coverage.suite_coverage import RunCoverage
 
@@ -21,16 +21,21 @@ def test_a_hit_is_a_bin_that_is_not_ruled_out() -> None:
     cross = CrossProduct(KINDS, {("none", "*"): "nothing was read", ("0", "given"): "forbidden by R2"})
     assert len(cross.bins()) == 6
     assert cross.ruled_out.keys() == {("none", "kept"), ("none", "given"), ("0", "given")}
-    assert cross.check([("1", "given"), ("1", "given"), ("0", "kept")]) == (
-        ("0", "kept"),
-        ("1", "given"),
-        ("1", "given"),
-    )
-    with pytest.raises(CoverageError, match=r"'x': .* declared impossible: forbidden by R2"):
-        cross.check([("0", "given")], "'x'")
+    good = [("1", "given"), ("1", "given"), ("0", "kept")]
+    assert cross.checked(good, {}) == CheckedHits((("0", "kept"), ("1", "given"), ("1", "given")), ())
+    impossible = cross.checked([("0", "given"), ("0", "kept"), ("0", "given")], {})
+    assert impossible.bins == (("0", "kept"),)
+    assert impossible.faults == ("0 x given was hit but is declared impossible: forbidden by R2",)
     for no_bin in (("2", "given"), ("1",), ("1", "given", "given")):
-        with pytest.raises(CoverageError, match="is no bin; coordinates are reading, outcome"):
-            cross.check([no_bin])
+        assert cross.checked([no_bin], {}) == CheckedHits(
+            (), (f"{no_bin} is no bin; coordinates are reading, outcome",)
+        )
+
+
+def test_an_illegal_bin_is_kept_and_told() -> None:
+    cross = CrossProduct(KINDS, illegal={("none", "given"): "nobody was seen"})
+    found = cross.checked([("none", "given"), ("none", "given")], {})
+    assert found == CheckedHits((("none", "given"),) * 2, ("none x given must not be hit: nobody was seen",))
 
 
 @pytest.mark.parametrize(
@@ -54,12 +59,10 @@ def test_a_product_that_makes_no_sense_is_refused(arguments: tuple[Any, ...], me
 def test_coordinates_named_after_requirements_get_their_verdicts() -> None:
     cross = CrossProduct({"R1": ("Passed", "NC"), "outcome": ("kept", "given"), "R2": ("Passed", "Failed")})
     verdicts = {"R1": "NC", "R2": "Failed", "R3": "Passed"}
-    assert cross.with_verdicts([("kept",), ("given",)], verdicts) == (
-        ("NC", "kept", "Failed"),
-        ("NC", "given", "Failed"),
-    )
-    with pytest.raises(CoverageError, match=r"is no bin; coordinates are outcome$"):
-        cross.with_verdicts([("NC", "kept", "Failed")], verdicts)
+    found = cross.checked([("kept",), ("given",)], verdicts)
+    assert found == CheckedHits((("NC", "given", "Failed"), ("NC", "kept", "Failed")), ())
+    (fault,) = cross.checked([("NC", "kept", "Failed")], verdicts).faults
+    assert fault.endswith("is no bin; coordinates are outcome")
 
 
 hits = st.lists(st.lists(st.sampled_from(CrossProduct(KINDS).bins()), max_size=4), max_size=5)

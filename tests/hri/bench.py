@@ -23,7 +23,7 @@ RUNS = count(1)
 """Numbers the runs of this process: each has its own share of a measurement."""
 
 UNMEASURED = NoMeasurement("not of interest here")
-LONGEST_S = 300.0 + 10.0 + 10.0
+LONGEST_S = conftest.LIMIT_S + 10.0 + 10.0
 """Limit of a run, a deadline that is open then, and one more that a reading in that time opens."""
 
 

@@ -7,17 +7,20 @@ from pathlib import Path
 
 import pytest
 
+import conftest
+from controller import machine
 from pytest_hricdv.case import CaseResult
 from tests.hri import bench
 from tests.hri.user import HOST, pytest_run
 
 OUTCOMES = {"released", "discarded", "no-human-ready", "sensing-timeout"}
-ENDS = {"table done", "nobody asks any more", "limit"}
+ENDS = {"table done", "nobody asks any more"}
 
 
 def assert_whole(result: CaseResult) -> None:
     """Check what holds for every run."""
     assert result.outcome.ended in ENDS
+    assert not result.faults
     assert len(result.outcome.outcomes) <= 4
     assert set(result.outcome.outcomes) <= OUTCOMES
     assert len(result.outcome.cross["decision"]) == len(result.outcome.outcomes)
@@ -97,8 +100,17 @@ def test_no_request_is_lost_when_it_comes_around_a_timeout() -> None:
         assert 0.0 <= heard_s - asked_s <= 0.05
 
 
-def test_a_run_without_a_request_ends_at_the_limit_of_300_s() -> None:
+def test_a_run_without_a_request_takes_as_long_as_the_person_waits() -> None:
     result = bench.run(bench.concrete(["receivesignal"] * 6))
     assert_whole(result)
-    assert result.outcome.ended == "limit"
-    assert result.sim_s == pytest.approx(300.0)
+    assert 360.0 <= result.sim_s < 365.0
+
+
+def test_a_run_that_ends_at_the_limit_is_a_fault_of_a_robot_that_never_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(machine.TRANSITIONS, ("Receive1", "timeout"), "Receive1")
+    result = bench.run(bench.concrete(bench.leg()))
+    assert result.outcome.outcomes == ("released",)
+    assert result.sim_s == pytest.approx(conftest.LIMIT_S)
+    assert result.faults == (
+        'the run ended at its time limit of 900 s; if it may, give the testbench may_end=("limit",)',
+    )

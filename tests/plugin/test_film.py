@@ -109,6 +109,14 @@ def test_a_failure_names_its_film_and_nothing_else_is_filmed(filmed: pytest.Pyte
     )
 
 
+def test_a_run_that_an_exception_ended_is_filmed_up_to_there(filmed: pytest.Pytester) -> None:
+    change(filmed.path, "lamps/guide.py", "    return wish.level\n", "    raise OSError('no lamp')\n")
+    filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
+    film = films(filmed.path)[BRIGHT]
+    assert film["note"] == ""
+    assert film["frames"] > 5
+
+
 def test_without_an_encoder_the_film_is_a_gif(filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pytest_hricdv.film.video.has_encoder", lambda: False)
     filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)

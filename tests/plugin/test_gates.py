@@ -243,8 +243,29 @@ def test_an_illegal_bin_that_is_hit_fails_its_test(lamps: pytest.Pytester, optio
     assert (cross["bins"], cross["illegal"], cross["hit"]) == (8, 4, 3)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("levels})", 'levels}, impossible={("cellar", "*"): "no wire"})', "*: cellar x 100 was hit but is *: no wire"),
+        ("[(place, level) for", '[(place, f"{level} %") for', "cross product 'light': ('*', '* %') is no bin; *"),
+        ('cross={"light": [(', 'cross={"lihgt": [(', "cross product: run reported bins of 'lihgt', * are: light"),
+    ],
+    ids=["impossible", "no bin", "no product"],
+)
+def test_a_bin_that_cannot_be_fails_its_test_and_keeps_its_verdicts(
+    lamps: pytest.Pytester, old: str, new: str, fault: str
+) -> None:
+    change(lamps.path, "conftest.py", old, new)
+    result = lamps.runpytest_inprocess(*SUITE, "-k", "cellar")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines([fault, "others:  R1 Passed, R2 Passed, *", "run it again:"])
+    (test,) = report(lamps.path)["tests"]
+    assert (test["outcome"], test["requirements"]["R1"]["verdict"]) == ("failed", "Passed")
+    assert (lamps.path / test["replay"]).is_file()
+
+
 def test_gates_hold_for_a_run_without_results(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "lamps/guide.py", "clock.sleep(SWITCHING_S)", "clock.sleep(-1)")
+    change(lamps.path, "conftest.py", "    ended = run.go(", "    ended = run.stay(")
     change(lamps.path, "by_hand.toml", '"curt", "d*"', '"curt", "dark"')
     result = lamps.runpytest_inprocess(*SUITE, "--hri-fail-on-nc", "--hri-fail-under=statements=1")
     assert result.ret == 1

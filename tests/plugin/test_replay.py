@@ -86,7 +86,8 @@ def test_a_crash_leaves_a_file_that_crashes_again(lamps: pytest.Pytester) -> Non
     again = lamps.runpytest_inprocess(REPLAY)
     again.assert_outcomes(failed=1)
     again.stdout.fnmatch_lines(["*OSError: no lamp", "*run it again:", f"*  pytest {REPLAY}"])
-    assert report(lamps.path)["tests"][0]["outcome"] == "error"
+    assert report(lamps.path)["tests"][0]["outcome"] == "failed"
+    assert report(lamps.path)["tests"][0]["replayed"]["same"]
 
 
 def test_passing_tests_leave_nothing(lamps: pytest.Pytester) -> None:

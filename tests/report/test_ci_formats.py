@@ -120,6 +120,19 @@ def test_known_violations_are_not_annotated_unless_the_run_is_strict() -> None:
     assert len(annotations(report, {})) == 2
 
 
+def test_faults_are_in_the_summary_the_annotations_and_the_properties() -> None:
+    report = _failing()
+    report["tests"][0] |= {"outcome": "failed", "faults": ["the run ended at its time limit of 60 s"]}
+    (line,) = annotations(report, {})
+    assert "1 test with a fault::first is" in line
+    assert "%0Athe run ended at its time limit of 60 s%0A" in line
+    text = markdown(report)
+    assert "</b>: fault</summary>" in text
+    assert "- the run ended at its time limit of 60 s\n" in text
+    test = sample.typed(report).tests[0]
+    assert ("hri.fault", "the run ended at its time limit of 60 s") in junit_properties(test, "legs")
+
+
 def test_errors_and_gates_are_annotated_ten_at_most() -> None:
     report = _failing("R1")
     report["tests"][1] |= {"outcome": "error", "failure": "ZeroDivisionError: division by zero\nmore"}

@@ -100,6 +100,21 @@ def test_an_error_shows_its_own_text() -> None:
     assert text.startswith("RuntimeError: the world was torn down\n  by the test\n\nturns:")
 
 
+def test_faults_are_told_beside_what_failed_and_what_was_done_up_to_them() -> None:
+    test = replace(_failing(), faults=("the run ended at its time limit of 60 s",), acted_s=(1.0, 2.0))
+    text = failure(test, REQUIREMENTS, seed=0)
+    assert text.startswith("the run ended at its time limit of 60 s\n\nothers:  R1 Passed")
+    assert "what the human did until then" in text
+    assert "\n       1.0 s  tell leg\n" in text
+
+
+def test_a_formula_of_several_lines_is_shown_on_one() -> None:
+    texts = replace(REQUIREMENTS["R1"], text="always(on(reading)\n       -> eventually[0:10](ready))", source="A\nB")
+    text = failure(_failing("R1"), {"R1": texts}, seed=0)
+    assert "  checked as  always(on(reading) -> eventually[0:10](ready))\n  source      A B\n" in text
+    assert "\\x0a" not in text
+
+
 def test_many_violations_and_actions_are_cut_with_their_number() -> None:
     test = _failing("R3")
     result = replace(test.requirements["R3"], violations=9 * test.requirements["R3"].violations)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from greenlet import GreenletExit
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.runtime import Kernel, KernelError
+from pytest_hricdv.runtime import Kernel, KernelError, NodeError
 
 
 def test_time_passes_only_by_waiting() -> None:
@@ -130,7 +131,22 @@ def test_a_failing_node_is_named_with_the_simulated_time() -> None:
         raise ZeroDivisionError("oops")
 
     kernel.spawn("robot", node)
-    with pytest.raises(KernelError, match=r"robot failed at 1\.250 s: ZeroDivisionError: oops"):
+    with pytest.raises(NodeError, match=r"robot failed at 1\.250 s: ZeroDivisionError: oops") as caught:
+        kernel.run(limit_s=10.0)
+    assert (caught.value.node, caught.value.time_s) == ("robot", 1.25)
+    assert isinstance(caught.value.__cause__, ZeroDivisionError)
+
+
+@pytest.mark.parametrize("raised", [GreenletExit, SystemExit])
+def test_a_node_does_not_end_silently_by_an_exit(raised: type[BaseException]) -> None:
+    kernel = Kernel()
+
+    def node() -> None:
+        kernel.sleep(1.0)
+        raise raised
+
+    kernel.spawn("robot", node)
+    with pytest.raises(NodeError, match=rf"robot failed at 1\.000 s: {raised.__name__}"):
         kernel.run(limit_s=10.0)
 
 

@@ -68,6 +68,7 @@ function testView(test, found) {
   return [
     h("p", { class: "small soft" }, found.aim && found.aim + " · ", h("span", { class: "mono" }, found.nodeid)),
     found.repeats > 0 && h("p", { class: "notice mild" }, "The " + (found.repeats + 1) + " runs of this test differ; the worst is shown."),
+    found.faults.length > 0 && section("Faults", h("ul", {}, found.faults.map((text) => h("li", {}, text)))),
     found.failure && section("Failure", h("pre", {}, found.failure)),
     found.replayed && h("p", { class: "notice mild" }, found.replayed),
     section("Verdicts", h("div", { class: "scroll" }, verdictTable(found.verdicts))),

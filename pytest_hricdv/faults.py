@@ -1,0 +1,103 @@
+"""Faults of a run: what is wrong with it beside its requirements. A run with a fault fails its test, and keeps its
+verdicts, its film and its replay file.
+
+A node that fails, a run that only its time limit ends, code under test that returns while its world goes on, a bin that
+cannot or must not be hit: each would otherwise pass for a run in which some requirements were not checked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+from pytest_hricdv.coverage.cross_product import Bin
+from pytest_hricdv.monitor import Verdict
+from pytest_hricdv.runtime import Kernel, NodeError
+from pytest_hricdv.testbench import Ending, Outcome, Testbench
+
+Body = Callable[[], None]
+
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
+
+class CodeUnderTest:
+    """The nodes of the code under test: when they returned, and what one of them raised.
+
+    Args:
+        kernel: of the run.
+        measured: wraps the body of a node, so that it is measured.
+    """
+
+    def __init__(self, kernel: Kernel, measured: Callable[[Body], Body]) -> None:
+        self._kernel = kernel
+        self._measured = measured
+        self._returned_s: list[float | None] = []
+        self.raised: BaseException | None = None
+
+    def node(self, body: Body) -> Body:
+        """The body of a node of the code under test, measured."""
+        measured, number = self._measured(body), len(self._returned_s)
+        self._returned_s.append(None)
+
+        def observed() -> None:
+            try:
+                measured()
+            except BaseException as error:
+                self.raised = error
+                raise
+            self._returned_s[number] = self._kernel.now_s
+
+        return observed
+
+    @property
+    def returned_s(self) -> float | None:
+        """When the last of its nodes returned (s of simulated time); None where one did not, or there is none."""
+        times = [time_s for time_s in self._returned_s if time_s is not None]
+        return max(times) if times and len(times) == len(self._returned_s) else None
+
+
+def of_ending(ending: Ending, code: CodeUnderTest, may_end: tuple[str, ...]) -> Iterator[str]:
+    """What is wrong with how a run ended, a sentence each.
+
+    Args:
+        ending: of the run.
+        code: its code under test.
+        may_end: see `Testbench`.
+    """
+    if ending.error is not None:
+        yield _failure(ending.error, code)
+        return
+    allow = "if it may, give the testbench may_end="
+    early_s = code.returned_s
+    if early_s is not None and early_s < ending.time_s and "early" not in may_end:
+        went_on = f"and the run went on to {ending.time_s:.3f} s"
+        yield f'the code under test returned at {early_s:.3f} s, {went_on}; {allow}("early",)'
+    if ending.how == "limit" and "limit" not in may_end:
+        yield f'the run ended at its time limit of {ending.time_s:g} s; {allow}("limit",)'
+    if ending.how == "idle" and "idle" not in may_end:
+        yield f'the run ended at {ending.time_s:.3f} s because nothing was left to do; {allow}("idle",)'
+
+
+def _failure(error: NodeError, code: CodeUnderTest) -> str:
+    raised = error.__cause__
+    if raised is None:
+        return f"node {error}"
+    what = " ".join(f"{type(raised).__name__}: {raised}".removesuffix(": ").split())
+    if raised is code.raised:
+        return f"the code under test raised {what} in node {error.node} at {error.time_s:.3f} s"
+    return f"node {error.node} raised {what} at {error.time_s:.3f} s"
+
+
+def of_bins(
+    testbench: Testbench, outcome: Outcome, verdicts: tuple[Verdict, ...]
+) -> tuple[dict[str, tuple[Bin, ...]], list[str]]:
+    """The bins that a run hit, by cross product, and what is wrong with them, a sentence each."""
+    judged: Mapping[str, str] = {verdict.requirement: verdict.verdict for verdict in verdicts}
+    known = ", ".join(testbench.cross) or "none"
+    unknown = sorted(outcome.cross.keys() - testbench.cross.keys())
+    faults = [f"cross product: run reported bins of {name!r}, but declared are: {known}" for name in unknown]
+    hits = {}
+    for name, product in testbench.cross.items():
+        checked = product.checked(outcome.cross.get(name, ()), judged)
+        hits[name] = checked.bins
+        faults += [f"cross product {name!r}: {fault}" for fault in checked.faults]
+    return hits, faults
