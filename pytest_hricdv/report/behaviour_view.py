@@ -1,11 +1,13 @@
-"""What a report says of changes of behaviour: lines for the terminal, a sentence, and the details of a test."""
+"""What a report says of changes of behaviour: lines for the terminal, a sentence, and what its page shows."""
 
+import json
 from collections.abc import Iterator
+from typing import Any
 
 from pytest_hricdv.report.formatting import Line, Style, listing, plural, visible, width, wrap
-from pytest_hricdv.results.behaviour import BehaviourChanges, ChangeKind
+from pytest_hricdv.results.behaviour import Behaviour, BehaviourChanges, ChangeKind
 from pytest_hricdv.results.behaviour_diff import headline
-from pytest_hricdv.results.model import Report
+from pytest_hricdv.results.model import Report, TestResult
 
 _MAX_KINDS = 8
 
@@ -37,6 +39,47 @@ def sentence(report: Report) -> str:
         return ""
     example = f"; {_example(report, changes, changes.kinds[0])}" if changes.kinds else ""
     return headline(changes) + example
+
+
+def examples(report: Report) -> list[tuple[ChangeKind, TestResult, str]]:
+    """Each kind of change with its example, and the first difference of this."""
+    changes = report.changes
+    if changes is None:
+        return []
+    tests = {test.nodeid: test for test in report.tests}
+    return [(kind, tests[kind.example], changes.changed[kind.example].text) for kind in changes.kinds]
+
+
+def index(report: Report) -> list[dict[str, Any]]:
+    """Each kind of change, with the places of its tests among the report's tests, as plain data."""
+    changes = report.changes
+    if changes is None:
+        return []
+    kinds = [changes.changed[test.nodeid].kind if test.nodeid in changes.changed else None for test in report.tests]
+    return [
+        {"kind": each.kind, "tests": [number for number, kind in enumerate(kinds) if kind == each.kind]}
+        for each in changes.kinds
+    ]
+
+
+def details(report: Report, test: TestResult) -> dict[str, Any] | None:
+    """How a test's run differs from that of the baseline, as plain data; None where it does not, or without one."""
+    change = report.changes.changed.get(test.nodeid) if report.changes else None
+    if change is None:
+        return None
+    return {
+        "text": change.text,
+        "time": change.time_s,
+        "topic": change.topic,
+        "also": change.also,
+        "before": _timeline(change.before),
+    }
+
+
+def _timeline(behaviour: Behaviour) -> dict[str, Any]:
+    """The messages of a run in the form of a timeline."""
+    lines = ("\t".join([f"{time_s}", *names, json.dumps(fields)]) for time_s, *names, fields in behaviour.messages)
+    return {"end_s": behaviour.end_s, "messages": [*lines], "signals": {}, "attempts": {}}
 
 
 def _example(report: Report, changes: BehaviourChanges, kind: ChangeKind) -> str:

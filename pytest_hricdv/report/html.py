@@ -12,7 +12,7 @@ from urllib.parse import quote
 import jinja2
 from markupsafe import Markup
 
-from pytest_hricdv.report import explanation, formatting, tests_view, totals
+from pytest_hricdv.report import behaviour_view, explanation, formatting, tests_view, totals
 from pytest_hricdv.report.page_views import (
     code_sources,
     margin_unit,
@@ -20,6 +20,7 @@ from pytest_hricdv.report.page_views import (
     requirement_view,
     triggers_over_time,
 )
+from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 EMBEDDED_BYTES = 1_200_000
@@ -37,6 +38,7 @@ _SCRIPTS = (
     "closure",
     "cross",
     "timeline",
+    "behaviour",
     "test",
     "main",
 )
@@ -88,6 +90,7 @@ def _environment(options: Sequence[str]) -> jinja2.Environment:
         speedup=formatting.speedup,
         replay_command=lambda file: explanation.replay_command(file, options),
         outcome=_OUTCOME_WORDS.__getitem__,
+        coded=_coded,
     )
     return environment
 
@@ -95,6 +98,12 @@ def _environment(options: Sequence[str]) -> jinja2.Environment:
 def _finalize(value: object) -> object:
     """Applied by jinja2 to every value before it escapes it: no invisible character gets onto the page."""
     return formatting.visible(value, keep="\n\t") if isinstance(value, str) and not isinstance(value, Markup) else value
+
+
+def _coded(text: str) -> Markup:
+    """Text with what stands between backquotes as code."""
+    parts = formatting.visible(text).split("`")
+    return Markup("").join(Markup("<code>{}</code>").format(part) if n % 2 else part for n, part in enumerate(parts))
 
 
 def _address(name: str) -> str:
@@ -123,6 +132,8 @@ def _context(report: Report) -> dict[str, Any]:
         "requirements": [requirement_view(report, name) for name in names],
         "sources": {"code": code_sources(report), "plans": model_sources(report)},
         "failing": [test for test in report.tests if test.outcome in ("failed", "error", "not-run")],
+        "behaviour": behaviour_view.examples(report),
+        "headline": headline,
         "violation": lambda found: explanation.violation(found, report.units or {}),
         "nearest_miss": explanation.nearest_miss,
         "styles": Markup("\n".join(_asset(f"{name}.css") for name in _STYLES)),
@@ -147,6 +158,7 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
         "statements": [(file.file, line) for file in report.code_under_test.map for line in file.statements],
         "cross": heat_maps(report),
         "minimal": minimal_suite(report),
+        "changes": behaviour_view.index(report),
     }
 
 

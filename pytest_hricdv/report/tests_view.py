@@ -13,7 +13,7 @@ from typing import Any
 from msgspec import to_builtins
 
 from pytest_hricdv.coverage.records import RequirementResult
-from pytest_hricdv.report import explanation
+from pytest_hricdv.report import behaviour_view, explanation
 from pytest_hricdv.report.formatting import natural, quantity, seconds
 from pytest_hricdv.results.model import ReplayComparison, Report, ShrunkTest, TestResult
 
@@ -112,6 +112,7 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
         "repeats": len(test.repeats),
         "replayed": _replayed(test.replayed) if test.replayed else "",
         "timeline": to_builtins(test.timeline),
+        "changed": behaviour_view.details(report, test),
     }
 
 

@@ -15,7 +15,7 @@ from msgspec.structs import asdict
 from pytest_hricdv.atomic_file import write_text
 from pytest_hricdv.coverage.records import Count, Names, Number, Record
 from pytest_hricdv.results.behaviour import Behaviour, BusMessage
-from pytest_hricdv.results.codec import MalformedError, canonical, decode_located
+from pytest_hricdv.results.codec import MalformedError, ReportError, canonical, decode_located
 from pytest_hricdv.results.derivation import percentages
 from pytest_hricdv.results.gates import KINDS
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
@@ -91,7 +91,7 @@ def _behaviours(tests: Sequence[TestResult]) -> dict[str, Behaviour]:
 
 
 def behaviour_of(test: TestResult) -> Behaviour:
-    """What to keep of a test's run."""
+    """What to keep of a test's run. Raises ReportError for a timeline that is none."""
     timeline = test.timeline
     return Behaviour(
         record_sha256=test.record_sha256,
@@ -110,8 +110,13 @@ def behaviour_of(test: TestResult) -> Behaviour:
 
 def _message(text: str) -> BusMessage:
     """A message of a timeline. JSON has no NaN or infinity: as a field's value they become text."""
-    time_s, sender, topic, fields = text.split("\t", 3)
-    return BusMessage(json.loads(time_s), sender, topic, json.loads(fields, parse_constant=str))
+    try:
+        time_s, sender, topic, fields = text.split("\t", 3)
+        return BusMessage(json.loads(time_s), sender, topic, json.loads(fields, parse_constant=str))
+    except ValueError:
+        raise ReportError(
+            f"message {text!r} of a timeline: expected time, sender, topic and fields as JSON, between tabs"
+        ) from None
 
 
 def _violating(tests: Sequence[TestResult], requirement: str) -> Names:

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from pytest_hricdv.results.baseline import BaselineError, baseline_of, read_baseline, write_baseline
 from pytest_hricdv.results.behaviour import Behaviour, BusMessage
 from pytest_hricdv.results.behaviour_diff import change_of, compare_behaviour, first_difference, headline
+from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report, TestResult, Timeline
 from tests.results import reports
 
@@ -215,6 +216,13 @@ def test_a_value_that_is_not_finite_can_be_kept(tmp_path: Path) -> None:
     (suite,) = read_baseline(kept(report, tmp_path), "toy").suites.values()
     assert suite.tests is not None
     assert suite.tests["rl-leg1"].messages[0].fields == {"level": "NaN"}
+
+
+@pytest.mark.parametrize("message", ["1\trobot\tsaid", "1\trobot\tsaid\t{", "soon\trobot\tsaid\t{}"])
+def test_a_message_of_a_report_that_is_none_is_named(message: str) -> None:
+    timeline = Timeline(end_s=1, messages=(message,), signals={}, attempts={})
+    with pytest.raises(ReportError, match=r"message '.*' of a timeline: expected time, sender, topic and fields"):
+        baseline_of(reports.report([ran(1, timeline=timeline)]))
 
 
 def test_changes_are_counted_by_kind_and_the_earliest_is_the_example(tmp_path: Path) -> None:

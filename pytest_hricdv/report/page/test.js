@@ -71,6 +71,7 @@ function testView(test, found) {
     found.faults.length > 0 && section("Faults", h("ul", {}, found.faults.map((text) => h("li", {}, text)))),
     found.failure && section("Failure", h("pre", {}, found.failure)),
     found.replayed && h("p", { class: "notice mild" }, found.replayed),
+    found.changed && behaviourView(found),
     section("Verdicts", h("div", { class: "scroll" }, verdictTable(found.verdicts))),
     found.film && filmView(found.film),
     h("ol", { class: "steps" },

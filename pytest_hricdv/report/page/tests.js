@@ -20,6 +20,11 @@ const FILTERS = {
   needless: () => ({
     text: "that add nothing to the smallest suite", kept: (test) => !(test.number in DATA.minimal.gains),
   }),
+  changed: ([n]) => {
+    const kinds = n === undefined ? DATA.changes : [DATA.changes[n]], numbers = new Set(kinds.flatMap((each) => each.tests));
+    const which = n === undefined ? "" : ": " + kinds[0].kind;
+    return { text: "that behave otherwise than in the baseline" + which, kept: (test) => numbers.has(test.number) };
+  },
   verdict: ([word, n]) => ({
     text: "that " + ["passed", "failed", "did not check"][word] + " " + DATA.requirements[n],
     kept: (test) => test.verdicts[n] === "PFN"[word],
