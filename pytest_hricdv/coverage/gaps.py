@@ -179,9 +179,10 @@ def _part(bins: Bin, size: int) -> str:
 def requirement_gaps(requirements: Iterable[str], tests: Sequence[TestCoverage]) -> Iterator[Gap]:
     """Requirements that no test triggered, with the test that came nearest."""
     for name in requirements:
-        if any(test.requirements[name].triggers for test in tests):
+        results = [(test.id, test.requirements[name]) for test in tests if test.was_run]
+        if any(result.triggers for _, result in results):
             continue
-        test, missing = nearest_miss((test.id, test.requirements[name]) for test in tests)
+        test, missing = nearest_miss(results)
         suggestion = f"vary {test}, which lacked {' & '.join(missing)}" if test else ""
         yield _gap("requirements", name, (), "no test triggers it", suggestion, test)
 

@@ -164,8 +164,8 @@ class RequirementResult(Record, frozen=True, kw_only=True):
 class RequirementTally(Record, frozen=True, kw_only=True):
     """One requirement over the tests of a suite.
 
-    `passed`, `failed`, `nc` count tests by verdict. `triggers` counts attempts: `passes`, `failures` and `pending`
-    ones. `vacuous` counts runs in which the antecedent never held.
+    `passed`, `failed`, `nc` count tests by verdict; one that was not run has none. `triggers` counts attempts:
+    `passes`, `failures` and `pending` ones. `vacuous` counts runs in which the antecedent never held.
     """
 
     passed: Count

@@ -32,7 +32,7 @@ class RunCoverage:
         plans: agent -> labels of the plans that the test's beliefs triggered.
         beliefs: that the test was generated from.
         cross: cross product -> bins, one for each hit.
-        requirements: requirement -> verdict.
+        requirements: requirement -> verdict; empty where the test was not run.
     """
 
     id: str
@@ -181,7 +181,7 @@ def _reach(tests: Sequence[TestCoverage]) -> PlanReach:
 
 def tally(requirement: str, tests: Iterable[TestCoverage]) -> RequirementTally:
     """Assertion coverage: how often one requirement was checked by the tests of a suite, and with which verdicts."""
-    results = [test.requirements[requirement] for test in tests]
+    results = [test.requirements[requirement] for test in tests if test.was_run]
     verdicts = Counter(result.verdict for result in results)
     return RequirementTally(
         passed=verdicts["Passed"],

@@ -124,7 +124,7 @@ def _head(report: Report) -> Iterator[str]:
 
 def _requirements(report: Report) -> Iterator[str]:
     for suite in report.suites:
-        yield f"### Suite {_escaped(suite.name)}, seed {suite.seed}: {plural(suite.tests, 'test')}"
+        yield f"### Suite {_escaped(suite.name)}, seed {suite.seed}: {totals.tests_text(report, suite)}"
         yield ""
         yield "| requirement | passed | failed | NC | triggers | least margin |"
         yield "|---|---:|---:|---:|---:|---:|"
@@ -229,7 +229,7 @@ def _escaped(text: str) -> str:
 
 def _violation_annotations(report: Report, places: Mapping[str, Place]) -> Iterator[str]:
     for name in sorted(report.requirements, key=natural):
-        failed = [test for test in report.tests if test.outcome == "failed" and _verdict(test, name) == "Failed"]
+        failed = [test for test in report.tests if test.outcome == "failed" and test.violates(name)]
         if not failed or (name in report.known_violations and not report.strict):
             continue
         worst = min(failed, key=lambda test: (test.requirements[name].margin or 0.0, test.id))
@@ -251,10 +251,6 @@ def _test_annotations(report: Report, places: Mapping[str, Place]) -> Iterator[s
 def _gate_annotations(report: Report) -> Iterator[str]:
     for text in totals.failed_gates(report):
         yield _annotation("", "gate failed", text, {})
-
-
-def _verdict(test: TestResult, requirement: str) -> str:
-    return test.requirements[requirement].verdict if requirement in test.requirements else ""
 
 
 def _annotation(nodeid: str, title: str, text: str, places: Mapping[str, Place]) -> str:

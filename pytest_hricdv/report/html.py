@@ -127,6 +127,7 @@ def _context(report: Report) -> dict[str, Any]:
         "unmeasured": totals.unmeasured(report),
         "plans_covered": totals.plans_covered,
         "bins_covered": totals.bins_covered,
+        "tests_text": totals.tests_text,
         "share": formatting.share,
         "plural": formatting.plural,
         "requirements": [requirement_view(report, name) for name in names],

@@ -104,7 +104,7 @@ def findings(report: Report) -> Iterator[Line]:
 
 def _suite(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:
     fidelity = f", {suite.fidelity} simulation" if suite.fidelity else ""
-    yield Line(f"suite {suite.name}, seed {suite.seed}: {plural(suite.tests, 'test')}{fidelity}", "title")
+    yield Line(f"suite {suite.name}, seed {suite.seed}: {totals.tests_text(report, suite)}{fidelity}", "title")
     yield from _requirements(totals.requirement_rows(report, suite), columns)
     yield from _code("statements", suite.code.statements, report, columns)
     yield from _code("branches", suite.code.branches, report, columns)
@@ -132,9 +132,14 @@ def _requirements(rows: Sequence[totals.RequirementRow], columns: int) -> Iterat
         figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
         name = pad(visible(f"{row.name} {row.title}"), room)
         yield Line(f"  {name}{figures}".rstrip(), _verdict_style(row))
-    unchecked = [row.name for row in rows if not row.passed + row.failed]
-    if unchecked:
-        yield from _row("NC: not checked", f"{listing(unchecked, columns // 3)}: no test triggered it", columns, "warn")
+    unchecked = [row for row in rows if row.nc and not row.passed + row.failed]
+    for undecided, why in (
+        (False, "no test triggered it"),
+        (True, "triggered, but never decided before the run ended"),
+    ):
+        names = [row.name for row in unchecked if bool(row.triggers) == undecided]
+        if names:
+            yield from _row("NC: not checked", f"{listing(names, columns // 3)}: {why}", columns, "warn")
     for row in rows:
         if row.failed and row.known:
             yield Line(f"  {row.name} is known to fail: {row.known}", "warn")

@@ -87,6 +87,12 @@ def loss(report: Report) -> str:
     return f"{plural(missing, 'test')} not run or lost, totals are lower bounds" if missing else ""
 
 
+def tests_text(report: Report, suite: SuiteResult) -> str:
+    """`134 tests, 131 not run`: how many tests a suite has, and how many of them have no verdicts."""
+    not_run = sum(test.suite == suite.name and test.outcome == "not-run" for test in report.tests)
+    return plural(suite.tests, "test") + (f", {not_run} not run" if not_run else "")
+
+
 def failed_gates(report: Report) -> tuple[str, ...]:
     """What failed the run beside its tests, a sentence each."""
     return report.gates.failed if report.gates else ()

@@ -120,7 +120,7 @@ def _message(text: str) -> BusMessage:
 
 
 def _violating(tests: Sequence[TestResult], requirement: str) -> Names:
-    return tuple(sorted(test.id for test in tests if test.requirements[requirement].verdict == "Failed"))
+    return tuple(sorted(test.id for test in tests if test.violates(requirement)))
 
 
 def read_baseline(path: Path, testbench: str) -> Baseline:

@@ -227,7 +227,7 @@ def _not_run(
 ) -> Iterator[TestResult]:
     for nodeid in sorted(chosen.keys() - {result.nodeid for result in results}):
         ending = Ending(outcome="not-run", wall_s=0.0, failure=reasons.get(nodeid, ""))
-        yield build_result(chosen[nodeid], nodeid, None, requirements=session.requirements, ending=ending)
+        yield build_result(chosen[nodeid], nodeid, None, requirements=(), ending=ending)
 
 
 def _suite(generated: GeneratedSuite, size: int, models: Mapping[str, ModelSource]) -> SuiteResult:

@@ -157,7 +157,8 @@ def _unchecked(report: Report, exemptions: Mapping[str, Exemption], today: datet
     for name in _untriggered(report):
         exemption = exemptions.get(name)
         if exemption is None:
-            test, missing = nearest_miss((test.id, test.requirements[name]) for test in report.tests)
+            results = ((test.id, test.requirements[name]) for test in report.tests if name in test.requirements)
+            test, missing = nearest_miss(results)
             near = f"nearest was {test}, which lacked {' & '.join(missing)}" if test else "nor came near"
             yield f"{name} was not checked: no test triggered it; {near}"
         elif exemption.expired(today):
@@ -187,4 +188,4 @@ def _needless(report: Report, gates: Gates) -> Iterator[str]:
 
 
 def _violations(report: Report, requirement: str) -> int:
-    return sum(test.requirements[requirement].verdict == "Failed" for test in report.tests)
+    return sum(test.violates(requirement) for test in report.tests)

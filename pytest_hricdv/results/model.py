@@ -127,6 +127,7 @@ class TestResult(Record, frozen=True, kw_only=True):
         skipped_s: simulated time without physics steps (s); written as `frozen_s`.
         ended: why the run ended, in the testbench's words.
         outcomes: how each interaction ended, in order; written as `legs`.
+        requirements: requirement -> verdict; empty where the test was not run: that is not NC.
         failure: the text of the failure, or why the test was not run.
         faults: what is wrong with the run beside its requirements, a sentence each; they fail the test.
         unmeasured: why the code was not measured, or not completely.
@@ -171,6 +172,10 @@ class TestResult(Record, frozen=True, kw_only=True):
     film: FilmResult | None = None
     shrunk: Mapping[str, ShrunkTest] = {}
     repeats: tuple[TestResult, ...] = ()
+
+    def violates(self, requirement: str) -> bool:
+        """Whether its run violated a requirement."""
+        return requirement in self.requirements and self.requirements[requirement].verdict == "Failed"
 
     @property
     def runs(self) -> tuple[TestResult, ...]:
