@@ -6,7 +6,7 @@ from __future__ import annotations
 from pytest_hricdv.bdi.actions import goals, knowledge, lists, messages, time  # noqa: F401
 from pytest_hricdv.bdi.actions.registry import Invocation, call_action, check_calls, inspects_intentions
 from pytest_hricdv.bdi.actions.terms import function_value
-from pytest_hricdv.bdi.agent.agent_state import SUCCEEDED, ActionResult, AgentState, Outcome
+from pytest_hricdv.bdi.agent.agent_state import ActionResult, AgentState, Outcome
 from pytest_hricdv.bdi.agent.intentions import Intention
 from pytest_hricdv.bdi.language.terms import Call, Term
 from pytest_hricdv.bdi.logic.substitution import Bindings
@@ -22,11 +22,9 @@ class StandardActions:
         """Execute an internal action as a statement; its first solution counts."""
         invocation = Invocation(agent, call, bindings, [], intention)
         outcome = call_action(invocation)
-        if outcome is True and not invocation.held:
-            return SUCCEEDED
         if not isinstance(outcome, bool):
             outcome = next(iter(outcome), None) is not None
-        return ActionResult(outcome, invocation.held, invocation.failure)
+        return outcome, invocation.held, invocation.failure
 
     def solve(self, agent: AgentState, call: Call, bindings: Bindings, trail: Trail) -> Outcome:
         """Evaluate an internal action as a condition."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message, Question, RunServices, Wait
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
@@ -18,24 +18,9 @@ from pytest_hricdv.bdi.logic.unify import Trail
 
 Outcome = bool | Iterator[object]
 """Success or failure of an internal action, or an iterator that binds variables anew for each solution."""
-
-
-class ActionResult(NamedTuple):
-    """What an internal action did as a statement.
-
-    Args:
-        succeeded: whether it succeeded.
-        held: whether it has moved its own intention, which then does not go on to the next statement by itself.
-        failure: annotations for the failure event.
-    """
-
-    succeeded: bool
-    held: bool
-    failure: tuple[Term, ...]
-
-
-SUCCEEDED = ActionResult(True, False, ())
-"""The result of most internal actions."""
+ActionResult = tuple[bool, bool, tuple[Term, ...]]
+"""What an internal action did as a statement: whether it succeeded; whether it has moved its own intention, which then
+does not go on to the next statement by itself; annotations for the failure event."""
 
 
 class ActionTable(Protocol):

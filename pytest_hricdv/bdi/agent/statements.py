@@ -76,13 +76,13 @@ def _act(agent: AgentState, intention: Intention, means: IntendedMeans, statemen
 
 
 def _internal(agent: AgentState, intention: Intention, means: IntendedMeans, statement: InternalActionCall) -> None:
-    result = agent.actions.execute(agent, statement.call, means.unifier, intention)
-    if result.held:
+    succeeded, held, failure = agent.actions.execute(agent, statement.call, means.unifier, intention)
+    if held:
         return
-    if result.succeeded:
+    if succeeded:
         agent.go_on(intention)
     else:
-        fail(agent, intention, "ia_failed", f"{statement} failed", result.failure)
+        fail(agent, intention, "ia_failed", f"{statement} failed", failure)
 
 
 def _check(agent: AgentState, intention: Intention, means: IntendedMeans, statement: ConditionStatement) -> None:
