@@ -149,8 +149,11 @@ def _instead(old: BusMessage, new: BusMessage, names: Sequence[str] | None = Non
         kind = f"`{new.topic}` with another {', '.join(f'`{name}`' for name in names)}"
     else:
         kind = f"{kind} from another sender"
+    said, said_before = (_said(each, names) for each in (new, old))
+    if said == said_before:
+        said, said_before = (_said(each, names, exact=True) for each in (new, old))
     before_s = "" if _tenths(old.time_s) == _tenths(new.time_s) else f" at {_tenths(old.time_s)}"
-    text = f"at {_tenths(new.time_s)} {_said(new, names)} instead of {_said(old, names)}{before_s}"
+    text = f"at {_tenths(new.time_s)} {said} instead of {said_before}{before_s}"
     return Difference(kind, text, new.time_s, new.topic)
 
 
@@ -175,7 +178,7 @@ def _moved(old: BusMessage, new: BusMessage) -> Difference:
     return Difference(f"{_said(new, words=True)} {how}", text, min(old.time_s, new.time_s), new.topic)
 
 
-def _said(message: BusMessage, names: Sequence[str] | None = None, *, words: bool = False) -> str:
+def _said(message: BusMessage, names: Sequence[str] | None = None, *, words: bool = False, exact: bool = False) -> str:
     """A message as `topic(values)`: of these fields, or of all; with `words` without numbers."""
     shown = {name: value for name, value in message.fields.items() if names is None or name in names}
     if words:
@@ -186,11 +189,11 @@ def _said(message: BusMessage, names: Sequence[str] | None = None, *, words: boo
         case [(_, str(only))]:
             return f"`{message.topic}({_shortened(only)})`"
         case several:
-            return f"`{message.topic}({', '.join(f'{name}={_value(value)}' for name, value in several)})`"
+            return f"`{message.topic}({', '.join(f'{name}={_value(value, exact)}' for name, value in several)})`"
 
 
-def _value(value: object) -> str:
-    if isinstance(value, float):
+def _value(value: object, exact: bool) -> str:
+    if isinstance(value, float) and not exact:
         return f"{value:.6g}"
     return _shortened(value if isinstance(value, str) else json.dumps(value))
 

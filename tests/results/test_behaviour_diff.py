@@ -111,6 +111,12 @@ def test_the_first_message_that_differs_is_named(now: tuple[BusMessage, ...], ki
     assert change.topic in kind
 
 
+def test_values_that_differ_in_the_last_bit_only_are_shown_in_full() -> None:
+    level = BusMessage(1, "robot", "poured", {"ml": 152.0})
+    found = first_difference(behaviour(level), behaviour(with_fields(level, ml=152.00000000000003)))
+    assert found.text == "at 1.0 s `poured(ml=152.00000000000003)` instead of `poured(ml=152.0)`"
+
+
 @pytest.mark.parametrize(
     ("now", "kind", "text"),
     [
