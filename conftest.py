@@ -18,7 +18,7 @@ BOREDOM = ("bored", "not_bored")
 LIMIT_S = 900.0
 """No run needs as long: one that does has hung. It is well above the 300 s of R5, so that a table can be late."""
 FIDELITY = "dynamic"
-"""Or "kinematic": no masses and forces, for the planner and the controller's logic only, and many times faster."""
+"""Unless --hri-fidelity=kinematic: no masses and forces, for planner and logic only, and many times faster."""
 
 
 def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
@@ -88,6 +88,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         outcome_label="legs",
         by_hand=HERE / "tests" / "hri" / "by_hand.toml",
         requires=("sim.engine",),
+        fidelities=("dynamic", "kinematic"),
         film=Film(
             camera=camera,
             moments={"request": "request", "grasp": "leg_held", "offer": "leg_ready", "decision": "reading"},
@@ -131,7 +132,8 @@ def run(run: Run) -> Outcome:
     test = run.test
     script = [(action.command, action.parameters) for action in test.actions]
     ports, outage_turn = (run.kernel, run.bus, run.recorder), int(test.run["outage_turn"])
-    shop = Workshop(*ports, script, seed=test.seed, outage_turn=outage_turn, fidelity=FIDELITY, acting=run.acting)
+    fidelity = run.fidelity or FIDELITY
+    shop = Workshop(*ports, script, seed=test.seed, outage_turn=outage_turn, fidelity=fidelity, acting=run.acting)
     with shop:
 
         def control() -> None:
@@ -148,4 +150,4 @@ def run(run: Run) -> Outcome:
             "decision": turns,
             "handover": [(*turn, outcome) for turn, outcome in zip(planned, legs, strict=False)],
         }
-        return Outcome(ended, legs, shop.world.frozen_s, cross, FIDELITY)
+        return Outcome(ended, legs, shop.world.frozen_s, cross, fidelity)

@@ -106,6 +106,7 @@ def execute(
         measured=code.node,
         monitors=monitors,
         filming=filming,
+        fidelity=testbench.fidelity,
     )
     try:
         outcome, verdicts, record = _finished(testbench, requirements, run)

@@ -124,6 +124,8 @@ class Testbench:
         outcome_label: the name in reports of a run's interactions, listed by their outcomes; for instance "legs".
         may_end: how a run may end beside a stop (`kernel.stop`), which is else a fault that fails its test: "limit" (at
             its time limit), "idle" (nothing is left to do), "early" (the code under test has returned before).
+        fidelities: ways to simulate the world, of which `--hri-fidelity` chooses one; empty where there is one only.
+        fidelity: the one that was chosen, which `Run.fidelity` hands to `run`; empty for the testbench's own choice.
     """
 
     __test__ = False
@@ -146,6 +148,15 @@ class Testbench:
     units: Mapping[str, str] = field(default_factory=dict, hash=False)
     outcome_label: str = "interactions"
     may_end: tuple[str, ...] = ()
+    fidelities: tuple[str, ...] = ()
+    fidelity: str = ""
+
+    def simulated(self, fidelity: str) -> Testbench:
+        """The testbench with this fidelity. Raises TestbenchError where it is none of `fidelities`."""
+        if fidelity not in self.fidelities:
+            known = ", ".join(self.fidelities) or 'none: give it fidelities=("...", "...")'
+            raise TestbenchError(f"fidelity {fidelity!r}: testbench {self.name!r} has {known}")
+        return dataclasses.replace(self, fidelity=fidelity)
 
     def vocabulary(self) -> Vocabulary:
         """The names that requirements may use: signals, topics, and the bool and numeric fields of messages."""
@@ -253,6 +264,8 @@ class Run:
     """Entered around the run when it is filmed; None otherwise."""
     acted_s: list[float] = field(default_factory=list)
     """When each action began (s of simulated time), as far as `actions` or `acting` reported it."""
+    fidelity: str = ""
+    """How to simulate the world, as `--hri-fidelity` says; empty where it says nothing."""
     ending: Ending | None = None
     """How `go` ended; None before."""
 

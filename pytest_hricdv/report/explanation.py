@@ -10,7 +10,7 @@ from pytest_hricdv.results.model import Report, RequirementText, TestResult
 _MAX_VIOLATIONS = 3
 _MAX_ACTIONS = 14
 _MAX_MISSING = 6
-_JUDGING = ("--hri-replay-anyway", "--hri-known", "--hri-strict")
+_OF_A_REPLAY = ("--hri-replay-anyway", "--hri-known", "--hri-strict", "--hri-fidelity")
 _PLAIN_IN_DOUBLE_QUOTES = set("[]/.:-_ ()=,+@%#~{}&;<>|*?'")
 
 
@@ -150,9 +150,9 @@ def replay_command(file: str, options: Sequence[str] = ()) -> str:
 
     Args:
         file: the replay file.
-        options: as for `generate_command`; only those that decide what fails are used.
+        options: as for `generate_command`; only those that decide how it runs and what fails are used.
     """
-    words = [f"--hri-replay={file}", *(each for each in options if each.startswith(_JUDGING))]
+    words = [f"--hri-replay={file}", *(each for each in options if each.startswith(_OF_A_REPLAY))]
     return " ".join(["pytest", *map(_option, words)])
 
 

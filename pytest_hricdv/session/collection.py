@@ -57,7 +57,8 @@ class Collection:
             )
         code = implementations[-1].function.__code__
         try:
-            return checked(hook(config=self.config), f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
+            found = checked(hook(config=self.config), f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
+            return found.simulated(self.options.fidelity) if self.options.fidelity else found
         except TestbenchError as error:
             raise pytest.UsageError(str(error)) from None
         except Exception as error:

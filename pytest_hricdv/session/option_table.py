@@ -80,6 +80,7 @@ TESTS = (
         "NAME",
         "how parameters are drawn from their ranges: uniform (default), or corners (every second time extreme values)",
     ),
+    Value("fidelity", "NAME", "how the world is simulated, of the testbench's fidelities"),
     Value(
         "shard",
         "INDEX/OF",

@@ -23,6 +23,7 @@ from pytest_hricdv.results.gates import (
 from pytest_hricdv.session.learning_options import LearningOptions, read_learning
 
 SESSION_DAY = "hricdv_session_day"
+_AGAIN = ("tests", "concretizations", "sampling", "fidelity")
 _DAY = pytest.StashKey[datetime.date]()
 
 
@@ -72,6 +73,7 @@ class Options:
     shard: Shard | None = None
     baseline: Path | None = None
     update_baseline: bool = False
+    fidelity: str = ""
     today: datetime.date = datetime.date.min
     """The day on which the session began (UTC)."""
     again: tuple[str, ...] = ()
@@ -109,6 +111,7 @@ def read_options(config: pytest.Config) -> Options:
         strict=_flag(config, "strict"),
         export=config.invocation_params.dir / _text(config, "export") if _text(config, "export") else None,
         coverage=not _flag(config, "no_cov"),
+        fidelity=_text(config, "fidelity"),
         film=_flag(config, "film"),
         replay=replay,
         replay_anyway=bool(config.getoption("hri_replay_anyway")),
@@ -134,7 +137,7 @@ def _replay(config: pytest.Config) -> tuple[Path, ...]:
 
 
 def _again(config: pytest.Config) -> tuple[str, ...]:
-    single = [(name, config.getoption(f"hri_{name}")) for name in ("tests", "concretizations", "sampling")]
+    single = [(name, config.getoption(f"hri_{name}")) for name in _AGAIN]
     known = [f"--hri-known={requirement}" for requirement in config.getoption("hri_known") or ()]
     strict = ["--hri-strict"] if config.getoption("hri_strict") else []
     learned = read_learning(config).again

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import MODES, change, nodeids, report
+from tests.plugin.project import MODES, change, nodeids, plain_and_slowly_in_other_modes, report
 
 
 def timeless(test: dict[str, Any]) -> dict[str, Any]:
@@ -183,3 +183,38 @@ def test_workers_import_nothing_that_only_their_controller_uses(lamps: pytest.Py
     only = {"pytest_hricdv.session.reporting", "pytest_hricdv.session.aggregation", "pytest_hricdv.bdi"}
     assert only <= controller
     assert not only & worker
+
+
+def two_fidelities(lamps: pytest.Pytester) -> None:
+    """Lamps that can be simulated in two ways."""
+    change(lamps.path, "conftest.py", "        run=run,\n", '        run=run,\n        fidelities=("real", "plain"),\n')
+    outcome = 'return Outcome(ended, outcomes=("released",), '
+    change(lamps.path, "conftest.py", outcome, f'{outcome}fidelity=run.fidelity or "real", ')
+
+
+@plain_and_slowly_in_other_modes
+def test_the_fidelity_is_an_option_that_every_run_and_every_command_gets(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    two_fidelities(lamps)
+    lamps.runpytest_inprocess("--hri-suite=by-hand", *options)
+    assert {test["fidelity"] for test in report(lamps.path)["tests"]} == {"real"}
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-fidelity=plain", "--hri-strict", *options)
+    assert {test["fidelity"] for test in report(lamps.path)["tests"]} == {"plain"}
+    result.stdout.fnmatch_lines(
+        [
+            "*--hri-suite=by-hand --hri-seed=0 --hri-fidelity=plain --hri-strict",
+            "  pytest --hri-replay=* --hri-fidelity=plain --hri-strict",
+            "suite by-hand, seed 0: 4 tests, plain simulation",
+        ]
+    )
+
+
+@pytest.mark.parametrize("declared", [True, False])
+def test_an_unknown_fidelity_is_refused_with_those_that_there_are(lamps: pytest.Pytester, declared: bool) -> None:
+    if declared:
+        two_fidelities(lamps)
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-fidelity=plane")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    known = "real, plain" if declared else "none: give it fidelities=*"
+    result.stderr.fnmatch_lines([f"ERROR: fidelity 'plane': testbench 'lamps' has {known}"])
