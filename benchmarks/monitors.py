@@ -15,10 +15,11 @@ import statistics
 import sys
 import time
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Vocabulary, evaluate, load_requirements
 from pytest_hricdv.monitor.logged import nearest_miss
@@ -105,11 +106,16 @@ def made_up() -> Log:
     return Log(signals, messages, float(DURATION_S))
 
 
+def series(log: Log) -> Mapping[str, tuple[Sequence[float], Sequence[float]]]:
+    """The signals of the log, none of which is a text."""
+    return cast("Mapping[str, tuple[Sequence[float], Sequence[float]]]", log.signals)
+
+
 def events(log: Log) -> list[tuple[float, str, float | bool | dict[str, bool]]]:
     """The run as it would be fed, in the order of time."""
     fed: list[tuple[float, str, float | bool | dict[str, bool]]] = [
-        (time_s, name, VOCABULARY.signals[name](value))
-        for name, (times, values) in log.signals.items()
+        (time_s, name, bool(value) if VOCABULARY.signals[name] is bool else value)
+        for name, (times, values) in series(log).items()
         for time_s, value in zip(times, values, strict=True)
     ]
     fed += [(each.time_s, each.topic, dict(each.fields)) for each in log.messages]  # type: ignore[arg-type]
@@ -159,7 +165,7 @@ def sampled(log: Log) -> dict[str, list[float]]:
     """One value a step; what is true or arrives is 1, else -1."""
     count = RATE_HZ * DURATION_S
     samples: dict[str, list[float]] = {"time": [float(step) for step in range(count)]}
-    for name, (times, values) in log.signals.items():
+    for name, (times, values) in series(log).items():
         scaled = [2 * value - 1 for value in values] if VOCABULARY.signals[name] is bool else list(values)
         samples[name] = held([(time_s, value) for time_s, value in zip(times, scaled, strict=True)])
     for topic, fields in VOCABULARY.messages.items():

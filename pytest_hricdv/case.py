@@ -36,7 +36,7 @@ class MonitorFeed:
         kinds = self._fields[topic]
         self._monitors.message(time_s, topic, {name: kind(fields[name]) for name, kind in kinds.items()})
 
-    def signal(self, time_s: float, name: str, value: float | bool) -> None:
+    def signal(self, time_s: float, name: str, value: float | bool | str) -> None:
         """See `runtime.bus.Listener`. A signal the testbench did not declare is a KeyError."""
         if name not in self._signals:
             raise KeyError(f"signal {name!r} is recorded but not declared in the testbench's signals")
@@ -138,7 +138,8 @@ def _finished(
     if not isinstance(outcome, Outcome):
         raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
     record, end_s = run.recorder.finish(), run.kernel.now_s
-    verdicts = explained(run.monitors.finish(end_s), requirements, Log(record.signals, record.messages, end_s))
+    log = Log({**record.signals, **record.texts}, record.messages, end_s)
+    verdicts = explained(run.monitors.finish(end_s), requirements, log)
     return outcome, verdicts, record
 
 

@@ -7,8 +7,9 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
+from enum import Enum
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.film.film import Camera, Film
@@ -19,7 +20,8 @@ from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
 from pytest_hricdv.monitor import MonitorError, MonitorSet, Requirement, Vocabulary
-from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder, topic_of
+from pytest_hricdv.monitor.vocabulary import Kind
+from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder, text_of, topic_of
 from pytest_hricdv.suggestion import nearest
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
@@ -50,7 +52,7 @@ PARTS: Mapping[str, str] = {
     "concretization": "the human's commands with the ranges of their parameters (Concretization)",
     "requirements": "the path of a TOML file of requirement texts, or a tuple of requirements",
     "messages": "the dataclasses of the messages on the bus",
-    "signals": "the physical signals, name -> bool or float",
+    "signals": "the physical signals, name -> bool, float or str",
     "cross": "a mapping of names to cross products (CrossProduct)",
     "code": "the names of the packages under test",
     "run": "a function that runs one concrete test and returns an Outcome",
@@ -109,8 +111,11 @@ class Testbench:
         beliefs: the belief space that steers the model.
         concretization: the commands a human can enact, with the ranges of their parameters.
         requirements: TOML file of requirement texts, or requirements built in Python (`pytest_hricdv.monitor.build`).
-        messages: frozen dataclasses, the messages on the bus; bool and numeric fields can be named in requirements.
-        signals: physical signals that the world records, name -> bool or float.
+        messages: frozen dataclasses, the messages on the bus; fields that are bool, int, float, str, Literal or Enum
+            can be named in requirements. A member of an Enum is named by its value if this is a text, else by its name.
+        signals: physical signals that the world records, name -> bool, float or str.
+        values: the values that a text signal, or a text field named `topic.field`, can have: a requirement that
+            compares it with another text is refused. Those of Literal and Enum fields are known without this.
         units: the units of float signals, name -> for instance "m/s"; reports write them at axes and margins.
         code: importable names of the packages under test.
         run: builds world, human, sensors and controller around the given `Run`, runs it, and says how it went.
@@ -136,7 +141,7 @@ class Testbench:
     concretization: Concretization
     requirements: Path | tuple[Requirement, ...]
     messages: tuple[type[Any], ...]
-    signals: Mapping[str, type[bool] | type[float]] = field(hash=False)
+    signals: Mapping[str, Kind] = field(hash=False)
     code: tuple[str, ...]
     run: Callable[[Run], Outcome]
     by_hand: Path | None = None
@@ -150,6 +155,7 @@ class Testbench:
     may_end: tuple[str, ...] = ()
     fidelities: tuple[str, ...] = ()
     fidelity: str = ""
+    values: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
 
     def simulated(self, fidelity: str) -> Testbench:
         """The testbench with this fidelity. Raises TestbenchError where it is none of `fidelities`."""
@@ -159,9 +165,23 @@ class Testbench:
         return dataclasses.replace(self, fidelity=fidelity)
 
     def vocabulary(self) -> Vocabulary:
-        """The names that requirements may use: signals, topics, and the bool and numeric fields of messages."""
-        topics = {topic_of(kind): _field_kinds(kind) for kind in self.messages}
-        return Vocabulary(signals=dict(self.signals), messages=topics)
+        """The names that requirements may use: signals, topics, and those fields of messages that can be compared.
+
+        Raises:
+            ValueError: a name that no requirement can contain, or values of what is no text.
+        """
+        topics: dict[str, dict[str, Kind]] = {}
+        values: dict[str, tuple[str, ...]] = {}
+        for message in self.messages:
+            topic = topic_of(message)
+            topics[topic] = {}
+            for name, hint in get_type_hints(message).items():
+                kind, texts = _field_type(hint)
+                if kind is not None:
+                    topics[topic][name] = kind
+                if texts:
+                    values[f"{topic}.{name}"] = texts
+        return Vocabulary(signals=dict(self.signals), messages=topics, values={**values, **self.values})
 
 
 def _film_faults(testbench: Testbench) -> list[str]:
@@ -169,14 +189,19 @@ def _film_faults(testbench: Testbench) -> list[str]:
     return testbench.film.faults(testbench.vocabulary(), topics) if testbench.film is not None else []
 
 
-def _field_kinds(kind: type[Any]) -> dict[str, type[bool] | type[float]]:
-    kinds: dict[str, type[bool] | type[float]] = {}
-    for name, hint in get_type_hints(kind).items():
-        if hint is bool:
-            kinds[name] = bool
-        elif hint in (int, float):
-            kinds[name] = float
-    return kinds
+_KINDS: tuple[Kind, ...] = (bool, float, str)
+
+
+def _field_type(hint: object) -> tuple[Kind | None, tuple[str, ...]]:
+    """The type that requirements see of a field, None if they cannot compare it; all its texts, if its type says so."""
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return str, tuple(map(text_of, hint))
+    if get_origin(hint) is Literal:
+        values = tuple(text_of(value) if isinstance(value, Enum) else value for value in get_args(hint))
+        types = {type(value) for value in values}
+        hint = types.pop() if len(types) == 1 else None
+        return (str, values) if hint is str else _field_type(hint)
+    return float if hint is int else next((kind for kind in _KINDS if hint is kind), None), ()
 
 
 def checked(candidate: object, where: str) -> Testbench:
@@ -190,6 +215,10 @@ def checked(candidate: object, where: str) -> Testbench:
             f"{where}: returned {candidate!r:.80}; expected a Testbench (from pytest_hricdv.testbench import Testbench)"
         )
     _check_kinds(candidate, where)
+    try:
+        candidate.vocabulary()
+    except ValueError as error:
+        raise TestbenchError(f"{where}: {error}") from None
     for fault in _film_faults(candidate):
         raise TestbenchError(f"{where}: {fault}")
     return candidate

@@ -128,7 +128,7 @@ class ReportedViolation(Record, frozen=True, kw_only=True):
 
     trigger_s: Number | None
     time_s: Number | None
-    values: Mapping[str, bool | int | float]
+    values: Mapping[str, bool | int | float | str]
     margin: Number | None
 
 

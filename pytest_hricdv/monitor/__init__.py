@@ -5,9 +5,11 @@ A requirement is `always(antecedent -> response)`. The antecedent says when the 
 
 =========================  ==========================================================================================
 `on(topic)`                true at the instant at which a message arrives
-`topic.field`, `signal`    last value: a condition if bool, a number if float
+`topic.field`, `signal`    last value: a condition if bool, a number if float, a text if str; a topic with one number or
+                           text may be written without it: `state` for `state.name`
 `a < b` (also <= > >=      comparison of arithmetic; `[hysteresis h]`: once false, true again only past the bound by h;
 == !=)                     `[for d]`: true once it has held for d seconds
+`state == "Idle"`, `!=`    comparison of texts, also with `[for d]`; false before there is a value
 `! not & |`                boolean, evaluated from left to right
 `rise(f)`, `fall(f)`       true at the instant at which f becomes true, false
 `previously(f)`            f just before the instant
@@ -19,6 +21,9 @@ A requirement is `always(antecedent -> response)`. The antecedent says when the 
 Responses: `f` (while the antecedent is true), `eventually[a:b](f)`, `always[a:b](f)`, and `always(f) until g` (until g
 or the end of the run).
 
+Outside of requirements, a formula about the present and the past is a condition: `parse_condition` reads it,
+`MonitorSet.watch` says online when it becomes true and false, `watched` does so for a logged run.
+
 The same formulas can be built in Python, see `pytest_hricdv.monitor.build`; `str(formula)` is the text.
 
 Time is dense: signals are constant between updates, a message exists for one instant, and a deadline is decided at the
@@ -27,21 +32,25 @@ read.
 
 Modules, each built on the ones before it:
 
-- `formula` (the formula as data, and its text), `requirement` (requirement, vocabulary, errors in a text)
+- `node`, `past_formula`, `formula` (formulas as data, and their text); `vocabulary` (signals, messages, types),
+  `requirement` (requirement, errors in a text)
 - `analysis` (what a formula reads, and when its value can change)
-- `parser` (text to formula), `loading` (TOML files); `dsl` and `build` (formulas written in Python)
-- `operators` (what compiled formulas read, and operators with memory), `verdict` (the result as data)
-- `compiler` (formula to Python functions and operators)
-- `requirement_monitor` (the monitor of one requirement), `monitor_set` (the monitors of a run)
+- `syntax_tree`, `term_parser`, `parser` (text to formula), `loading` (TOML files); `dsl` and `build` (formulas written
+  in Python)
+- `evaluation_state` (what compiled formulas read), `verdict` (the result as data)
+- `operators` (operators with memory), `compiler` (formula to Python functions and operators), `program` (what monitors
+  execute)
+- `formula_monitor` (the monitor of a condition), `requirement_monitor` (that of a requirement), `monitor_set` (the
+  monitors of a run)
 - `logged` (logged runs: verdicts on them, and why a requirement was not triggered)
 
 A new operator is added in this order; where a `match` has to be complete, mypy reports the missing case.
 
-1. `formula`: a frozen dataclass with its fields, `__str__` and `PRECEDENCE`, as part of the union `Term`, `PastFormula`
-   or `Response`.
-2. `requirement.lark`: the rule of the syntax; with a new word, `requirement.KEYWORDS`; with a new terminal,
-   `parser._TERMINAL_NAMES`.
-3. `parser`: the rule's entry in `_past_rules` or `_term_rules`, with the checks that a user needs.
+1. `past_formula`: a frozen dataclass with its fields, `__str__` and `PRECEDENCE`, as part of the union `Term`,
+   `TextTerm` or `PastFormula`; a response in `formula`.
+2. `requirement.lark`: the rule of the syntax; with a new word, `vocabulary.KEYWORDS`; with a new terminal,
+   `syntax_tree._TERMINAL_NAMES`.
+3. `parser`, `term_parser`: the rule's entry in `_past_rules` or `_term_rules`, with the checks that a user needs.
 4. `analysis`: what it reads (`children`, `term_names`, `names_of`), whether it can be true only at isolated instants
    (`is_instantaneous`), and whether its value right after an instant can differ (`is_right_continuous`).
 5. `operators`: an `Operator`, if it has memory. `compiler`: its expression, or the operator's constructor. For a
@@ -52,22 +61,29 @@ A new operator is added in this order; where a `match` has to be complete, mypy 
    `docs/requirements.md` and the one above.
 """
 
-from pytest_hricdv.monitor.formula import Formula
-from pytest_hricdv.monitor.loading import check_requirement, load_requirements, parse_formula
-from pytest_hricdv.monitor.logged import Log, evaluate, explained
+from pytest_hricdv.monitor.evaluation_state import Value
+from pytest_hricdv.monitor.formula import Formula, PastFormula
+from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
+from pytest_hricdv.monitor.loading import check_requirement, load_requirements, parse_condition, parse_formula
+from pytest_hricdv.monitor.logged import Log, evaluate, explained, watched
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
-from pytest_hricdv.monitor.requirement import Requirement, RequirementError, Vocabulary
+from pytest_hricdv.monitor.requirement import FormulaSource, Requirement, RequirementError
 from pytest_hricdv.monitor.verdict import Attempt, NearestMiss, Verdict, Violation
+from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 __all__ = [
     "Attempt",
+    "ConditionMonitor",
     "Formula",
+    "FormulaSource",
     "Log",
     "MonitorError",
     "MonitorSet",
     "NearestMiss",
+    "PastFormula",
     "Requirement",
     "RequirementError",
+    "Value",
     "Verdict",
     "Violation",
     "Vocabulary",
@@ -75,5 +91,7 @@ __all__ = [
     "evaluate",
     "explained",
     "load_requirements",
+    "parse_condition",
     "parse_formula",
+    "watched",
 ]

@@ -27,8 +27,12 @@ from pytest_hricdv.monitor.formula import (
     Rise,
     Since,
     Term,
+    Text,
+    TextComparison,
+    TextName,
+    TextTerm,
 )
-from pytest_hricdv.monitor.requirement import Kind
+from pytest_hricdv.monitor.vocabulary import Kind
 
 
 def source_of(name: str) -> str:
@@ -40,7 +44,7 @@ def source_of(name: str) -> str:
 def children(formula: PastFormula) -> tuple[PastFormula, ...]:
     """The formulas directly inside `formula`."""
     match formula:
-        case BooleanName() | On() | Comparison():
+        case BooleanName() | On() | Comparison() | TextComparison():
             return ()
         case And() | Or() | Since():
             return (formula.left, formula.right)
@@ -69,18 +73,24 @@ def conditions(response: Response) -> tuple[PastFormula, ...]:
     return (response.condition, response.release) if isinstance(response, HoldsUntil) else (response.condition,)
 
 
-def term_names(term: Term) -> Iterator[FloatName]:
+def term_names(term: Term | TextTerm) -> Iterator[FloatName | TextName]:
     """The signals and fields that a term reads."""
     match term:
-        case FloatName():
+        case FloatName() | TextName():
             yield term
         case Negative():
             yield from term_names(term.operand)
         case Arithmetic():
             yield from term_names(term.left)
             yield from term_names(term.right)
-        case Number():
+        case Number() | Text():
             return
+
+
+def names_compared(comparison: Comparison | TextComparison) -> Iterator[FloatName | TextName]:
+    """The signals and fields that both sides of a comparison read."""
+    yield from term_names(comparison.left)
+    yield from term_names(comparison.right)
 
 
 def names_of(parts: Iterable[PastFormula]) -> dict[str, Kind]:
@@ -91,8 +101,9 @@ def names_of(parts: Iterable[PastFormula]) -> dict[str, Kind]:
             match node:
                 case BooleanName():
                     kinds[node.name] = bool
-                case Comparison():
-                    kinds.update((atom.name, float) for term in (node.left, node.right) for atom in term_names(term))
+                case Comparison() | TextComparison():
+                    names = names_compared(node)
+                    kinds.update((each.name, str if isinstance(each, TextName) else float) for each in names)
                 case _:
                     pass
     return kinds
@@ -147,9 +158,8 @@ def sources(formula: PastFormula) -> frozenset[str]:
             return frozenset((source_of(formula.name),))
         case On():
             return frozenset((f"on({formula.topic})",))
-        case Comparison():
-            terms = (formula.left, formula.right)
-            return frozenset(source_of(atom.name) for term in terms for atom in term_names(term))
+        case Comparison() | TextComparison():
+            return frozenset(source_of(each.name) for each in names_compared(formula))
         case And() if is_instantaneous(formula.left):
             return sources(formula.left)
         case And() if is_instantaneous(formula.right):

@@ -18,8 +18,20 @@ from collections.abc import Sequence
 from typing import overload
 
 from pytest_hricdv.monitor import formula as ast
-from pytest_hricdv.monitor.dsl import Condition, Implication, Name, Quantity, as_number, as_past, as_term
-from pytest_hricdv.monitor.requirement import IDENTIFIER, Requirement
+from pytest_hricdv.monitor.dsl import (
+    Comparison,
+    Condition,
+    Implication,
+    Name,
+    Quantity,
+    TextOperand,
+    as_number,
+    as_past,
+    as_term,
+    as_text,
+)
+from pytest_hricdv.monitor.requirement import Requirement
+from pytest_hricdv.monitor.vocabulary import IDENTIFIER
 
 __all__ = [
     "always",
@@ -35,9 +47,11 @@ __all__ = [
     "rise",
     "signal",
     "since",
+    "text",
     "unequal",
 ]
 
+Operand = Quantity | TextOperand | float | str
 
 # --- names
 
@@ -53,6 +67,11 @@ def field(name: str) -> Name:
     return Name(f"{_identifier(topic)}.{_identifier(member)}")
 
 
+def text(name: str) -> TextOperand:
+    """A signal, or `topic.field`, that is a text; needed only to compare two of them. Raises ValueError as above."""
+    return TextOperand((field(name) if "." in name else signal(name)).text)
+
+
 def on(topic: str) -> Condition:
     """True at the instant at which a message of the topic arrives. Raises ValueError for an invalid name."""
     return Condition(ast.On(_identifier(topic)))
@@ -61,14 +80,17 @@ def on(topic: str) -> Condition:
 # --- conditions
 
 
-def equal(left: Quantity | float, right: Quantity | float) -> Condition:
-    """`left == right`. (Python's `==` would compare the Python objects.)"""
-    return Condition(ast.Comparison("==", as_term(left), as_term(right)))
+def equal(left: Operand, right: Operand) -> Comparison:
+    """`left == right`, of numbers or of texts. (Python's `==` would compare the Python objects.)
+
+    Where one side is a text, or `text(name)`, both are texts.
+    """
+    return _equality("==", left, right)
 
 
-def unequal(left: Quantity | float, right: Quantity | float) -> Condition:
-    """`left != right`."""
-    return Condition(ast.Comparison("!=", as_term(left), as_term(right)))
+def unequal(left: Operand, right: Operand) -> Comparison:
+    """`left != right`, of numbers or of texts."""
+    return _equality("!=", left, right)
 
 
 def rise(condition: Condition) -> Condition:
@@ -169,6 +191,12 @@ def requirement(id: str, title: str, formula: ast.Formula, source: str = "", sho
     if not isinstance(formula, ast.Formula):
         raise TypeError(f"{id}: expected always(antecedent >> response), got {formula!r}")
     return Requirement(id, title, source, str(formula), formula, tuple(shows))
+
+
+def _equality(relation: ast.Equality, left: Operand, right: Operand) -> Comparison:
+    if isinstance(left, str | TextOperand) or isinstance(right, str | TextOperand):
+        return Comparison(ast.TextComparison(relation, as_text(left), as_text(right)))
+    return Comparison(ast.Comparison(relation, as_term(left), as_term(right)))
 
 
 def _identifier(name: str) -> str:

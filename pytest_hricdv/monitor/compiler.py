@@ -1,4 +1,4 @@
-"""Formulas compiled to Python functions, once for all runs, and the stateful operators that these functions read.
+"""Past formulas compiled to Python expressions, and the stateful operators that these expressions read.
 
 A past formula becomes a Python expression over the values `v`, the topics with a message `m` and the outputs of
 operators `o`. What needs memory becomes an operator; it is stepped separately and the expression reads its output.
@@ -7,26 +7,22 @@ operators `o`. What needs memory becomes an operator; it is stepped separately a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import replace
 from enum import Enum, auto
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any
 
-from pytest_hricdv.monitor.analysis import conditions, is_right_continuous, names_read, sources, topics_read
+from pytest_hricdv.monitor.analysis import names_compared, sources
+from pytest_hricdv.monitor.evaluation_state import nanoseconds
 from pytest_hricdv.monitor.formula import (
-    AlwaysWithin,
     And,
     Arithmetic,
     BooleanName,
     Comparison,
-    Eventually,
     Fall,
     FloatName,
-    Formula,
     Historically,
-    Holds,
-    HoldsUntil,
     Negative,
     Not,
     Number,
@@ -38,51 +34,22 @@ from pytest_hricdv.monitor.formula import (
     Rise,
     Since,
     Term,
+    Text,
+    TextComparison,
+    TextName,
+    TextTerm,
 )
 from pytest_hricdv.monitor.operators import (
-    Condition,
     ForOperator,
     HysteresisOperator,
     OnceOperator,
     Operator,
     PreviouslyOperator,
     RiseOperator,
-    Robustness,
     SinceOperator,
-    nanoseconds,
 )
-from pytest_hricdv.monitor.requirement import Kind
 
-
-@dataclass(frozen=True)
-class Program:
-    """What the monitor of one requirement executes.
-
-    Attributes:
-        antecedent: of the requirement.
-        condition: the formula inside the response.
-        release: the right side of `until`.
-        robustness: the signed distance of `condition` to its bounds; None if it compares nothing, or for `eventually`.
-        run_operators: constructors of the operators over the run, in the order in which they have to be stepped.
-        attempt_operators: constructors of the comparisons with hysteresis that are reset at the start of each attempt.
-        right_continuous: the value at an instant is also the value right after it (`analysis.is_right_continuous`).
-        kinds: signals and fields read -> type.
-        topics: topics whose messages are read.
-        always_sources: sources whose updates always require an evaluation.
-        attempt_sources: sources whose updates require an evaluation only while an attempt is open.
-    """
-
-    antecedent: Condition
-    condition: Condition
-    release: Condition | None
-    robustness: Robustness | None
-    run_operators: tuple[Callable[[], Operator], ...]
-    attempt_operators: tuple[Callable[[], HysteresisOperator], ...]
-    right_continuous: bool
-    kinds: Mapping[str, Kind]
-    topics: frozenset[str]
-    always_sources: frozenset[str]
-    attempt_sources: frozenset[str]
+_Stateful = Rise | Once | Previously | Since | Comparison | TextComparison
 
 
 class HysteresisScope(Enum):
@@ -91,46 +58,6 @@ class HysteresisScope(Enum):
     RUN = auto()
     ATTEMPT = auto()
     NEVER = auto()
-
-
-@lru_cache(maxsize=1024)
-def compile_formula(formula: Formula) -> Program:
-    """Compile a formula; equal formulas share one program."""
-    compiler = ExpressionCompiler()
-    response = formula.response
-    antecedent = compiler.condition(formula.antecedent, HysteresisScope.RUN)
-    condition = compiler.condition(response.condition, _hysteresis_scope(formula))
-    release = compiler.condition(response.release, HysteresisScope.RUN) if isinstance(response, HoldsUntil) else None
-    robustness = None if isinstance(response, Eventually) else compiler.robustness(response.condition)
-    parts = conditions(response)
-    return Program(
-        antecedent=function_of(antecedent),
-        condition=function_of(condition),
-        release=None if release is None else function_of(release),
-        robustness=None if robustness is None else function_of(robustness),
-        run_operators=tuple(compiler.run_operators),
-        attempt_operators=tuple(compiler.attempt_operators),
-        right_continuous=is_right_continuous(formula.antecedent) and all(map(is_right_continuous, parts)),
-        kinds=names_read(formula),
-        topics=topics_read(formula),
-        always_sources=sources(formula.antecedent).union(*compiler.run_sources),
-        attempt_sources=frozenset().union(*map(sources, parts), *compiler.attempt_sources),
-    )
-
-
-def _hysteresis_scope(formula: Formula) -> HysteresisScope:
-    """The scope of the hystereses in the response, so that no attempt fails because of an earlier violation.
-
-    A state response resets them at the start of each attempt. An attempt of `always[a:b]` or of `until` ends with its
-    first violation, which is decided at the bound itself, so hysteresis has no effect there.
-    """
-    match formula.response:
-        case Holds():
-            return HysteresisScope.ATTEMPT
-        case AlwaysWithin() | HoldsUntil():
-            return HysteresisScope.NEVER
-        case Eventually():
-            return HysteresisScope.RUN
 
 
 def function_of(expression: str) -> Callable[..., Any]:
@@ -168,7 +95,7 @@ class ExpressionCompiler:
                 return f"v[{formula.name!r}]"
             case On():
                 return f"({formula.topic!r} in m)"
-            case Comparison():
+            case Comparison() | TextComparison():
                 return self._comparison(formula, scope)
             case Not():
                 return f"(not {self.condition(formula.operand, scope)})"
@@ -208,23 +135,24 @@ class ExpressionCompiler:
     def _infinite(self, formula: PastFormula) -> str:
         return f"(INFINITY if {self.condition(formula, HysteresisScope.NEVER)} else -INFINITY)"
 
-    def _comparison(self, formula: Comparison, scope: HysteresisScope) -> str:
-        if formula.for_s > 0 or (formula.hysteresis > 0 and scope is HysteresisScope.RUN):
+    def _comparison(self, formula: Comparison | TextComparison, scope: HysteresisScope) -> str:
+        has_hysteresis = isinstance(formula, Comparison) and formula.hysteresis > 0
+        if formula.for_s > 0 or (has_hysteresis and scope is HysteresisScope.RUN):
             return self._stateful(formula)
-        if formula.hysteresis == 0 or scope is HysteresisScope.NEVER:
+        if not isinstance(formula, Comparison) or not has_hysteresis or scope is HysteresisScope.NEVER:
             return _comparison_text(formula)
         index = self._next_index()
         self.attempt_operators.append(partial(HysteresisOperator, index, *_both_bounds(formula)))
         self.attempt_sources.append(sources(formula))
         return f"o[{index}]"
 
-    def _stateful(self, formula: Rise | Once | Previously | Since | Comparison) -> str:
+    def _stateful(self, formula: _Stateful) -> str:
         """The output of an operator over the run."""
         if formula not in self._compiled:
             self._compiled[formula] = self._operator(formula)
         return self._compiled[formula]
 
-    def _operator(self, formula: Rise | Once | Previously | Since | Comparison) -> str:
+    def _operator(self, formula: _Stateful) -> str:
         match formula:
             case Rise():
                 return self._past_operator(RiseOperator, formula.operand)
@@ -235,14 +163,16 @@ class ExpressionCompiler:
             case Once():
                 start_ns, end_ns = nanoseconds(formula.start_s), nanoseconds(formula.end_s)
                 return self._past_operator(partial(OnceOperator, start_ns=start_ns, end_ns=end_ns), formula.operand)
-            case Comparison() if formula.for_s > 0:
-                bare = Comparison(formula.relation, formula.left, formula.right, formula.hysteresis)
-                return self._past_operator(partial(ForOperator, length_ns=nanoseconds(formula.for_s)), bare)
+            case TextComparison() | Comparison() if formula.for_s > 0:
+                length_ns = nanoseconds(formula.for_s)
+                return self._past_operator(partial(ForOperator, length_ns=length_ns), replace(formula, for_s=0.0))
             case Comparison():
                 index = self._next_index()
                 self.run_operators.append(partial(HysteresisOperator, index, *_both_bounds(formula)))
                 self.run_sources.append(sources(formula))
                 return f"o[{index}]"
+            case TextComparison():
+                raise AssertionError("a comparison of texts without duration has no memory")
 
     def _past_operator(self, make: Callable[..., Operator], *operands: PastFormula) -> str:
         # Operands first: the operators in them have to be stepped before this one.
@@ -256,8 +186,12 @@ class ExpressionCompiler:
         return len(self.run_operators) + len(self.attempt_operators)
 
 
-def _comparison_text(formula: Comparison, shift: str = "") -> str:
-    return f"({_term(formula.left)} {formula.relation} {_term(formula.right)}{shift})"
+def _comparison_text(formula: Comparison | TextComparison, shift: str = "") -> str:
+    # A comparison with a text that no message has brought yet is false.
+    known = [
+        f"{each.name!r} in v" for each in names_compared(formula) if isinstance(each, TextName) and "." in each.name
+    ]
+    return f"({' and '.join([*known, f'{_term(formula.left)} {formula.relation} {_term(formula.right)}{shift}'])})"
 
 
 def _both_bounds(formula: Comparison) -> tuple[Callable[..., Any], Callable[..., Any]]:
@@ -281,11 +215,11 @@ def _distance(formula: Comparison) -> str:
             return f"abs({left} - {right})"
 
 
-def _term(term: Term) -> str:
+def _term(term: Term | TextTerm) -> str:
     match term:
-        case Number():
+        case Number() | Text():
             return repr(term.value)
-        case FloatName():
+        case FloatName() | TextName():
             return f"v[{term.name!r}]"
         case Negative():
             return f"(-{_term(term.operand)})"

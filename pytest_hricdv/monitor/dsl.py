@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NoReturn, overload
 
 from pytest_hricdv.monitor import formula as ast
@@ -49,7 +50,9 @@ class Condition:
     __ror__ = __rand__
 
     def __eq__(self, other: object) -> NoReturn:
-        raise TypeError("== compares Python objects; write equal(a, b) or unequal(a, b) for numbers, p or ~p for bools")
+        raise TypeError(
+            "== compares Python objects; write equal(a, b) or unequal(a, b) for numbers and texts, p or ~p for bools"
+        )
 
     __hash__ = None  # type: ignore[assignment]  # without comparison, it cannot be a dict key
 
@@ -62,24 +65,32 @@ class Condition:
         return f"<condition {self.past}>"
 
 
-class Inequality(Condition):
-    """A comparison with `< <= > >=`, to which a hysteresis and a minimum duration can be added."""
+class Comparison(Condition):
+    """A comparison, to which a minimum duration can be added."""
 
-    def __init__(self, comparison: ast.Comparison) -> None:
+    def __init__(self, comparison: ast.Comparison | ast.TextComparison) -> None:
         super().__init__(comparison)
         self._comparison = comparison
 
+    def lasting(self, duration_s: float) -> Comparison:
+        """`[for d]`: true once it has held for `duration_s` seconds."""
+        return Comparison(replace(self._comparison, for_s=as_number(duration_s, "a duration")))
+
+
+class Inequality(Comparison):
+    """A comparison with `< <= > >=`, to which a hysteresis can be added as well."""
+
+    def __init__(self, inequality: ast.Comparison) -> None:
+        super().__init__(inequality)
+        self._inequality = inequality
+
     def hysteresis(self, width: float) -> Inequality:
         """`[hysteresis h]`: once false, true again only past the bound by `width`, in the unit of the comparison."""
-        old = self._comparison
-        width = as_number(width, "a hysteresis")
-        return Inequality(ast.Comparison(old.relation, old.left, old.right, width, old.for_s))
+        return Inequality(replace(self._inequality, hysteresis=as_number(width, "a hysteresis")))
 
     def lasting(self, duration_s: float) -> Inequality:
         """`[for d]`: true once it has held for `duration_s` seconds."""
-        old = self._comparison
-        duration_s = as_number(duration_s, "a duration")
-        return Inequality(ast.Comparison(old.relation, old.left, old.right, old.hysteresis, duration_s))
+        return Inequality(replace(self._inequality, for_s=as_number(duration_s, "a duration")))
 
 
 class Quantity:
@@ -134,10 +145,24 @@ class Quantity:
         return f"<number {self.term}>"
 
 
+class TextOperand:
+    """A text at each time."""
+
+    def __init__(self, text: ast.TextTerm) -> None:
+        self.text = text
+
+    __eq__ = Condition.__eq__
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"<text {self.text}>"
+
+
 class Name(Condition, Quantity):
-    """A signal or a field; its position decides whether it is a condition or a number, as in the text."""
+    """A signal or a field; its position decides whether it is a condition, a number or a text, as in the language."""
 
     def __init__(self, name: str) -> None:
+        self.text = ast.TextName(name)
         Condition.__init__(self, ast.BooleanName(name))
         Quantity.__init__(self, ast.FloatName(name))
 
@@ -172,6 +197,17 @@ def as_term(quantity: Quantity | float) -> ast.Term:
     if isinstance(quantity, int | float) and quantity < 0:
         return ast.Negative(ast.Number(as_number(-quantity, "a number")))
     return ast.Number(as_number(quantity, "a number"))
+
+
+def as_text(text: object) -> ast.TextTerm:
+    """The term of a text. Raises TypeError for anything else, ValueError for one that cannot be written."""
+    if isinstance(text, Name | TextOperand):
+        return text.text
+    if not isinstance(text, str):
+        raise TypeError(f"expected a text or a name, got {text!r}; texts are compared with texts")
+    if "\n" in text or ('"' in text and "'" in text):
+        raise ValueError(f"{text!r}: a text is one line with at most one kind of quotation marks")
+    return ast.Text(text)
 
 
 def as_number(value: float, what: str, *, allow_infinite: bool = False) -> float:

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 
-from pytest_hricdv.monitor.formula import Formula
-from pytest_hricdv.monitor.requirement import FormulaSource, Requirement, RequirementError, Vocabulary
+from pytest_hricdv.monitor.formula import Formula, PastFormula
+from pytest_hricdv.monitor.requirement import FormulaSource, Requirement, RequirementError
+from pytest_hricdv.monitor.vocabulary import Vocabulary
 from pytest_hricdv.suggestion import nearest
 
 _KEYS = ("title", "source", "formula", "shows")
@@ -72,6 +73,29 @@ def parse_formula(text: str, vocabulary: Vocabulary, source: FormulaSource | Non
     from pytest_hricdv.monitor.parser import parse
 
     return parse(source or FormulaSource(text), vocabulary)
+
+
+def parse_condition(text: str, vocabulary: Vocabulary, source: FormulaSource | None = None) -> PastFormula:
+    """Parse a condition outside of a requirement: a formula about the present and the past, without a response.
+
+    `MonitorSet.watch` evaluates it during a run, `logged.watch` on a logged run.
+
+    Args:
+        text: for instance `state == "Move_hand" & once[0:2](on(request))`.
+        vocabulary: the signals and messages that it may use.
+        source: where the text comes from, for errors; by default the text alone. `FormulaSource(text, owner="...")`
+            names what the condition belongs to.
+
+    Raises:
+        RequirementError: the text is not a condition over this vocabulary.
+
+    >>> vocabulary = Vocabulary(messages={"state": {"name": str}})
+    >>> str(parse_condition("state == 'Move_hand'", vocabulary))
+    'state.name == "Move_hand"'
+    """
+    from pytest_hricdv.monitor.parser import parse_past
+
+    return parse_past(source or FormulaSource(text, owner="condition"), vocabulary)
 
 
 def _check_all(built: Sequence[Requirement], vocabulary: Vocabulary) -> tuple[Requirement, ...]:

@@ -17,9 +17,7 @@ from typing import Any, Protocol
 
 from pytest_hricdv.monitor.analysis import conjuncts, names_of, names_read, topics_of, topics_read
 from pytest_hricdv.monitor.compiler import ExpressionCompiler, HysteresisScope, function_of
-from pytest_hricdv.monitor.formula import And, Arithmetic, ArithmeticOperator, Comparison, Not, Number, Or, PastFormula
-from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
-from pytest_hricdv.monitor.operators import (
+from pytest_hricdv.monitor.evaluation_state import (
     NO_MESSAGE,
     Condition,
     EvaluationState,
@@ -27,14 +25,20 @@ from pytest_hricdv.monitor.operators import (
     Outputs,
     Robustness,
     UnknownValueError,
+    Value,
     Values,
     nanoseconds,
     seconds,
 )
-from pytest_hricdv.monitor.requirement import Kind, Requirement
+from pytest_hricdv.monitor.formula import And, Arithmetic, ArithmeticOperator, Comparison, Not, Number, Or, PastFormula
+from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
+from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
+from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.verdict import NearestMiss, Verdict
+from pytest_hricdv.monitor.vocabulary import Kind
 
-Update = tuple[str, "float | bool | Mapping[str, object]"]
+Series = tuple[Sequence[float], Sequence[float] | Sequence[str]]
+Update = tuple[str, "Value | Mapping[str, object]"]
 
 # A conjunct is evaluated by itself, so without the conjuncts that guard it in the antecedent.
 _UNDEFINED = (UnknownValueError, ArithmeticError)
@@ -55,7 +59,7 @@ class Message(Protocol):
 
 @dataclass(frozen=True)
 class Log:
-    """A logged run; of a recorded run: `Log(record.signals, record.messages, end_s)`.
+    """A logged run; of a recorded run: `Log({**record.signals, **record.texts}, record.messages, end_s)`.
 
     Attributes:
         signals: name -> times (s, not decreasing), and the value from each time on; a bool may be written 0.0 or 1.0.
@@ -63,7 +67,7 @@ class Log:
         end_s: when the run ended (s).
     """
 
-    signals: Mapping[str, tuple[Sequence[float], Sequence[float]]]
+    signals: Mapping[str, Series]
     messages: Sequence[Message]
     end_s: float
 
@@ -97,7 +101,7 @@ class Log:
             yield now_ns, [update for _, update in group if update[0]]
 
 
-def _updates(name: str, times: Sequence[float], values: Sequence[float]) -> Iterator[tuple[Nanoseconds, Update]]:
+def _updates(name: str, times: Sequence[float], values: Sequence[Value]) -> Iterator[tuple[Nanoseconds, Update]]:
     for time_s, value in zip(times, values, strict=True):
         yield nanoseconds(time_s), (name, value)
 
@@ -249,10 +253,29 @@ def evaluate(requirements: Sequence[Requirement], log: Log) -> tuple[Verdict, ..
     for requirement in requirements:
         kinds.update({**dict.fromkeys(requirement.shows, float), **names_read(requirement.formula)})
         topics |= topics_read(requirement.formula)
+    monitors = MonitorSet(requirements)
+    _feed(monitors, log, kinds, topics)
+    return explained(monitors.finish(log.end_s), requirements, log)
+
+
+def watched(condition: PastFormula, log: Log) -> ConditionMonitor:
+    """The truth of a condition over a logged run, as from `MonitorSet.watch`.
+
+    Raises:
+        MonitorError: as from `evaluate`.
+    """
+    monitors = MonitorSet()
+    monitor = monitors.watch(condition)
+    _feed(monitors, log, names_of([condition]), topics_of([condition]))
+    monitors.finish(log.end_s)
+    return monitor
+
+
+def _feed(monitors: MonitorSet, log: Log, kinds: Mapping[str, Kind], topics: Iterable[str]) -> None:
+    """Feed the signals and messages of a log that are read."""
     signals = [name for name in kinds if "." not in name]
     for name in signals:
         _require_one_value_each(name, *log.signals.get(name, ((), ())))
-    monitors = MonitorSet(requirements)
     for now_ns, updates in log.instants(signals, topics):
         time_s = seconds(now_ns)
         monitors.advance(time_s)
@@ -261,15 +284,14 @@ def evaluate(requirements: Sequence[Requirement], log: Log) -> tuple[Verdict, ..
                 monitors.message(time_s, name, value)
             else:
                 monitors.signal(time_s, name, _typed(time_s, name, value, kinds[name]))
-    return explained(monitors.finish(log.end_s), requirements, log)
 
 
-def _require_one_value_each(name: str, times: Sequence[float], values: Sequence[float]) -> None:
+def _require_one_value_each(name: str, times: Sequence[float], values: Sequence[Value]) -> None:
     if len(times) != len(values):
         raise MonitorError(f"{name}: expected one value for each of {len(times)} times, got {len(values)} values")
 
 
-def _typed(time_s: float, name: str, value: float | bool, kind: Kind) -> float | bool:
+def _typed(time_s: float, name: str, value: Value, kind: Kind) -> Value:
     """The value as the monitors want it: a log may have a bool as a number, and numbers of other libraries."""
     if kind is bool:
         if value not in (0, 1):

@@ -1,14 +1,26 @@
-"""Monitors of all requirements of one run, fed with its messages and signals."""
+"""Monitors of all requirements and conditions of one run, fed with its messages and signals."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
-from pytest_hricdv.monitor.operators import NS_PER_S, Nanoseconds, UnknownValueError, Values, seconds
-from pytest_hricdv.monitor.requirement import Kind, Requirement
+from pytest_hricdv.monitor.evaluation_state import (
+    NS_PER_S,
+    EvaluationState,
+    Nanoseconds,
+    UnknownValueError,
+    Value,
+    Values,
+    seconds,
+)
+from pytest_hricdv.monitor.formula import PastFormula
+from pytest_hricdv.monitor.formula_monitor import ConditionMonitor, FormulaMonitor
+from pytest_hricdv.monitor.program import compile_condition
+from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.requirement_monitor import RequirementMonitor, monitor_of
 from pytest_hricdv.monitor.verdict import Outcome, Verdict
+from pytest_hricdv.monitor.vocabulary import Kind
 
 
 class MonitorError(RuntimeError):
@@ -37,35 +49,72 @@ class MonitorSet:
     ('Failed', 1.5, -0.010000000000000002)
     """
 
-    def __init__(self, requirements: Iterable[Requirement]) -> None:
+    def __init__(self, requirements: Iterable[Requirement] = ()) -> None:
         self._values = Values()
         self._arrived: set[str] = set()
-        self._monitors: dict[RequirementMonitor, str] = {
-            monitor_of(requirement, self._values, self._arrived): requirement.id for requirement in requirements
-        }
+        self._requirements: dict[RequirementMonitor, str] = {}
+        self._monitors: dict[FormulaMonitor, str] = {}  # -> what errors call it
         self._kinds: dict[str, Kind] = {}
-        for monitor in self._monitors:
-            self._kinds.update(monitor.kinds)
-        self._topics = frozenset().union(*(monitor.program.topics for monitor in self._monitors))
-        self._fields = {topic: [n for n in self._kinds if n.startswith(f"{topic}.")] for topic in self._topics}
-        self._monitors_by_source = self._index_monitors_by_source()
-        self._dirty: dict[RequirementMonitor, None] = {}  # used as an ordered set
+        self._fields: dict[str, list[str]] = {}  # topic -> the fields that are read, as `topic.field`
+        # Source -> monitors to evaluate on its updates; with False, only while an attempt of the monitor is open.
+        self._monitors_by_source: dict[str, list[tuple[FormulaMonitor, bool]]] = {}
+        self._dirty: dict[FormulaMonitor, None] = {}  # used as an ordered set
         self._now_s = -math.inf
         self._now_ns: Nanoseconds = -math.inf
         self._wake_ns: Nanoseconds = math.inf
         self._started = False
         self._finished = False
+        for requirement in requirements:
+            monitor = monitor_of(requirement, self._values, self._arrived)
+            self._requirements[monitor] = requirement.id
+            self._add(monitor, requirement.id)
 
-    def _index_monitors_by_source(self) -> dict[str, list[tuple[RequirementMonitor, bool]]]:
-        """Source -> monitors to evaluate on its updates; with False, only while an attempt of the monitor is open."""
-        readers: dict[str, list[tuple[RequirementMonitor, bool]]] = {
-            name: [] for name in self._kinds if "." not in name
-        }
-        for monitor in self._monitors:
-            always = monitor.program.always_sources
-            for source in sorted(always.union(monitor.program.attempt_sources, monitor.shows)):
-                readers.setdefault(source, []).append((monitor, source in always))
-        return readers
+    def watch(self, condition: PastFormula, changed: Callable[[float, bool], None] | None = None) -> ConditionMonitor:
+        """Follow the truth of a condition, for what is no requirement; to be called before the first update.
+
+        Args:
+            condition: from `parse_condition`, or `.past` of a condition built in Python.
+            changed: called with the time (s) and True when it becomes true, and with the time and False when it
+                becomes false; at single instants (`on(topic)`) with both. All calls of a set are in the order of time.
+                An instant is judged at the first later time stamp, so a call comes that much later than its time.
+                Several messages of a topic at one instant are one instant of `on(topic)`.
+
+        Returns:
+            The monitor, which is asked with `holds`, `holds_at(time_s)` and `began_s`, also after the run.
+
+        Raises:
+            MonitorError: there was an update before.
+
+        >>> from pytest_hricdv.monitor import MonitorSet, Vocabulary, parse_condition
+        >>> text = 'state == "Move_hand"'
+        >>> monitors = MonitorSet()
+        >>> moving = monitors.watch(parse_condition(text, Vocabulary(messages={"state": {"name": str}})), print)
+        >>> monitors.message(1.0, "state", {"name": "Move_hand"})
+        >>> monitors.message(4.0, "state", {"name": "Idle"})
+        1.0 True
+        >>> _ = monitors.finish(9.0)
+        4.0 False
+        >>> moving.began_s, moving.holds_at(0.5), moving.holds_at(2.0), moving.holds
+        ((1.0,), False, True, False)
+        """
+        if self._now_s > -math.inf:
+            raise MonitorError(f"watch {condition}: there was an update at {self._now_s} s; watch before the run")
+        monitor = ConditionMonitor(compile_condition(condition), EvaluationState(self._values, self._arrived), changed)
+        self._add(monitor, f"condition {condition}")
+        return monitor
+
+    def _add(self, monitor: FormulaMonitor, name: str) -> None:
+        self._monitors[monitor] = name
+        self._kinds.update(monitor.kinds)
+        for topic in sorted(monitor.program.topics):
+            fields = self._fields.setdefault(topic, [])
+            fields += [name for name in monitor.kinds if name.startswith(f"{topic}.") and name not in fields]
+        for name in monitor.kinds:
+            if "." not in name:
+                self._monitors_by_source.setdefault(name, [])
+        always = monitor.program.always_sources
+        for source in sorted(always.union(monitor.program.attempt_sources, monitor.shows)):
+            self._monitors_by_source.setdefault(source, []).append((monitor, source in always))
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, object]) -> None:
         """A message arrived.
@@ -80,7 +129,7 @@ class MonitorSet:
         """
         if time_s != self._now_s:
             self._advance(time_s)
-        if topic not in self._topics:
+        if topic not in self._fields:
             return
         for name in self._fields[topic]:
             field = name.partition(".")[2]
@@ -91,7 +140,7 @@ class MonitorSet:
         self._arrived.add(topic)
         self._mark_dirty(f"on({topic})")
 
-    def signal(self, time_s: float, name: str, value: float | bool) -> None:
+    def signal(self, time_s: float, name: str, value: Value) -> None:
         """A signal has a new value, and keeps it until its next update.
 
         Args:
@@ -109,7 +158,8 @@ class MonitorSet:
             return
         # This runs at every physics substep, so the common case calls no function. `value - value` is 0 only for a
         # finite number.
-        if type(value) is not self._kinds[name] or value - value != 0:
+        kind = self._kinds[name]
+        if type(value) is not kind or (kind is not str and value - value != 0):  # type: ignore[operator]
             value = self._checked_value(time_s, name, value)
         values = self._values
         if name in values and values[name] == value:
@@ -134,12 +184,12 @@ class MonitorSet:
         An attempt that begins at the present instant is included only after the next `advance`, and a deadline is
         decided once time has passed it. So a run is over when this is None or not later than the present.
         """
-        deadlines = [deadline for monitor in self._monitors if (deadline := monitor.deadline_ns()) is not None]
+        deadlines = [deadline for monitor in self._requirements if (deadline := monitor.deadline_ns()) is not None]
         return seconds(max(deadlines)) if deadlines else None
 
     def so_far(self) -> dict[str, Outcome]:
         """Requirement id -> its verdict if all open attempts remained undecided. Judges nothing."""
-        return {requirement: monitor.outcome_so_far() for monitor, requirement in self._monitors.items()}
+        return {requirement: monitor.outcome_so_far() for monitor, requirement in self._requirements.items()}
 
     def finish(self, time_s: float) -> tuple[Verdict, ...]:
         """The run ended at `time_s` (s): the verdicts, in the order of the requirements.
@@ -157,7 +207,7 @@ class MonitorSet:
             if monitor in self._dirty or monitor.wake_ns == self._now_ns:
                 self._evaluate(monitor, self._now_ns, last=True)
         self._finished = True
-        return tuple(monitor.finish(requirement, self._now_ns) for monitor, requirement in self._monitors.items())
+        return tuple(monitor.finish(name, self._now_ns) for monitor, name in self._requirements.items())
 
     def _advance(self, time_s: float) -> None:
         """Judge the present instant and everything that is due before `time_s`, and make `time_s` the present."""
@@ -195,13 +245,15 @@ class MonitorSet:
                 self._wake_ns = min(self._wake_ns, monitor.wake_ns)
 
     def _wake(self, until_ns: Nanoseconds) -> None:
-        """Evaluate the monitors at their wake-up times before `until_ns`."""
-        for monitor in self._monitors:
-            while monitor.wake_ns < until_ns:
-                self._evaluate(monitor, monitor.wake_ns, last=False)
-        self._wake_ns = min((monitor.wake_ns for monitor in self._monitors), default=math.inf)
+        """Evaluate the monitors at their wake-up times before `until_ns`, in the order of time."""
+        while self._wake_ns < until_ns:
+            now_ns = self._wake_ns
+            for monitor in self._monitors:
+                if monitor.wake_ns == now_ns:
+                    self._evaluate(monitor, now_ns, last=False)
+            self._wake_ns = min(monitor.wake_ns for monitor in self._monitors)
 
-    def _evaluate(self, monitor: RequirementMonitor, now_ns: Nanoseconds, *, last: bool, first: bool = False) -> None:
+    def _evaluate(self, monitor: FormulaMonitor, now_ns: Nanoseconds, *, last: bool, first: bool = False) -> None:
         try:
             monitor.evaluate(now_ns, last=last, first=first)
         except UnknownValueError as unknown:
@@ -216,9 +268,9 @@ class MonitorSet:
             if always or monitor.active:
                 self._dirty[monitor] = None
 
-    def _checked_value(self, time_s: float, name: str, value: object) -> float | bool:
+    def _checked_value(self, time_s: float, name: str, value: object) -> Value:
         kind = self._kinds[name]
-        if kind is bool and isinstance(value, bool):
+        if isinstance(value, bool | str) and isinstance(value, kind):
             return value
         if kind is float and isinstance(value, float | int) and not isinstance(value, bool):
             if math.isfinite(value):

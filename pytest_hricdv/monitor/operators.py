@@ -1,14 +1,11 @@
-"""What a compiled formula reads, and its stateful operators: past operators, and comparisons with hysteresis.
-
-A formula reads the last values, the messages of the instant and the outputs of its operators. It has a value *at* an
-instant and one *right after* it, which is valid until the next instant at which anything changes. The two differ where
-messages and edges are concerned. Because both are kept, verdicts do not depend on how finely a run is sampled.
+"""The stateful operators of a compiled formula: past operators, and comparisons with hysteresis.
 
 Each operator is stepped at every instant at which its operand can change, and at its own `wake_ns`. Times are whole
 nanoseconds, so that a bound of a window and an update at the same time are one instant.
 
 The output of an operator is unknown until its operands are known. Just before that instant, an operand has the value
-that it has then without a message: the first value of a signal is not an edge, but a first message is.
+that it has then without a message: the first value of a signal is not an edge, but a first message is
+(`EvaluationState.values_before`).
 """
 
 from __future__ import annotations
@@ -16,77 +13,15 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-NS_PER_S = 1_000_000_000
-
-# Time inside the monitors: whole nanoseconds, or infinity. The type is float because int has no infinity.
-Nanoseconds = float
-
-NO_MESSAGE: frozenset[str] = frozenset()
-
-
-class UnknownValueError(LookupError):
-    """A formula read a signal or field that has no value yet. Internal: becomes a `MonitorError` with the time."""
-
-    def __init__(self, name: str) -> None:
-        super().__init__(name)
-        self.name = name
-
-
-class Values(dict[str, "float | bool"]):
-    """Last value of each signal and field, shared by the monitors of a run; the name of a field is `topic.field`."""
-
-    def __missing__(self, name: str) -> float | bool:
-        raise UnknownValueError(name)
-
-
-class Outputs(dict[int, bool]):
-    """The output of each stateful operator of one monitor, by its number in the program."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.unknown: dict[int, str] = {}  # operator -> the name without a value that keeps it from starting
-
-    def __missing__(self, index: int) -> bool:
-        raise UnknownValueError(self.unknown[index])
-
-
-@dataclass(slots=True)
-class EvaluationState:
-    """The present instant for one monitor.
-
-    Attributes:
-        values: shared by all monitors of the run.
-        arrived: topics of which a message arrived at this instant; shared by all monitors of the run.
-        at: outputs of the operators at the instant.
-        after: outputs right after it.
-        before: outputs just before it.
-    """
-
-    values: Values
-    arrived: Set[str]
-    at: Outputs = field(default_factory=Outputs)
-    after: Outputs = field(default_factory=Outputs)
-    before: Outputs = field(default_factory=Outputs)
-
-
-Condition = Callable[[Values, Set[str], Outputs], bool]
-Robustness = Callable[[Values, Set[str], Outputs], float]
-
-
-def nanoseconds(time_s: float) -> Nanoseconds:
-    """Seconds to whole nanoseconds, so that a computed deadline equals the time of an update at that deadline.
-
-    A time that is not finite is returned as it is.
-    """
-    return round(time_s * NS_PER_S) if math.isfinite(time_s) else time_s
-
-
-def seconds(time_ns: Nanoseconds) -> float:
-    """Whole nanoseconds to the nearest float in seconds."""
-    return time_ns / NS_PER_S
+from pytest_hricdv.monitor.evaluation_state import (
+    NO_MESSAGE,
+    Condition,
+    EvaluationState,
+    Nanoseconds,
+    UnknownValueError,
+)
 
 
 class Operator(ABC):
@@ -123,7 +58,7 @@ class PastOperator(Operator):
             at = [operand(state.values, state.arrived, state.at) for operand in self._operands]
             after = [operand(state.values, NO_MESSAGE, state.after) for operand in self._operands]
             if not self._started:
-                before = [operand(state.values, NO_MESSAGE, state.before) for operand in self._operands]
+                before = [operand(state.values_before(), NO_MESSAGE, state.before) for operand in self._operands]
         except UnknownValueError as unknown:
             if self._started:
                 raise

@@ -1,64 +1,11 @@
-"""A requirement, the vocabulary that requirements are written in, and errors that point into their text."""
+"""A requirement, and errors that point into its text."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from pytest_hricdv.monitor.formula import Formula
-
-Kind = type[bool] | type[float]
-
-_TEMPORAL = ("always", "eventually", "until", "since", "once", "historically", "previously")
-KEYWORDS = frozenset((*_TEMPORAL, "on", "rise", "fall", "not", "hysteresis", "for", "inf"))
-IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-
-
-@dataclass(frozen=True)
-class Vocabulary:
-    """The names that formulas may use, with their types.
-
-    Attributes:
-        signals: name -> `bool` or `float`; piecewise constant in time.
-        messages: topic -> fields, each field -> `bool` or `float`.
-
-    Raises:
-        ValueError: a name that a formula cannot contain (no identifier, or a keyword), or another type.
-
-    >>> vocabulary = Vocabulary(signals={"arm_speed": float}, messages={"reading": {"gaze": bool}, "request": {}})
-    >>> vocabulary.kind("reading.gaze")
-    <class 'bool'>
-    """
-
-    signals: Mapping[str, Kind] = field(default_factory=dict)
-    messages: Mapping[str, Mapping[str, Kind]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        for name, kind in self.signals.items():
-            _check_declaration(f"signal {name!r}", name, kind)
-        for topic, fields in self.messages.items():
-            _check_declaration(f"topic {topic!r}", topic, bool)
-            for name, kind in fields.items():
-                _check_declaration(f"field {name!r} of topic {topic!r}", name, kind)
-
-    def kind(self, name: str) -> Kind | None:
-        """The type of a signal, or of a field written as `topic.field`; None for an unknown name."""
-        topic, dot, member = name.partition(".")
-        return self.messages.get(topic, {}).get(member) if dot else self.signals.get(name)
-
-    def names(self) -> list[str]:
-        """All signals, and all fields as `topic.field`."""
-        return [*self.signals, *(f"{topic}.{name}" for topic, fields in self.messages.items() for name in fields)]
-
-
-def _check_declaration(what: str, name: str, kind: Kind) -> None:
-    if not IDENTIFIER.fullmatch(name):
-        raise ValueError(f"{what}: a name consists of letters, digits and _, and does not start with a digit")
-    if name in KEYWORDS:
-        raise ValueError(f"{what}: this is a keyword of the requirement language; choose another name")
-    if kind is not bool and kind is not float:
-        raise ValueError(f"{what}: expected the type bool or float, got {kind!r}")
 
 
 @dataclass(frozen=True)
@@ -105,12 +52,14 @@ class FormulaSource:
         requirement: the requirement's id; empty for a formula without a requirement.
         path: the file, as the user named it; empty for a formula without a file.
         document: the whole text of that file.
+        owner: what the formula belongs to if it is no requirement's; named in errors.
     """
 
     formula: str
     requirement: str = ""
     path: str = ""
     document: str = ""
+    owner: str = "formula"
 
     def error(self, start: int, end: int, problem: str, advice: str = "") -> RequirementError:
         """The error whose caret line marks `formula[start:end]`."""
@@ -125,7 +74,7 @@ class FormulaSource:
         return RequirementError(f"{text}\n{advice}" if advice else text, start)
 
     def _place(self, start: int) -> str:
-        owner = f"requirement {self.requirement}" if self.requirement else "formula"
+        owner = f"requirement {self.requirement}" if self.requirement else self.owner
         line, column = _line_and_column(self.formula, start)
         within = f"column {column}" if "\n" not in self.formula else f"line {line}, column {column}"
         offset = self._offset_in_document()

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
 
-from pytest_hricdv.monitor.compiler import Program, compile_formula
-from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Holds, HoldsUntil
-from pytest_hricdv.monitor.operators import (
-    NO_MESSAGE,
+from pytest_hricdv.monitor.evaluation_state import (
     NS_PER_S,
     EvaluationState,
     Nanoseconds,
     Outputs,
     UnknownValueError,
+    Value,
     Values,
     nanoseconds,
 )
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Holds, HoldsUntil
+from pytest_hricdv.monitor.formula_monitor import FormulaMonitor
+from pytest_hricdv.monitor.program import RequirementProgram, compile_formula
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.verdict import Outcome, Tally, Verdict
 
@@ -38,63 +39,24 @@ def monitor_of(requirement: Requirement, values: Values, arrived: Set[str]) -> R
             return SafetyMonitor(program, state, shows, 0.0, math.inf)
 
 
-class RequirementMonitor(ABC):
-    """Monitors one requirement during one run; each kind of response has a subclass.
+class RequirementMonitor(FormulaMonitor):
+    """Monitors one requirement during one run; each kind of response has a subclass."""
 
-    Attributes:
-        program: the compiled formula.
-        shows: signals that only violations report.
-        kinds: signals and fields whose values are needed -> type.
-        active: an attempt is open, so updates of `attempt_sources` require an evaluation.
-        wake_ns: the next time at which an evaluation is needed without an update.
-    """
+    program: RequirementProgram
 
-    def __init__(self, program: Program, state: EvaluationState, shows: Sequence[str]) -> None:
-        self.program = program
-        self.shows = frozenset(shows) - program.kinds.keys()
-        self.kinds = {**dict.fromkeys(shows, float), **program.kinds}
-        self.active = False
-        self.wake_ns: Nanoseconds = math.inf
-        self._state = state
-        self._run_operators = [make() for make in program.run_operators]
+    def __init__(self, program: RequirementProgram, state: EvaluationState, shows: Sequence[str]) -> None:
+        super().__init__(program, state, shows)
         self._attempt_operators = [make() for make in program.attempt_operators]
         self._antecedent = program.antecedent
-        self._condition = program.condition
         self._robustness = program.robustness
         self._tally = Tally()
 
-    def evaluate(self, now_ns: Nanoseconds, *, last: bool, first: bool = False) -> None:
-        """Judge the instant `now_ns`, after all its updates, and the time right after it unless it is the `last`.
-
-        `first`: the run starts at this instant, and nothing that this requirement reads was updated at it. Past
-        operators start here all the same, and so does an attempt if the antecedent is known and true.
-        """
-        state = self._state
-        for operator in self._run_operators:
-            operator.step(now_ns, state)
-        if not first or self._is_antecedent_known():
-            self._judge(now_ns, state.arrived, state.at, right_after=False)
-            if not last and not self.program.right_continuous:
-                self._judge(now_ns, NO_MESSAGE, state.after, right_after=True)
-        self.wake_ns = self._response_wake_ns(now_ns)
-        for operator in self._run_operators:
-            if operator.wake_ns < self.wake_ns:
-                self.wake_ns = operator.wake_ns
-
-    def _is_antecedent_known(self) -> bool:
+    def _can_start(self) -> bool:
         try:
             self._antecedent(self._state.values, self._state.arrived, self._state.at)
         except UnknownValueError:
             return False
         return True
-
-    @abstractmethod
-    def _judge(self, now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs, *, right_after: bool) -> None:
-        """Judge one instant, or the time right after it."""
-
-    def _response_wake_ns(self, now_ns: Nanoseconds) -> Nanoseconds:
-        """The next time at which an open attempt has to be judged without an update."""
-        return math.inf
 
     def deadline_ns(self) -> Nanoseconds | None:
         """The latest deadline of an open `eventually` attempt."""
@@ -121,7 +83,7 @@ class RequirementMonitor(ABC):
         except (UnknownValueError, ArithmeticError):
             return math.inf
 
-    def _current_values(self) -> dict[str, float | bool]:
+    def _current_values(self) -> dict[str, Value]:
         values = self._state.values
         return {name: values[name] for name in self.kinds if name in values}
 
@@ -131,14 +93,14 @@ class _OpenViolation:
     """A violation that has not ended yet."""
 
     time_ns: Nanoseconds
-    values: dict[str, float | bool]
+    values: dict[str, Value]
     margin: float
 
 
 class EpisodeMonitor(RequirementMonitor):
     """State response: an attempt is an episode, in which the antecedent is true without a break."""
 
-    def __init__(self, program: Program, state: EvaluationState, shows: Sequence[str]) -> None:
+    def __init__(self, program: RequirementProgram, state: EvaluationState, shows: Sequence[str]) -> None:
         super().__init__(program, state, shows)
         self._trigger_ns: Nanoseconds = 0
         self._failed = False
@@ -178,7 +140,7 @@ class EpisodeMonitor(RequirementMonitor):
         violation, values = self._violation, self._state.values
         violation.margin = min(violation.margin, margin)
         for name in violation.values.keys() & self.shows:
-            violation.values[name] = max(violation.values[name], values[name], key=abs)
+            violation.values[name] = max(violation.values[name], values[name], key=lambda value: abs(float(value)))
 
     def _end_violation(self) -> None:
         violation = self._violation
@@ -211,7 +173,7 @@ class ObligationMonitor(RequirementMonitor):
     """A response in a window after the trigger: an attempt begins whenever the antecedent becomes true."""
 
     def __init__(
-        self, program: Program, state: EvaluationState, shows: Sequence[str], start_s: float, end_s: float
+        self, program: RequirementProgram, state: EvaluationState, shows: Sequence[str], start_s: float, end_s: float
     ) -> None:
         super().__init__(program, state, shows)
         self._start_ns = nanoseconds(start_s)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from pytest_hricdv.monitor.operators import Nanoseconds, seconds
+from pytest_hricdv.monitor.evaluation_state import Nanoseconds, Value, seconds
 
 Outcome = Literal["Passed", "Failed", "NC"]
 
@@ -27,7 +27,7 @@ class Violation:
 
     trigger_s: float
     time_s: float
-    values: Mapping[str, float | bool]
+    values: Mapping[str, Value]
     margin: float | None
 
 
@@ -131,7 +131,7 @@ class Tally:
             self._margin_ns = now_ns
 
     def add_violation(
-        self, trigger_ns: Nanoseconds, time_ns: Nanoseconds, values: Mapping[str, float | bool], margin: float
+        self, trigger_ns: Nanoseconds, time_ns: Nanoseconds, values: Mapping[str, Value], margin: float
     ) -> None:
         """Record one violation. (`failures` counts attempts; one attempt may have several violations.)"""
         self._violations.append(Violation(seconds(trigger_ns), seconds(time_ns), values, _finite_or_none(margin)))

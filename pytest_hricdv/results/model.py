@@ -71,6 +71,7 @@ class Timeline(Record, frozen=True, kw_only=True):
         signals: name -> "time value time value ...", each value from its time (s) on.
         attempts: requirement -> "begin-end begin-end! begin-end?" (s), `!` where it failed, `?` where it is pending.
         checksums: signal -> CRC-32 (hexadecimal) of all its changes, bit by bit, before they were thinned.
+        texts: signals that are texts: name -> (time, text), each from its time (s) on.
     """
 
     end_s: NotNegative
@@ -78,6 +79,7 @@ class Timeline(Record, frozen=True, kw_only=True):
     signals: Mapping[str, str]
     attempts: Mapping[str, str]
     checksums: Mapping[str, str] = {}
+    texts: Mapping[str, tuple[tuple[NotNegative, str], ...]] = {}
 
 
 class ShrunkTest(Record, frozen=True, kw_only=True):

@@ -35,7 +35,11 @@ def timeline(record: Record, verdicts: Iterable[Verdict], end_s: float) -> Timel
         messages=tuple(map(_message, record.messages)),
         signals={name: _signal(*series, end_s) for name, series in sorted(record.signals.items())},
         attempts={each.requirement: " ".join(map(_attempt, each.history)) for each in verdicts if each.history},
-        checksums={name: _checksum(*series) for name, series in sorted(record.signals.items())},
+        checksums=dict(sorted(_checksums(record))),
+        texts={
+            name: tuple((round(time_s, 3), text) for time_s, text in zip(*series, strict=True))
+            for name, series in sorted(record.texts.items())
+        },
     )
 
 
@@ -52,8 +56,11 @@ def _signal(times: Sequence[float], values: Sequence[float], end_s: float) -> st
     return " ".join(f"{_time(times[n])} {values[n]:.4g}" for n in thinned(times, values, end_s))
 
 
-def _checksum(times: array[float], values: array[float]) -> str:
-    return f"{crc32(values, crc32(times)):08x}"
+def _checksums(record: Record) -> Iterator[tuple[str, str]]:
+    for name, (times, values) in record.signals.items():
+        yield name, f"{crc32(values, crc32(times)):08x}"
+    for name, (times, texts) in record.texts.items():
+        yield name, f"{crc32(json.dumps(texts).encode(), crc32(times)):08x}"
 
 
 def thinned(times: Sequence[float], values: Sequence[float], end_s: float) -> Iterator[int]:

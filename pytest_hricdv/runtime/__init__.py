@@ -1,6 +1,6 @@
 """Virtual time for blocking robot nodes, a typed message bus, and the record of a run."""
 
-from pytest_hricdv.runtime.bus import Bus, NodeBus, Record, RecordedMessage, Recorder, Subscription, topic_of
+from pytest_hricdv.runtime.bus import Bus, NodeBus, Record, RecordedMessage, Recorder, Subscription, text_of, topic_of
 from pytest_hricdv.runtime.kernel import Kernel, KernelError, Node, NodeError, World
 
 __all__ = [
@@ -15,5 +15,6 @@ __all__ = [
     "Recorder",
     "Subscription",
     "World",
+    "text_of",
     "topic_of",
 ]

@@ -15,6 +15,7 @@ from array import array
 from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Any, Generic, Protocol, TypeVar
 
 from pytest_hricdv.runtime.kernel import Kernel, Node
@@ -31,7 +32,7 @@ class Listener(Protocol):
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None: ...
 
-    def signal(self, time_s: float, name: str, value: float | bool) -> None: ...
+    def signal(self, time_s: float, name: str, value: float | bool | str) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ class RecordedMessage:
 
 @dataclass(frozen=True)
 class Record:
-    """The events of a run. `signals` maps a name to its changes (times in s, values).
+    """The events of a run. `signals` maps a name to its changes (times in s, values); `texts` those that are strings.
 
     `sha256` is over all messages and signals, bit by bit: equal hashes mean equal runs.
     """
@@ -58,6 +59,7 @@ class Record:
     messages: tuple[RecordedMessage, ...]
     signals: Mapping[str, tuple[array[float], array[float]]]
     sha256: str
+    texts: Mapping[str, tuple[array[float], list[str]]] = field(default_factory=dict)
 
 
 @dataclass
@@ -67,7 +69,8 @@ class Recorder:
     listeners: list[Listener] = field(default_factory=list)
     messages: list[RecordedMessage] = field(default_factory=list)
     _signals: dict[str, tuple[array[float], array[float]]] = field(default_factory=dict)
-    _last: dict[str, float | bool] = field(default_factory=dict)
+    _texts: dict[str, tuple[array[float], list[str]]] = field(default_factory=dict)
+    _last: dict[str, float | bool | str] = field(default_factory=dict)
 
     def message(self, time_s: float, sender: str, topic: str, fields: Mapping[str, Value]) -> None:
         """Record one message."""
@@ -75,24 +78,42 @@ class Recorder:
         for listener in self.listeners:
             listener.message(time_s, topic, fields)
 
-    def signal(self, time_s: float, name: str, value: float | bool) -> None:
+    def signal(self, time_s: float, name: str, value: float | bool | str) -> None:
         """Record a signal's value from `time_s` on; an unchanged value is not recorded again.
 
         Raises:
-            ValueError: the value is NaN or infinite (an error of the world, which no monitor may judge as passed).
+            ValueError: the value is NaN or infinite (an error of the world, which no monitor may judge as passed), or
+                a text for a signal that had numbers, or the other way round.
         """
         if self._last.get(name) == value and name in self._last:
             return
-        if not math.isfinite(value):
-            raise ValueError(f"signal {name} is {value!r} at {time_s:.6f} s: expected a finite number")
+        if isinstance(value, str):
+            self._add_text(time_s, name, value)
+        else:
+            if not math.isfinite(value):
+                raise ValueError(f"signal {name} is {value!r} at {time_s:.6f} s: expected a finite number")
+            series = self._signals.get(name)
+            if series is None:
+                self._require_new(time_s, name, value)
+                series = self._signals[name] = (array("d"), array("d"))
+            series[0].append(time_s)
+            series[1].append(value)
         self._last[name] = value
-        series = self._signals.get(name)
-        if series is None:
-            series = self._signals[name] = (array("d"), array("d"))
-        series[0].append(time_s)
-        series[1].append(value)
         for listener in self.listeners:
             listener.signal(time_s, name, value)
+
+    def _add_text(self, time_s: float, name: str, value: str) -> None:
+        series = self._texts.get(name)
+        if series is None:
+            self._require_new(time_s, name, value)
+            series = self._texts[name] = (array("d"), [])
+        series[0].append(time_s)
+        series[1].append(value)
+
+    def _require_new(self, time_s: float, name: str, value: float | bool | str) -> None:
+        if name in self._last:
+            before = f"and was {self._last[name]!r} before"
+            raise ValueError(f"signal {name} is {value!r} at {time_s:.6f} s, {before}: expected values of one type")
 
     def finish(self) -> Record:
         """The finished record."""
@@ -103,12 +124,20 @@ class Recorder:
         for name in sorted(self._signals):
             times, values = self._signals[name]
             digest.update(name.encode() + times.tobytes() + values.tobytes())
-        return Record(tuple(self.messages), dict(self._signals), digest.hexdigest())
+        for name in sorted(self._texts):
+            times, texts = self._texts[name]
+            digest.update(name.encode() + times.tobytes() + json.dumps(texts).encode())
+        return Record(tuple(self.messages), dict(self._signals), digest.hexdigest(), dict(self._texts))
 
 
 def topic_of(kind: type[object]) -> str:
     """The topic's name: the class name in snake case (`HumanReady` -> `human_ready`)."""
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", kind.__name__).lower()
+
+
+def text_of(member: Enum) -> str:
+    """How a member of an enumeration is recorded: by its value if this is a text, else by its name."""
+    return member.value if isinstance(member.value, str) else member.name
 
 
 class Subscription(Generic[M]):
@@ -190,7 +219,10 @@ class Bus:
     def publish(self, sender: str, message: object) -> None:
         """Deliver and record a message. Raises TypeError for a kind that was not declared."""
         kind = self._declared(type(message))
-        fields: dict[str, Value] = {name: getattr(message, name) for name in self._fields[kind]}
+        fields: dict[str, Value] = {}
+        for name in self._fields[kind]:
+            value = getattr(message, name)
+            fields[name] = text_of(value) if isinstance(value, Enum) else value
         self.kernel.last_messages[sender] = message
         self.recorder.message(self.kernel.now_s, sender, topic_of(kind), fields)
         for subscription in tuple(self._subscriptions[kind]):

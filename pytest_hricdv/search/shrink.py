@@ -18,7 +18,7 @@ from typing import TypeVar
 
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Chance, Range, Sampler
-from pytest_hricdv.monitor import Requirement, Verdict, Violation
+from pytest_hricdv.monitor import Requirement, Value, Verdict, Violation
 from pytest_hricdv.monitor.analysis import conjuncts
 from pytest_hricdv.monitor.formula import (
     And,
@@ -33,6 +33,9 @@ from pytest_hricdv.monitor.formula import (
     Or,
     PastFormula,
     Term,
+    Text,
+    TextComparison,
+    TextTerm,
 )
 from pytest_hricdv.search import Budget, BudgetSpentError, Ended
 
@@ -274,7 +277,7 @@ def has_signature(requirement: Requirement, signature: FailureSignature, verdict
     )
 
 
-def _evaluate(formula: PastFormula, values: Mapping[str, float | bool]) -> bool | None:
+def _evaluate(formula: PastFormula, values: Mapping[str, Value]) -> bool | None:
     """Whether the formula holds; None if the values alone do not determine it."""
     match formula:
         case BooleanName():
@@ -283,6 +286,9 @@ def _evaluate(formula: PastFormula, values: Mapping[str, float | bool]) -> bool 
         case Comparison(for_s=0):
             left, right = _number(formula.left, values), _number(formula.right, values)
             return None if left is None or right is None else _RELATIONS[formula.relation](left, right)
+        case TextComparison(for_s=0):
+            texts = _text(formula.left, values), _text(formula.right, values)
+            return None not in texts and (texts[0] == texts[1]) == (formula.relation == "==")
         case Not():
             inner = _evaluate(formula.operand, values)
             return None if inner is None else not inner
@@ -294,12 +300,13 @@ def _evaluate(formula: PastFormula, values: Mapping[str, float | bool]) -> bool 
             return None
 
 
-def _number(term: Term, values: Mapping[str, float | bool]) -> float | None:
+def _number(term: Term, values: Mapping[str, Value]) -> float | None:
     match term:
         case Number():
             return term.value
         case FloatName():
-            return values.get(term.name)
+            value = values.get(term.name)
+            return None if value is None else float(value)
         case Negative():
             inner = _number(term.operand, values)
             return None if inner is None else -inner
@@ -308,3 +315,7 @@ def _number(term: Term, values: Mapping[str, float | bool]) -> float | None:
             if left is None or right is None or (term.operator == "/" and right == 0):
                 return None
             return _ARITHMETIC[term.operator](left, right)
+
+
+def _text(term: TextTerm, values: Mapping[str, Value]) -> Value | None:
+    return term.value if isinstance(term, Text) else values.get(term.name)

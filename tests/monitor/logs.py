@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.monitor.formula import Formula
@@ -22,14 +23,14 @@ class Logged:
 
 def log_of(trace: Trace, shift_s: float = 0.0) -> Log:
     """The trace as it would have been recorded."""
-    signals: dict[str, tuple[list[float], list[float]]] = {}
+    signals: dict[str, tuple[list[float], list[Any]]] = {}
     messages = []
     for tick, instant in sorted(trace.instants.items()):
         time_s = tick * TICK_S + shift_s
         for name, value in instant.signals.items():
             times, values = signals.setdefault(name, ([], []))
             times.append(time_s)
-            values.append(float(value))
+            values.append(value if isinstance(value, str) else float(value))
         messages += [Logged(time_s, topic, fields) for topic, fields in instant.messages]
     return Log(signals, messages, trace.last * TICK_S + shift_s)
 
@@ -37,14 +38,19 @@ def log_of(trace: Trace, shift_s: float = 0.0) -> Log:
 def run(formula: Formula, trace: Trace, shift_s: float = 0.0, shows: tuple[str, ...] = ()) -> Verdict:
     """The verdict of a monitor that is fed the trace."""
     monitors = MonitorSet([Requirement("R", "", "", "", formula, shows)])
+    [verdict] = feed_trace(monitors, trace, shift_s)
+    return verdict
+
+
+def feed_trace(monitors: MonitorSet, trace: Trace, shift_s: float = 0.0) -> tuple[Verdict, ...]:
+    """The verdicts of monitors that are fed the whole trace."""
     for tick, instant in sorted(trace.instants.items()):
         time_s = tick * TICK_S + shift_s
         for name, value in instant.signals.items():
             monitors.signal(time_s, name, value)
         for topic, fields in instant.messages:
             monitors.message(time_s, topic, fields)
-    [verdict] = monitors.finish(trace.last * TICK_S + shift_s)
-    return verdict
+    return monitors.finish(trace.last * TICK_S + shift_s)
 
 
 def summary(verdict: Verdict) -> Summary:

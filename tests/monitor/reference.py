@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from pytest_hricdv.monitor import Violation
 from pytest_hricdv.monitor.analysis import names_of, names_read, walk
@@ -37,10 +37,13 @@ from pytest_hricdv.monitor.formula import (
     Rise,
     Since,
     Term,
+    Text,
+    TextComparison,
+    TextTerm,
 )
 
 TICK_S = 0.25
-Value = float | bool
+Value = float | bool | str
 
 
 @dataclass(frozen=True)
@@ -138,6 +141,13 @@ class ReferenceEvaluator:
                 left, right = self.number(term.left, p), self.number(term.right, p)
                 return {"+": left + right, "-": left - right, "*": left * right}[term.operator]
 
+    def text(self, term: TextTerm, p: int) -> Value | None:
+        return term.value if isinstance(term, Text) else self.values[p].get(term.name)
+
+    def compare_texts(self, f: TextComparison, p: int) -> bool:
+        sides = {self.text(f.left, p), self.text(f.right, p)}
+        return None not in sides and (len(sides) == 1) == (f.relation == "==")
+
     def compare(self, f: Comparison, p: int, shift: float = 0.0) -> bool:
         left, right = self.number(f.left, p), self.number(f.right, p)
         return {
@@ -167,8 +177,11 @@ class ReferenceEvaluator:
                 return [f.topic in self.arrived[p] for p in ps]
             case Comparison(for_s=0):
                 return self.with_hysteresis(f, since)
-            case Comparison():
-                held, ticks = self.with_hysteresis(f, 0), self.ticks(f.for_s)
+            case TextComparison(for_s=0):
+                return [self.compare_texts(f, p) for p in ps]
+            case Comparison() | TextComparison():
+                ticks = self.ticks(f.for_s)
+                held = self.with_hysteresis(f, 0) if isinstance(f, Comparison) else self.truth(replace(f, for_s=0.0))
                 return [p - 2 * ticks >= 1 and all(held[p - 2 * ticks : p + 1]) for p in ps]
             case Not():
                 return [not a for a in self.truth(f.operand, since)]
@@ -236,9 +249,13 @@ class ReferenceEvaluator:
         return tick_of(p), [str(part) for part in missing], alone if math.isfinite(alone) else None
 
     def is_known(self, f: PastFormula, p: int) -> bool:
-        """A field is unknown before its first message, except where the formula asks for the message as well."""
+        """A field is unknown before its first message, except where the formula asks for the message as well.
+
+        A comparison with an unknown text is just false.
+        """
         guarded = any(isinstance(node, On) for node in walk(f))
-        return guarded or all("." not in name or name in self.values[p] for name in names_of([f]))
+        needed = [name for name, kind in names_of([f]).items() if "." in name and kind is not str]
+        return guarded or all(name in self.values[p] for name in needed)
 
     def distance_to_return(self, f: PastFormula, p: int, wanted: bool = True) -> float:
         match f:

@@ -31,6 +31,9 @@ from pytest_hricdv.monitor.formula import (
     Response,
     Rise,
     Since,
+    Text,
+    TextComparison,
+    TextName,
 )
 from tests.monitor.reference import TICK_S, Instant, Trace
 
@@ -88,8 +91,14 @@ SIGNALS: Signals = {
     "q": truths,
     "x": st.integers(0, 4).map(float),
     "y": st.integers(0, 4).map(float),
+    "s": st.sampled_from("ij"),
 }
-MESSAGES: Messages = {"a": st.just({}), "b": st.just({}), "m": st.fixed_dictionaries({"ok": truths})}
+MESSAGES: Messages = {
+    "a": st.just({}),
+    "b": st.just({}),
+    "m": st.fixed_dictionaries({"ok": truths}),
+    "w": st.fixed_dictionaries({"name": st.sampled_from("ij")}),
+}
 
 terms = st.one_of(
     st.sampled_from(["x", "y"]).map(FloatName),
@@ -108,11 +117,19 @@ comparisons = st.one_of(
     ),
     st.builds(Comparison, st.sampled_from(["==", "!="]), terms, terms),
 )
+text_comparisons = st.builds(
+    TextComparison,
+    st.sampled_from(["==", "!="]),
+    st.sampled_from(["s", "w.name"]).map(TextName),
+    st.sampled_from([Text("i"), Text("j"), TextName("s"), TextName("w.name")]),
+    st.sampled_from([0.0, 0.0, 2 * TICK_S]),
+)
 atoms: st.SearchStrategy[PastFormula] = st.one_of(
     st.sampled_from(["p", "q"]).map(BooleanName),
     st.sampled_from(["a", "b"]).map(On),
     st.just(And(On("m"), BooleanName("m.ok"))),
     comparisons,
+    text_comparisons,
 )
 
 

@@ -31,6 +31,7 @@ from pytest_hricdv.monitor.build import (
     rise,
     signal,
     since,
+    text,
     unequal,
 )
 from pytest_hricdv.monitor.formula import Arithmetic, Comparison, FloatName, Formula, Holds, Negative, Number, On
@@ -38,6 +39,7 @@ from tests.monitor.strategies import formulas
 from tests.monitor.vocabulary import R1, R2, R3, R4, SMALL, TABLE
 
 p, q, x, y, ok = signal("p"), signal("q"), signal("x"), signal("y"), field("m.ok")
+s, w = signal("s"), field("w.name")
 a, b = on("a"), on("b")
 
 
@@ -83,6 +85,9 @@ def test_the_case_study_built_in_python_is_the_one_in_the_file() -> None:
         (always((x <= 1).hysteresis(0.5).lasting(2) >> q), "always(x <= 1 [for 2] [hysteresis 0.5] -> q)"),
         (always((x > 0.5) & (x < y) >> q), "always(x > 0.5 & x < y -> q)"),
         (always(equal(x, 1) | unequal(x + y, 2) >> q), "always(x == 1 | x + y != 2 -> q)"),
+        (always(equal(w, "i") >> unequal('"', s).lasting(2)), """always(w.name == "i" -> '"' != s [for 2])"""),
+        (always(equal(text("s"), w) >> q), "always(s == w.name -> q)"),
+        (always(equal(x, y).lasting(2) >> q), "always(x == y [for 2] -> q)"),
         (always((x - (y - 1) / 2 > -1) >> q), "always(x - (y - 1) / 2 > -1 -> q)"),
         (always((2 * -x + 1 - field("m.level") * y < 0) >> q), "always(2 * -x + 1 - m.level * y < 0 -> q)"),
         (always((1 / x + (2 - y) > 3 + x) >> q), "always(1 / x + (2 - y) > 3 + x -> q)"),
@@ -179,6 +184,8 @@ def test_a_text_that_differs_from_its_formula_is_refused() -> None:
         (lambda: requirement("R1", "", always(p)), r"R1: expected always\(antecedent >> response\)"),  # type: ignore[arg-type]
         (lambda: always(p >> q, 1, 2), "a window belongs to a response"),  # type: ignore[call-overload]
         (lambda: always(p, 1), "a window has two ends"),  # type: ignore[call-overload]
+        (lambda: equal("i", 1), "expected a text or a name, got 1"),
+        (lambda: s == "i", r"write equal\(a, b\)"),
         (lambda: x < "1", "a number: expected a number, got '1'"),  # type: ignore[operator]
         (lambda: x < True, "a number: expected a number, got True"),
         (lambda: rise(x + 1), "expected a condition, got <number x \\+ 1>"),  # type: ignore[arg-type]
@@ -202,6 +209,8 @@ def test_a_type_error_is_raised_where_it_is_made(mistake: Callable[[], object], 
         (lambda: x < -math.inf, "a number"),
         (lambda: signal("m.ok"), "'m.ok' is not a valid name"),
         (lambda: field("m"), "'' is not a valid name"),
+        (lambda: equal(s, "i\nj"), "a text is one line"),
+        (lambda: equal(s, "'\""), "at most one kind of quotation marks"),
         (lambda: on("a b"), "'a b' is not a valid name"),
     ],
 )

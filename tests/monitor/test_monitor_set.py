@@ -184,7 +184,7 @@ def test_the_vocabulary_refuses_names_and_types_that_a_formula_cannot_have() -> 
     for signals, problem in [
         ({"until": bool}, "keyword"),
         ({"1x": bool}, "letters, digits"),
-        ({"x": int}, "bool or float"),
+        ({"x": int}, "bool, float or str"),
     ]:
         with pytest.raises(ValueError, match=problem):
             type(SMALL)(signals=signals)  # type: ignore[arg-type]

@@ -10,8 +10,15 @@ from pathlib import Path
 import pytest
 
 import pytest_hricdv.monitor
-from pytest_hricdv.monitor import RequirementError, load_requirements, parse_formula
-from pytest_hricdv.monitor.requirement import KEYWORDS
+from pytest_hricdv.monitor import (
+    FormulaSource,
+    RequirementError,
+    Vocabulary,
+    load_requirements,
+    parse_condition,
+    parse_formula,
+)
+from pytest_hricdv.monitor.vocabulary import KEYWORDS
 from tests.monitor.vocabulary import R1, R3, R4, REQUIREMENTS_FILE, SMALL, TABLE
 
 
@@ -49,7 +56,7 @@ def marked(text: str) -> str:
         ("always(m.okay -> q)", "m.okay", "unknown name 'm.okay'; nearest: m.ok"),
         ("always(a -> q)", "a", "a is a topic: `on(a)`"),
         ("always(on(p) -> q)", "p", "p is a signal; on(...) takes a topic"),
-        ("always(on(c) -> q)", "c", "unknown topic 'c'; known: a, b, m"),
+        ("always(on(c) -> q)", "c", "unknown topic 'c'; known: a, b, m, w"),
         ("always(x -> q)", "x", "expected a condition, but x is a float"),
         ("always(x + 1 -> q)", "x + 1", "expected a condition"),
         ("always(p < 1 -> q)", "p", "expected a number, but p is a bool"),
@@ -63,6 +70,19 @@ def marked(text: str) -> str:
         ("always(previously(on(a)) -> q)", "on(a)", "once[0:d](...)"),
         ("always(historically[0:1](on(a)) -> q)", "on(a)", "single instants only"),
         ("always(x < 1e999 -> q)", "1e999", "too large"),
+        ("always(s -> q)", "s", "expected a condition, but s is a str"),
+        ("always('i' -> q)", "'i'", "expected a condition, but this is a text"),
+        ("always(s < 'i' -> q)", "<", "texts are compared with == or !="),
+        ("always(s == 1 -> q)", "1", "expected a text, but this is a number"),
+        ("always('i' == (x) -> q)", "x", "expected a text, but x is a float"),
+        ("always(p == s -> q)", "p", "expected a text, but p is a bool"),
+        ("always(x + s < 1 -> q)", "s", "expected a number, but s is a str"),
+        ("always(s == 'i' [hysteresis 1] -> q)", "==", "a bound with two sides"),
+        ("always(s == i -> q)", "i", 'a text is written in quotation marks: "i"'),
+        ("always(s == 'i -> q)", "'", "a text ends with the quotation mark"),
+        ("always(w.name == 'jj' -> q)", "'jj'", "w.name is never 'jj'; nearest: j"),
+        ("always('l' != w -> q)", "'l'", "w.name is never 'l'; known: i, j, k"),
+        ("always(m == 1 -> q)", "m", "m is a topic: `on(m)`"),
     ],
 )
 def test_an_error_points_at_its_place(text: str, mark: str, says: str) -> None:
@@ -86,7 +106,7 @@ def test_an_error_in_a_file_names_file_requirement_line_and_column(tmp_path: Pat
         load_requirements(file, SMALL)
     assert str(caught.value) == (
         f"{file}:9:11: requirement R2, line 2, column 11 of the formula: "
-        "unknown name 'height'; known: p, q, x, y, m.ok, m.level\n"
+        "unknown name 'height'; known: p, q, x, y, s, m.ok, m.level, w.name\n"
         "           -> height < 1)\n"
         "              ^^^^^^"
     )
@@ -144,6 +164,43 @@ def test_a_requirement_keeps_its_text_title_and_source() -> None:
     assert R1.text.startswith("always(on(reading)")
 
 
+def test_a_topic_with_one_number_or_text_may_be_written_without_the_field() -> None:
+    vocabulary = Vocabulary(signals={"v": float}, messages={"n": {"turn": float}, "f": {"ok": bool}, "v": {"t": str}})
+    assert str(parse_condition("n > 1", vocabulary)) == "n.turn > 1"
+    assert str(parse_condition("v > 1 & v.t == 'i'", vocabulary)) == 'v > 1 & v.t == "i"'
+    with pytest.raises(RequirementError, match=r"f is a topic: `on\(f\)`"):  # not `f.ok`: `f` might mean its arrival
+        parse_condition("f & n > 1", vocabulary)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "condition, column 1: the condition is empty"),
+        ("p &", "the condition ends too early"),
+        ("always(p -> q)", "a condition is about the present and the past"),
+        ("p -> q", "elsewhere write `!a | b`"),
+        ("x + 1", "expected a condition, but this is a number"),
+        ("pp", "unknown name 'pp'"),
+    ],
+)
+def test_a_condition_that_is_wrong_is_refused(text: str, says: str) -> None:
+    with pytest.raises(RequirementError) as caught:
+        parse_condition(text, SMALL)
+    assert says in str(caught.value)
+
+
+def test_an_error_in_a_condition_says_what_it_belongs_to() -> None:
+    with pytest.raises(RequirementError, match="known violation of R3, column 5: unknown name 'pp'"):
+        parse_condition("p & pp", SMALL, FormulaSource("p & pp", owner="known violation of R3"))
+
+
+def test_values_of_what_is_no_text_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"values of 'w\.nam': this is no signal or .*; nearest: w\.name"):
+        Vocabulary(messages={"w": {"name": str}}, values={"w.nam": ("i",)})
+    with pytest.raises(ValueError, match=r"values of 'w\.name': expected its texts, at least one, got 'i'"):
+        Vocabulary(messages={"w": {"name": str}}, values={"w.name": "i"})
+
+
 @pytest.mark.parametrize(
     ("one", "other"),
     [
@@ -155,6 +212,7 @@ def test_a_requirement_keeps_its_text_title_and_source() -> None:
         ("x + 2 * y < 1 - -x", "(x + (2 * y)) < (1 - (-x))"),
         ("x - y - 1 > 0", "((x - y) - 1) > 0"),
         ("once(p)", "once[0:inf](p)"),
+        ("s == 'i' | w != (\"j\")", 's == "i" | (w.name != "j")'),
         ("x < 1 [hysteresis 1][for 2]", "x < 1 [for 2] [hysteresis 1]"),
     ],
 )

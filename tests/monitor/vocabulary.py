@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict, Vocabulary, load_requirements, parse_formula
+from pytest_hricdv.monitor import MonitorSet, Requirement, Value, Verdict, Vocabulary, load_requirements, parse_formula
 
 TABLE = Vocabulary(
     signals={
@@ -28,27 +29,32 @@ TABLE = Vocabulary(
 REQUIREMENTS_FILE = Path(__file__).parents[1] / "hri" / "requirements.toml"
 R1, R2, R3, R4, R5 = load_requirements(REQUIREMENTS_FILE, TABLE)
 
-# p, q: conditions; x: a number; a, b: events; m: a message with a field.
+# p, q: conditions; x, y: numbers; s: a text; a, b: events; m: a message with fields; w: one with a single field.
 SMALL = Vocabulary(
-    signals={"p": bool, "q": bool, "x": float, "y": float},
-    messages={"a": {}, "b": {}, "m": {"ok": bool, "level": float}},
+    signals={"p": bool, "q": bool, "x": float, "y": float, "s": str},
+    messages={"a": {}, "b": {}, "m": {"ok": bool, "level": float}, "w": {"name": str}},
+    values={"w.name": ("i", "j", "k")},
 )
 
-Update = tuple[float, str, float | bool | dict[str, float | bool]]
+Update = tuple[float, str, "Value | Mapping[str, Value]"]
 
 
 def requirement(text: str, vocabulary: Vocabulary = SMALL) -> Requirement:
     return Requirement("R", "A requirement", "", text, parse_formula(text, vocabulary))
 
 
-def judge(watched: Requirement | str, updates: list[Update], end_s: float) -> Verdict:
+def judge(watched: Requirement | str, updates: Sequence[Update], end_s: float) -> Verdict:
     """The verdict on a run: an update of a topic is written with a dict, of a signal with its value."""
     watched = requirement(watched) if isinstance(watched, str) else watched
     monitors = MonitorSet([watched])
+    feed(monitors, updates)
+    [verdict] = monitors.finish(end_s)
+    return verdict
+
+
+def feed(monitors: MonitorSet, updates: Iterable[Update]) -> None:
     for time_s, name, value in updates:
-        if isinstance(value, dict):
+        if isinstance(value, Mapping):
             monitors.message(time_s, name, value)
         else:
             monitors.signal(time_s, name, value)
-    [verdict] = monitors.finish(end_s)
-    return verdict

@@ -187,7 +187,11 @@ def test_files(lamps: pytest.Pytester, mode: tuple[str, ...], name: str, old: st
             'units={"lamp": "%"}',
             "units has 'lamp', which is no signal; there are ['lamp_level']",
         ),
-        ('{"lamp_level": float}', '{"lamp_level": str}', "signal 'lamp_level': expected the type bool or float, got"),
+        (
+            '{"lamp_level": float}',
+            '{"lamp_level": int}',
+            "signal 'lamp_level': expected the type bool, float or str, got",
+        ),
         (
             '"lamp_level": float',
             '"lamp_level": float, "until": float',

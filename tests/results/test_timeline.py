@@ -35,10 +35,13 @@ def test_a_timeline_is_plain_text_by_the_second() -> None:
     recorder.message(0.5, "ro\tbot", "state", {"name": "Wait \t é", "turn": 1})
     recorder.signal(0.0, "speed", 0.123456)
     recorder.signal(1 / 3, "speed", 2.0)
+    recorder.signal(0.0, "mode", "manual \t")
+    recorder.signal(1 / 3, "mode", "auto")
     history = (Attempt(0.5, 1.25, "passed"), Attempt(1.0, 2.0, "failed"), Attempt(3.0, 4.0, "pending"))
     verdicts = [Verdict("R1", "Failed", 3, 1, 1, 0, 1, (), None, None, history=history)]
     made = timeline(recorder.finish(), verdicts, 4.0)
     assert made.signals == {"speed": "0 0.1235 0.333 2"}
+    assert made.texts == {"mode": ((0.0, "manual \t"), (0.333, "auto"))}
     assert made.attempts == {"R1": "0.5-1.25 1-2! 3-4?"}
     time_s, sender, topic, fields = made.messages[0].split("\t")
     assert (time_s, sender, topic) == ("0.5", "ro bot", "state")

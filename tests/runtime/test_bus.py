@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import enum
 import math
 
 import pytest
 
-from pytest_hricdv.runtime import Bus, Kernel, Recorder, topic_of
+from pytest_hricdv.runtime import Bus, Kernel, Record, Recorder, topic_of
 
 
 @dataclasses.dataclass(frozen=True)
@@ -17,6 +18,20 @@ class Ping:
 
 @dataclasses.dataclass(frozen=True)
 class HumanReady: ...
+
+
+class Colour(enum.Enum):
+    RED = "red"
+
+
+class Finish(enum.IntEnum):
+    MATT = 1
+
+
+@dataclasses.dataclass(frozen=True)
+class Paint:
+    colour: Colour
+    finish: Finish
 
 
 def make() -> tuple[Kernel, Bus, Recorder]:
@@ -97,6 +112,38 @@ def test_the_record_has_every_message_and_every_change_of_a_signal() -> None:
     assert [str(message).split() for message in record.messages] == [["0.000", "human", "ping", "number=3"]]
     times, values = record.signals["speed"]
     assert (list(times), list(values)) == ([0.0, 1.0], [0.0, 0.2])
+
+
+def test_texts_are_recorded_and_hashed() -> None:
+    def record(last: str) -> Record:
+        recorder = Recorder()
+        for time_s, mode in enumerate(["auto", "auto", "manual", last]):
+            recorder.signal(float(time_s), "mode", mode)
+        return recorder.finish()
+
+    times, texts = record("auto").texts["mode"]
+    assert (list(times), texts) == ([0.0, 2.0, 3.0], ["auto", "manual", "auto"])
+    assert record("auto").signals == {}
+    assert record("auto").sha256 == record("auto").sha256 != record("off").sha256
+
+
+@pytest.mark.parametrize(("first", "then"), [("auto", 1.0), (1.0, "auto"), (True, "auto")])
+def test_a_signal_keeps_its_type(first: float | str, then: float | str) -> None:
+    recorder = Recorder()
+    recorder.signal(0.0, "mode", first)
+    with pytest.raises(
+        ValueError, match=r"signal mode is .* at 1\.500000 s, and was .* before: expected values of one"
+    ):
+        recorder.signal(1.5, "mode", then)
+
+
+def test_a_member_of_an_enumeration_is_recorded_as_its_text_and_heard_as_it_is() -> None:
+    kernel, recorder = Kernel(), Recorder()
+    bus = Bus(kernel, (Paint,), recorder)
+    heard = bus.subscribe(Paint)
+    bus.publish("robot", Paint(Colour.RED, Finish.MATT))
+    assert heard.poll() == Paint(Colour.RED, Finish.MATT)
+    assert recorder.finish().messages[0].fields == {"colour": "red", "finish": "MATT"}
 
 
 def test_equal_runs_have_equal_hashes_and_the_last_bit_counts() -> None:

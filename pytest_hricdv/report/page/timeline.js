@@ -37,17 +37,26 @@ function stateSpans(messages, end) {
   })).filter((span) => span.to > span.from);
 }
 
+/** Spans [from, to, label] of a signal that is a text. */
+function textSpans(changes, end) {
+  return changes.map(([from, label], n) => ({ from, to: n + 1 < changes.length ? changes[n + 1][0] : end, label }))
+    .filter((span) => span.to > span.from);
+}
+
 /** Bars and dots with their lanes and tooltips, and the names of the lanes from top to bottom. */
 function lanes({ timeline, acted, abstract }) {
   const messages = parsedMessages(timeline), end = timeline.end_s, bars = [], dots = [], names = [];
   const states = DATA.state ? stateSpans(messages, end) : [];
   const stateTopic = states.length ? DATA.state.split(".")[0] : null;
-  const labels = [...new Set(states.map((span) => span.label))];
-  if (states.length) names.push("state");
-  for (const span of states) {
-    const fill = "color-mix(in srgb, " + colourOf(labels.indexOf(span.label)) + " 28%, var(--card))";
-    bars.push({ lane: "state", ...span, fill, tooltip: span.label + "\n" + seconds(span.from) + " to " + seconds(span.to) });
-  }
+  const addSpans = (lane, spans) => {
+    const labels = [...new Set(spans.map((span) => span.label))];
+    if (spans.length) names.push(lane);
+    for (const span of spans) {
+      const fill = "color-mix(in srgb, " + colourOf(labels.indexOf(span.label)) + " 28%, var(--card))";
+      bars.push({ lane, ...span, fill, tooltip: span.label + "\n" + seconds(span.from) + " to " + seconds(span.to) });
+    }
+  };
+  addSpans("state", states);
   if (acted.length) names.push("the human");
   acted.forEach((time, n) => dots.push({
     lane: "the human", time, symbol: "square", fill: "var(--c2)", tooltip: seconds(time) + ": " + (n + 1) + " " + abstract[n],
@@ -57,6 +66,7 @@ function lanes({ timeline, acted, abstract }) {
     const fields = Object.entries(each.fields).map(([name, value]) => name + " " + value).join(", ");
     dots.push({ lane: each.topic, time: each.time, symbol: "circle", fill: "var(--c0)", tooltip: seconds(each.time) + ": " + each.sender + " sends " + each.topic + "\n" + fields });
   }
+  for (const [name, changes] of Object.entries(timeline.texts ?? {})) addSpans(name, textSpans(changes, end));
   for (const [name, text] of Object.entries(timeline.signals)) {
     const points = parsedSignal(text, end);
     if (!isSwitch(name, points)) continue;

@@ -1,0 +1,115 @@
+"""Monitors of formulas: what all have in common, and the monitor of a condition outside of a requirement."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from bisect import bisect_right
+from collections.abc import Callable, Sequence, Set
+
+from pytest_hricdv.monitor.evaluation_state import (
+    NO_MESSAGE,
+    EvaluationState,
+    Nanoseconds,
+    Outputs,
+    UnknownValueError,
+    nanoseconds,
+    seconds,
+)
+from pytest_hricdv.monitor.program import Program
+
+
+class FormulaMonitor(ABC):
+    """Monitors one formula during one run.
+
+    Attributes:
+        program: the compiled formula.
+        shows: signals that only violations report.
+        kinds: signals and fields whose values are needed -> type.
+        active: an attempt is open, so updates of `attempt_sources` require an evaluation.
+        wake_ns: the next time at which an evaluation is needed without an update.
+    """
+
+    program: Program
+
+    def __init__(self, program: Program, state: EvaluationState, shows: Sequence[str] = ()) -> None:
+        self.program = program
+        self.shows = frozenset(shows) - program.kinds.keys()
+        self.kinds = {**dict.fromkeys(shows, float), **program.kinds}
+        self.active = False
+        self.wake_ns: Nanoseconds = math.inf
+        self._state = state
+        self._run_operators = [make() for make in program.run_operators]
+        self._condition = program.condition
+
+    def evaluate(self, now_ns: Nanoseconds, *, last: bool, first: bool = False) -> None:
+        """Judge the instant `now_ns`, after all its updates, and the time right after it unless it is the `last`.
+
+        `first`: the run starts at this instant, and nothing that this formula reads was updated at it. Past operators
+        start here all the same, and so does an attempt if the antecedent is known and true.
+        """
+        state = self._state
+        for operator in self._run_operators:
+            operator.step(now_ns, state)
+        if not first or self._can_start():
+            self._judge(now_ns, state.arrived, state.at, right_after=False)
+            if not last and not self.program.right_continuous:
+                self._judge(now_ns, NO_MESSAGE, state.after, right_after=True)
+        self.wake_ns = self._response_wake_ns(now_ns)
+        for operator in self._run_operators:
+            if operator.wake_ns < self.wake_ns:
+                self.wake_ns = operator.wake_ns
+
+    @abstractmethod
+    def _can_start(self) -> bool:
+        """Whether what is needed at the start of the run is known by now."""
+
+    @abstractmethod
+    def _judge(self, now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs, *, right_after: bool) -> None:
+        """Judge one instant, or the time right after it."""
+
+    def _response_wake_ns(self, now_ns: Nanoseconds) -> Nanoseconds:
+        """The next time at which an open attempt has to be judged without an update."""
+        return math.inf
+
+
+class ConditionMonitor(FormulaMonitor):
+    """The truth of a condition over a run; made by `MonitorSet.watch`.
+
+    Before the values that it reads are known, a condition is false.
+    """
+
+    def __init__(
+        self, program: Program, state: EvaluationState, changed: Callable[[float, bool], None] | None = None
+    ) -> None:
+        super().__init__(program, state)
+        self._changed = changed
+        # When its truth changed: at an instant (False), or right after it (True). At first it is false.
+        self._changes: list[tuple[Nanoseconds, bool]] = []
+
+    @property
+    def holds(self) -> bool:
+        """Whether it is true now, as far as time has been judged."""
+        return len(self._changes) % 2 == 1
+
+    def holds_at(self, time_s: float) -> bool:
+        """Whether it was true at a time (s), as far as time has been judged."""
+        return bisect_right(self._changes, (nanoseconds(time_s), False)) % 2 == 1
+
+    @property
+    def began_s(self) -> tuple[float, ...]:
+        """When it became true (s), in order: at that time, or right after it."""
+        return tuple(seconds(time_ns) for time_ns, _ in self._changes[::2])
+
+    def _can_start(self) -> bool:
+        return True
+
+    def _judge(self, now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs, *, right_after: bool) -> None:
+        try:
+            holds = self._condition(self._state.values, arrived, outputs)
+        except UnknownValueError:
+            holds = False
+        if holds != self.holds:
+            self._changes.append((now_ns, right_after))
+            if self._changed is not None:
+                self._changed(seconds(now_ns), holds)

@@ -1,0 +1,117 @@
+"""Programs: what monitors execute. A formula is compiled once for all runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from pytest_hricdv.monitor.analysis import (
+    conditions,
+    is_right_continuous,
+    names_of,
+    names_read,
+    sources,
+    topics_of,
+    topics_read,
+)
+from pytest_hricdv.monitor.compiler import ExpressionCompiler, HysteresisScope, function_of
+from pytest_hricdv.monitor.evaluation_state import Condition, Robustness
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil, PastFormula
+from pytest_hricdv.monitor.operators import HysteresisOperator, Operator
+from pytest_hricdv.monitor.vocabulary import Kind
+
+
+@dataclass(frozen=True, kw_only=True)
+class Program:
+    """What the monitor of a formula executes.
+
+    Attributes:
+        condition: a past formula by itself; of a requirement, the formula inside the response.
+        run_operators: constructors of the operators over the run, in the order in which they have to be stepped.
+        right_continuous: the value at an instant is also the value right after it (`analysis.is_right_continuous`).
+        kinds: signals and fields read -> type.
+        topics: topics whose messages are read.
+        always_sources: sources whose updates always require an evaluation.
+        attempt_sources: sources whose updates require an evaluation only while an attempt is open.
+    """
+
+    condition: Condition
+    run_operators: tuple[Callable[[], Operator], ...]
+    right_continuous: bool
+    kinds: Mapping[str, Kind]
+    topics: frozenset[str]
+    always_sources: frozenset[str]
+    attempt_sources: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, kw_only=True)
+class RequirementProgram(Program):
+    """What the monitor of one requirement executes.
+
+    Attributes:
+        antecedent: of the requirement.
+        release: the right side of `until`.
+        robustness: the signed distance of `condition` to its bounds; None if it compares nothing, or for `eventually`.
+        attempt_operators: constructors of the comparisons with hysteresis that are reset at the start of each attempt.
+    """
+
+    antecedent: Condition
+    release: Condition | None
+    robustness: Robustness | None
+    attempt_operators: tuple[Callable[[], HysteresisOperator], ...]
+
+
+@lru_cache(maxsize=1024)
+def compile_formula(formula: Formula) -> RequirementProgram:
+    """Compile a formula; equal formulas share one program."""
+    compiler = ExpressionCompiler()
+    response = formula.response
+    antecedent = compiler.condition(formula.antecedent, HysteresisScope.RUN)
+    condition = compiler.condition(response.condition, _hysteresis_scope(formula))
+    release = compiler.condition(response.release, HysteresisScope.RUN) if isinstance(response, HoldsUntil) else None
+    robustness = None if isinstance(response, Eventually) else compiler.robustness(response.condition)
+    parts = conditions(response)
+    return RequirementProgram(
+        antecedent=function_of(antecedent),
+        condition=function_of(condition),
+        release=None if release is None else function_of(release),
+        robustness=None if robustness is None else function_of(robustness),
+        run_operators=tuple(compiler.run_operators),
+        attempt_operators=tuple(compiler.attempt_operators),
+        right_continuous=is_right_continuous(formula.antecedent) and all(map(is_right_continuous, parts)),
+        kinds=names_read(formula),
+        topics=topics_read(formula),
+        always_sources=sources(formula.antecedent).union(*compiler.run_sources),
+        attempt_sources=frozenset().union(*map(sources, parts), *compiler.attempt_sources),
+    )
+
+
+@lru_cache(maxsize=1024)
+def compile_condition(condition: PastFormula) -> Program:
+    """Compile a past formula by itself; its hystereses are over the run."""
+    compiler = ExpressionCompiler()
+    expression = compiler.condition(condition, HysteresisScope.RUN)
+    return Program(
+        condition=function_of(expression),
+        run_operators=tuple(compiler.run_operators),
+        right_continuous=is_right_continuous(condition),
+        kinds=names_of([condition]),
+        topics=topics_of([condition]),
+        always_sources=sources(condition).union(*compiler.run_sources),
+    )
+
+
+def _hysteresis_scope(formula: Formula) -> HysteresisScope:
+    """The scope of the hystereses in the response, so that no attempt fails because of an earlier violation.
+
+    A state response resets them at the start of each attempt. An attempt of `always[a:b]` or of `until` ends with its
+    first violation, which is decided at the bound itself, so hysteresis has no effect there.
+    """
+    match formula.response:
+        case Holds():
+            return HysteresisScope.ATTEMPT
+        case AlwaysWithin() | HoldsUntil():
+            return HysteresisScope.NEVER
+        case Eventually():
+            return HysteresisScope.RUN

@@ -1,0 +1,105 @@
+"""Text of a formula to its syntax tree; errors in the user's terms.
+
+Imports lark, so this module is imported only when a formula is parsed.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Literal
+
+from lark import Lark, Token, Tree
+from lark.exceptions import UnexpectedCharacters, UnexpectedToken
+
+from pytest_hricdv.grammar import lark_parser
+from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
+
+Start = Literal["formula", "condition"]
+
+# Unexpected token -> advice: how other languages write it, or where it is allowed here.
+_COMMON_MISTAKES = {
+    "and": "a conjunction is written `&`",
+    "or": "a disjunction is written `|`",
+    "&": "a conjunction is written with one `&`",
+    "|": "a disjunction is written with one `|`",
+    "=": "equality is written `==`, an implication `->`",
+    "implies": "an implication is written `->`",
+    "always": "`always` is allowed only at the start and at the top of the response",
+    "eventually": "`eventually[a:b](...)` is allowed only at the top of the response",
+    "until": "`until` is allowed only at the top of the response: `always(f) until g`",
+    "->": "one `->` is allowed, between antecedent and response; elsewhere write `!a | b`",
+    '"': "a text ends with the quotation mark that it begins with, on the same line",
+    "'": "a text ends with the quotation mark that it begins with, on the same line",
+    "[": "`[hysteresis h]` and `[for d]` follow a comparison, `[a:b]` follows once, historically, eventually or always",
+}
+_TERMINAL_NAMES = {
+    "NAME": "a name",
+    "NUMBER": "a number",
+    "RELATION": "a comparison",
+    "SIGN": "+ or -",
+    "FACTOR": "* or /",
+    "QUALIFIER": "hysteresis or for",
+    "UNARY_OPERATOR": "rise, fall or previously",
+    "WINDOWED_OPERATOR": "once or historically",
+    "TEXT": "a text",
+    "$END": "the end of the formula",
+}
+_WHAT_IS_EXPECTED: dict[Start, str] = {
+    "formula": "always(antecedent -> response)",
+    "condition": "a condition about the present and the past, for instance once[0:2](on(topic)) & signal < 0.25",
+}
+
+
+@cache
+def _grammar() -> Lark:
+    # The basic lexer recognizes a keyword at any position; the advice for misplaced keywords needs that.
+    return lark_parser(
+        Path(__file__).parent / "requirement.lark",
+        lexer="basic",
+        propagate_positions=True,
+        start=list(_WHAT_IS_EXPECTED),
+        maybe_placeholders=True,
+    )
+
+
+def syntax_tree(source: FormulaSource, start: Start) -> Tree[Token]:
+    """The syntax tree of a text, by the rule `start` of the grammar.
+
+    Raises:
+        RequirementError: it is none; the caret marks the first unexpected token.
+    """
+    try:
+        return _grammar().parse(source.formula, start=start)
+    except UnexpectedToken as unexpected:
+        raise _unexpected_token(source, start, unexpected) from None
+    except UnexpectedCharacters as unexpected:
+        position = unexpected.pos_in_stream or 0
+        character = source.formula[position]
+        problem = f"the character {character!r} has no meaning in a formula"
+        raise source.error(position, position + 1, problem, _COMMON_MISTAKES.get(character, "")) from None
+
+
+def _unexpected_token(source: FormulaSource, rule: Start, unexpected: UnexpectedToken) -> RequirementError:
+    token: Token = unexpected.token
+    expected = _expected_text(unexpected.accepts or unexpected.expected)
+    if token.type == "$END":
+        end = len(source.formula.rstrip())
+        if end == 0:
+            return source.error(0, 1, f"the {rule} is empty", f"expected {_WHAT_IS_EXPECTED[rule]}")
+        return source.error(end, end + 1, f"the {rule} ends too early", f"expected {expected}")
+    start = token.start_pos or 0
+    advice = _COMMON_MISTAKES.get(str(token), "")
+    if rule == "condition" and str(token) in ("always", "eventually", "until"):
+        advice = "a condition is about the present and the past: write once, historically or since"
+    if unexpected.expected == {"ALWAYS"} or (str(token) == ")" and "->" in expected):
+        advice = "a requirement says when it applies: always(antecedent -> response)"
+    lines = f"expected {expected}" + (f"\n{advice}" if advice else "")
+    return source.error(start, start + len(token), f"unexpected {str(token)!r}", lines)
+
+
+def _expected_text(terminals: set[str]) -> str:
+    """The terminals that lark expected, as the user writes them."""
+    patterns = {terminal.name: terminal.pattern.value for terminal in _grammar().terminals}
+    names = sorted({_TERMINAL_NAMES.get(name) or patterns.get(name, name).replace("\\", "") for name in terminals})
+    return " or ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else names[0]

@@ -1,0 +1,148 @@
+"""Syntax tree of a term to the term: numbers, texts and names, with their types; errors in the user's terms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import cast
+
+from lark import Token, Tree
+
+from pytest_hricdv.monitor import formula as ast
+from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
+from pytest_hricdv.monitor.vocabulary import Kind, Vocabulary
+from pytest_hricdv.suggestion import nearest
+
+Node = Tree[Token] | Token
+
+_NOUNS: dict[Kind, str] = {bool: "a condition", float: "a number", str: "a text"}
+_EXAMPLES: dict[Kind, str] = {float: "`... < 0.25`", str: '`... == "..."`'}
+
+
+class TermParser:
+    """Makes terms from syntax trees, with the rule of the same name for each node.
+
+    Args:
+        source: of the text.
+        vocabulary: the names that it may use.
+    """
+
+    def __init__(self, source: FormulaSource, vocabulary: Vocabulary) -> None:
+        self._source = source
+        self._vocabulary = vocabulary
+        self._term_rules: dict[str, Callable[[Tree[Token]], ast.Term]] = {
+            "name": lambda tree: ast.FloatName(self._full_name(tree)),
+            "number": lambda tree: ast.Number(self._number(tree.children[0])),
+            "signed": self._signed,
+            "arithmetic": self._arithmetic,
+        }
+
+    # --- types
+
+    def _kind(self, node: Node) -> Kind:
+        """The type of an expression, by its outermost operator."""
+        tree = _inside(node)
+        match tree.data:
+            case "name":
+                return self._kind_of_name(tree)
+            case "text":
+                return str
+            case rule:
+                return float if rule in self._term_rules else bool
+
+    def _kind_of_name(self, tree: Tree[Token]) -> Kind:
+        kind = self._vocabulary.kind(self._full_name(tree))
+        if kind is not None:
+            return kind
+        name = str(tree.children[0])
+        if name in self._vocabulary.messages:
+            advice = f"{name} is a topic: `on({name})` is true when a message arrives, `{name}.field` is its last value"
+            raise self._error(tree, f"unknown name {name!r}", advice)
+        raise self._error(tree, f"unknown name {name!r}{nearest(name, self._vocabulary.names())}")
+
+    def _full_name(self, tree: Tree[Token]) -> str:
+        return self._vocabulary.full_name(str(tree.children[0]))
+
+    def _expect(self, node: Node, expected: Kind) -> Tree[Token]:
+        """The node without parentheses; it has to be of a type."""
+        tree = _inside(node)
+        kind = self._kind(tree)
+        if kind is expected:
+            return tree
+        is_name = tree.data == "name"
+        found = f"{tree.children[0]!s} is a {kind.__name__}" if is_name else f"this is {_NOUNS[kind]}"
+        problem = f"expected {_NOUNS[expected]}, but {found}"
+        if expected is bool:
+            advice = f"compare it, for instance {_EXAMPLES[kind]}"
+        elif is_name and kind is bool:
+            advice = f"use it as a condition by itself: `{tree.children[0]!s}` or `!{tree.children[0]!s}`"
+        elif kind is bool:
+            advice = "comparisons take numbers or texts; put parentheses around a comparison inside a formula"
+        else:
+            advice = "a number is compared with a number, a text with a text"
+        raise self._error(tree, problem, advice)
+
+    # --- numbers
+
+    def _term(self, node: Node) -> ast.Term:
+        tree = self._expect(node, float)
+        return self._term_rules[tree.data](tree)
+
+    def _signed(self, tree: Tree[Token]) -> ast.Term:
+        sign, operand = tree.children
+        return ast.Negative(self._term(operand)) if str(sign) == "-" else self._term(operand)
+
+    def _arithmetic(self, tree: Tree[Token]) -> ast.Term:
+        left, operator, right = tree.children
+        return ast.Arithmetic(cast("ast.ArithmeticOperator", str(operator)), self._term(left), self._term(right))
+
+    def _number(self, node: Node) -> float:
+        value = float(cast("Token", node))
+        if not math.isfinite(value):
+            raise self._error(node, "this number is too large for a float")
+        return value
+
+    # --- texts
+
+    def _text(self, node: Node) -> ast.TextTerm:
+        tree = self._expect(node, str)
+        if tree.data == "text":
+            return ast.Text(str(tree.children[0])[1:-1])
+        return ast.TextName(self._full_name(tree))
+
+    def _compares_texts(self, left: Node, right: Node) -> bool:
+        for node, other in ((left, right), (right, left)):
+            if self._is_unknown(node) and not self._is_unknown(other) and self._kind(other) is str:
+                name = str(_inside(node).children[0])
+                raise self._error(node, f"unknown name {name!r}", f'a text is written in quotation marks: "{name}"')
+        return str in (self._kind(left), self._kind(right))
+
+    def _is_unknown(self, node: Node) -> bool:
+        tree = _inside(node)
+        return tree.data == "name" and self._vocabulary.kind(self._full_name(tree)) is None
+
+    def _texts(self, left: Node, right: Node) -> tuple[ast.TextTerm, ast.TextTerm]:
+        """Both sides of a comparison of texts."""
+        sides = self._text(left), self._text(right)
+        for node, side, other in ((left, sides[0], sides[1]), (right, sides[1], sides[0])):
+            if isinstance(side, ast.Text) and isinstance(other, ast.TextName):
+                self._check_value(node, side.value, other.name)
+        return sides
+
+    def _check_value(self, node: Node, value: str, name: str) -> None:
+        allowed = self._vocabulary.values.get(name)
+        if allowed is not None and value not in allowed:
+            raise self._error(node, f"{name} is never {value!r}{nearest(value, allowed)}")
+
+    # --- errors
+
+    def _error(self, node: Node, problem: str, advice: str = "") -> RequirementError:
+        if isinstance(node, Token):
+            return self._source.error(node.start_pos or 0, node.end_pos or 0, problem, advice)
+        return self._source.error(node.meta.start_pos, node.meta.end_pos, problem, advice)
+
+
+def _inside(node: Node) -> Tree[Token]:
+    """A node without the parentheses around it."""
+    tree = cast("Tree[Token]", node)
+    return _inside(tree.children[0]) if tree.data == "parentheses" else tree

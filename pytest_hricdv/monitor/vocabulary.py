@@ -1,0 +1,87 @@
+"""The vocabulary that requirements are written in: signals, messages, and the values of those that are texts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from pytest_hricdv.suggestion import nearest
+
+Kind = type[bool] | type[float] | type[str]
+
+_TEMPORAL = ("always", "eventually", "until", "since", "once", "historically", "previously")
+KEYWORDS = frozenset((*_TEMPORAL, "on", "rise", "fall", "not", "hysteresis", "for", "inf"))
+IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """The names that formulas may use, with their types.
+
+    Attributes:
+        signals: name -> `bool`, `float` or `str`; piecewise constant in time.
+        messages: topic -> fields, each field -> `bool`, `float` or `str`.
+        values: text signal, or text field as `topic.field` -> all values that it can have; absent if unknown. A
+            comparison with any other value is an error.
+
+    Raises:
+        ValueError: a name that a formula cannot contain (no identifier, or a keyword), another type, or values of
+            what is no text.
+
+    >>> vocabulary = Vocabulary(
+    ...     signals={"arm_speed": float},
+    ...     messages={"state": {"name": str}, "request": {}},
+    ...     values={"state.name": ("Idle", "Move_hand")},
+    ... )
+    >>> vocabulary.full_name("state"), vocabulary.kind("state.name")
+    ('state.name', <class 'str'>)
+    """
+
+    signals: Mapping[str, Kind] = field(default_factory=dict)
+    messages: Mapping[str, Mapping[str, Kind]] = field(default_factory=dict)
+    values: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, kind in self.signals.items():
+            _check_declaration(f"signal {name!r}", name, kind)
+        for topic, fields in self.messages.items():
+            _check_declaration(f"topic {topic!r}", topic, bool)
+            for name, kind in fields.items():
+                _check_declaration(f"field {name!r} of topic {topic!r}", name, kind)
+        for name, values in self.values.items():
+            self._check_values(name, values)
+
+    def kind(self, name: str) -> Kind | None:
+        """The type of a signal, or of a field written as `topic.field`; None for an unknown name."""
+        topic, dot, member = name.partition(".")
+        return self.messages.get(topic, {}).get(member) if dot else self.signals.get(name)
+
+    def full_name(self, name: str) -> str:
+        """The name with the field that it leaves out: a topic with one field, a number or a text, means that field.
+
+        A field that is a bool is not left out: the topic alone would look like the arrival of a message.
+        """
+        fields = {} if name in self.signals else self.messages.get(name, {})
+        [*members] = (f"{name}.{member}" for member, kind in fields.items() if kind is not bool)
+        return members[0] if len(members) == len(fields) == 1 else name
+
+    def names(self) -> list[str]:
+        """All signals, and all fields as `topic.field`."""
+        return [*self.signals, *(f"{topic}.{name}" for topic, fields in self.messages.items() for name in fields)]
+
+    def _check_values(self, name: str, values: Sequence[str]) -> None:
+        if self.kind(name) is not str:
+            texts = [known for known in self.names() if self.kind(known) is str]
+            raise ValueError(f"values of {name!r}: this is no signal or topic.field of type str{nearest(name, texts)}")
+        if isinstance(values, str) or not values or not all(isinstance(value, str) for value in values):
+            raise ValueError(f"values of {name!r}: expected its texts, at least one, got {values!r}")
+
+
+def _check_declaration(what: str, name: str, kind: Kind) -> None:
+    if not IDENTIFIER.fullmatch(name):
+        raise ValueError(f"{what}: a name consists of letters, digits and _, and does not start with a digit")
+    if name in KEYWORDS:
+        raise ValueError(f"{what}: this is a keyword of the requirement language; choose another name")
+    if kind not in (bool, float, str):
+        raise ValueError(f"{what}: expected the type bool, float or str, got {kind!r}")
