@@ -24,6 +24,7 @@ FIDELITY = "dynamic"
 def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     """Hands the testbench over. Imports stay inside: a run without a suite pays for none of this."""
     from controller.journal import OUTCOMES, RELEASED
+    from controller.machine import STATES
     from controller.ports import MESSAGES
     from pytest_hricdv.testbench import (
         BeliefSpace,
@@ -36,6 +37,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         Testbench,
     )
     from sim.turns import planned_turns
+    from sim.whereabouts import HAND_PLACES
 
     at_leg, off, side = Range(-0.03, 0.03, "m"), Range(0.5, 0.75, "m"), Range(-1.0, 1.0, "left or right")
     looks = {"offset_m": Range(0.1, 0.2, "m"), "distance_m": Range(0.5, 0.6, "m"), "side": side}
@@ -77,12 +79,23 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "leg_held": bool,
             "leg_torn": bool,
             "leg_offset": float,
+            "leg_height": float,
+            "leg_in_bin": bool,
+            "arm_home": bool,
+            "hand_place": str,
             "hand_closing": bool,
             "hand_distance": float,
             "hand_contact_force": float,
             "arm_speed": float,
         },
-        units={"leg_offset": "m", "hand_distance": "m", "hand_contact_force": "N", "arm_speed": "rad/s"},
+        values={"hand_place": HAND_PLACES, "state.name": tuple(STATES), "turn_done.outcome": OUTCOMES},
+        units={
+            "leg_offset": "m",
+            "leg_height": "m",
+            "hand_distance": "m",
+            "hand_contact_force": "N",
+            "arm_speed": "rad/s",
+        },
         code=("controller",),
         run=run,
         outcome_label="legs",

@@ -9,12 +9,13 @@ from typing import ClassVar, Self
 from pytest_hricdv.runtime import Recorder
 from sim.engine import STEP_HZ, STEP_S, TICK_STEPS, Engine, PhysicsTime, SimulationError, steps_until, time_of
 from sim.fingers import Fingers
-from sim.gripper import FingerMotion, Gripper, offset_of
+from sim.gripper import FingerMotion, Gripper
 from sim.layout import furnish
 from sim.leg_supply import LegSupply, PressureSensor
 from sim.mechanics import mechanics_of
 from sim.person import Person
 from sim.torso import Torso
+from sim.whereabouts import Whereabouts
 
 SPEED_DIGITS = 6
 """Arm speeds are recorded to a microradian per second: smaller changes are noise of a motor at constant speed, and each
@@ -43,9 +44,11 @@ class World:
 
     Args:
         recorder: receives the signals `arm_speed` (rad/s, the arm's fastest joint, each physics step), `leg_held`,
-            `leg_torn` (it was pulled out of the closed hand), `leg_offset` (m, leg's middle to the handover place),
-            `hand_closing`, and each physics step while closing `hand_distance` (m, the person's hand to the robot's
-            palm and fingers) and `hand_contact_force` (N, with which the fingers press on the person's hand).
+            `leg_torn` (it was pulled out of the closed hand), `hand_closing`, and each physics step while closing
+            `hand_distance` (m, the person's hand to the robot's palm and fingers) and `hand_contact_force` (N, with
+            which the fingers press on the person's hand); and each control tick `leg_offset` (m, leg's middle to the
+            handover place), `leg_height` (m, leg's middle above the floor), `leg_in_bin`, `hand_place` (see
+            `sim.whereabouts`) and `arm_home`.
         freeze: skip steps while nothing can move. Messages and verdicts are the same without.
         fidelity: "dynamic" or "kinematic" (see `sim.mechanics`).
 
@@ -132,7 +135,7 @@ class World:
         """After a command: physics must step until everything is at rest again."""
         self._rest_ticks = 0
 
-    def signal(self, name: str, value: float | bool) -> None:
+    def signal(self, name: str, value: float | bool | str) -> None:
         """Record a signal's value from now on."""
         self._recorder.signal(self.time.now_s, name, value)
 
@@ -145,13 +148,14 @@ class World:
         self.legs = LegSupply(engine, self.time, self._mechanics.leg)
         self.pressure = PressureSensor(self.legs)
         self.gripper = Gripper(engine, self.torso, self.fingers, self.legs, self.person, self.signal)
+        self._whereabouts = Whereabouts(self.torso, self.legs, self.signal)
         for _ in range(SETTLE_STEPS):
             self._mechanics.step(engine, 1)
         self._speed_rad_s = 0.0
         self.signal("arm_speed", self._speed_rad_s)
         self.signal("leg_held", False)
         self.signal("leg_torn", False)
-        self.signal("leg_offset", offset_of(self.legs.current))
+        self._whereabouts.tick()
         self.signal("hand_closing", False)
         self.signal("hand_contact_force", 0.0)
         self.signal("hand_distance", self.gripper.human_distance())
@@ -178,7 +182,7 @@ class World:
         self.person.follow()
         self.gripper.tick()
         self.legs.tick()
-        self.signal("leg_offset", offset_of(self.legs.current))
+        self._whereabouts.tick()
         self._rest_ticks = self._rest_ticks + 1 if self._at_rest() else 0
         for watch in tuple(self._watches):
             if watch.condition():

@@ -22,6 +22,20 @@ SCRIPTS = {
 }
 
 
+SIGNALS = (
+    "arm_home",
+    "arm_speed",
+    "hand_closing",
+    "hand_contact_force",
+    "hand_distance",
+    "leg_held",
+    "leg_height",
+    "leg_in_bin",
+    "leg_offset",
+    "leg_torn",
+)
+
+
 def value_at(record: Record, name: str, time_s: float) -> float:
     times, values = record.signals[name]
     return max((t, v) for t, v in zip(times, values, strict=True) if t <= time_s)[1]
@@ -87,9 +101,7 @@ def test_time_passes_while_frozen_and_people_still_move() -> None:
 def test_initial_values_are_recorded_at_time_0() -> None:
     with Stage() as stage:
         signals = stage.recorder.finish().signals
-    assert {name: times[0] for name, (times, _) in signals.items()} == dict.fromkeys(
-        ("arm_speed", "hand_closing", "hand_contact_force", "hand_distance", "leg_held", "leg_offset", "leg_torn"), 0.0
-    )
+    assert {name: times[0] for name, (times, _) in signals.items()} == dict.fromkeys(SIGNALS, 0.0)
     assert signals["arm_speed"][1][0] == 0.0
     assert 0.3 < signals["leg_offset"][1][0] < 0.6
 
