@@ -6,7 +6,6 @@ A record holds thousands of changes of each signal; what a picture can show of t
 from __future__ import annotations
 
 import json
-from array import array
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
 from zlib import crc32
