@@ -80,9 +80,14 @@ def _suite_baseline(report: Report, suite: SuiteResult, percent: Mapping[str, fl
         bins={name: tuple(sorted(hit.bin for hit in product.hits)) for name, product in suite.cross.products.items()},
         seed=suite.seed,
         code_sha256=report.code_under_test.sha256,
-        made_with=report.made_with,
+        made_with=made_with(report, suite),
         tests=_behaviours(tests),
     )
+
+
+def made_with(report: Report, suite: SuiteResult) -> dict[str, str]:
+    """Name -> version, of what the records of a suite's tests can depend on beside code and testbench."""
+    return {**report.made_with, **({"fidelity": suite.fidelity} if suite.fidelity else {})}
 
 
 def _behaviours(tests: Sequence[TestResult]) -> dict[str, Behaviour]:
@@ -105,14 +110,21 @@ def behaviour_of(test: TestResult) -> Behaviour:
             name: (result.verdict, None if result.margin is None else float(f"{result.margin:.6g}"))
             for name, result in test.requirements.items()
         },
+        faults=test.faults,
     )
 
 
 def _message(text: str) -> BusMessage:
-    """A message of a timeline. JSON has no NaN or infinity: as a field's value they become text."""
+    """A message of a timeline. JSON has no NaN or infinity: as a field's value they become text.
+
+    A lone surrogate, which has no UTF-8, becomes a question mark: a file with it could not be read again.
+    """
     try:
-        time_s, sender, topic, fields = text.split("\t", 3)
-        return BusMessage(json.loads(time_s), sender, topic, json.loads(fields, parse_constant=str))
+        time_s, sender, topic, text_of_fields = text.split("\t", 3)
+        fields = json.loads(text_of_fields, parse_constant=str)
+        if "\\ud" in text_of_fields:
+            fields = json.loads(json.dumps(fields, ensure_ascii=False).encode("utf-8", "replace"))
+        return BusMessage(json.loads(time_s), sender, topic, fields)
     except ValueError:
         raise ReportError(
             f"message {text!r} of a timeline: expected time, sender, topic and fields as JSON, between tabs"
@@ -158,13 +170,15 @@ def check_suites(baseline: Baseline, seeds: Mapping[str, int], where: str, *, be
     if seeds and not common:
         raise BaselineError(
             f"{where}: of the suite {', '.join(sorted(baseline.suites)) or 'none'}; this run has {', '.join(seeds)}: "
-            "choose the baseline's suite, or add this one to the baseline with --hri-update-baseline"
+            "choose the baseline's suite, add this one to the baseline with --hri-update-baseline, or compare with "
+            "none (--hri-baseline=)"
         )
     for name, before in common.items():
         if before.seed is not None and before.seed != seeds[name]:
             raise BaselineError(
                 f"{where}: of suite {name} with seed {before.seed}; this run has seed {seeds[name]}, so other tests: "
-                f"run it with seed {before.seed}, or write the baseline anew with --hri-update-baseline"
+                f"run it with seed {before.seed}, write the baseline anew with --hri-update-baseline, or compare with "
+                "none (--hri-baseline=)"
             )
         if behaviour and before.tests is None:
             raise BaselineError(

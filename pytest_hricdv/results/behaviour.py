@@ -33,6 +33,7 @@ class Behaviour(Record, frozen=True, kw_only=True):
         messages: all, in order.
         signals: name -> checksum of all changes of the signal.
         verdicts: requirement -> verdict, and margin to six digits.
+        faults: what was wrong with the run beside its requirements.
     """
 
     record_sha256: str | None
@@ -43,6 +44,7 @@ class Behaviour(Record, frozen=True, kw_only=True):
     messages: tuple[BusMessage, ...]
     signals: Mapping[str, str]
     verdicts: Mapping[str, tuple[str, Number | None]]
+    faults: Names = ()
 
 
 class Change(Record, frozen=True, kw_only=True):
@@ -53,7 +55,7 @@ class Change(Record, frozen=True, kw_only=True):
         text: the first difference, with times and values.
         time_s: when it was (s); None where all messages are the same.
         topic: of the message that differs first; empty where all messages are the same.
-        also: what else differs: the end, outcomes, verdicts and margins; a sentence each.
+        also: what else differs: the end, outcomes, faults, verdicts and margins; a sentence each.
         before: the behaviour in the baseline.
     """
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import zip_longest
 from typing import Any, NamedTuple
 
-from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, behaviour_of
+from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, behaviour_of, made_with
 from pytest_hricdv.results.behaviour import Behaviour, BehaviourChanges, BusMessage, Change, ChangeKind
 from pytest_hricdv.results.model import Report, TestResult
 
@@ -71,7 +71,7 @@ def headline(changes: BehaviourChanges) -> str:
 
 def change_of(before: Behaviour, now: Behaviour) -> Change | None:
     """What differs between two runs of a test; None where their records are the same to the bit, and their ends."""
-    if (before.record_sha256, before.ended, before.outcomes) == (now.record_sha256, now.ended, now.outcomes):
+    if before.record_sha256 == now.record_sha256 and not any(_ends(before, now)):
         return None
     first = first_difference(before, now)
     return Change(
@@ -210,17 +210,22 @@ def _tenths(time_s: float) -> str:
 
 
 def _other_end(before: Behaviour, now: Behaviour) -> Difference | None:
-    for text in _ends(before, now):
-        return Difference(text, f"the messages are the same, but it {text}")
+    for kind, text in _ends(before, now):
+        return Difference(kind, f"the messages are the same, but it {text}")
     return None
 
 
-def _ends(before: Behaviour, now: Behaviour) -> Iterator[str]:
+def _ends(before: Behaviour, now: Behaviour) -> Iterator[tuple[str, str]]:
+    """How else a run ended, as kind and text."""
     if before.ended != now.ended:
-        yield f"ended with {now.ended!r} instead of {before.ended!r}"
+        text = f"ended with {now.ended!r} instead of {before.ended!r}"
+        yield text, text
     if before.outcomes != now.outcomes:
         told, old = (", ".join(outcomes) or "none" for outcomes in (now.outcomes, before.outcomes))
-        yield f"had the outcomes {told} instead of {old}"
+        yield "other outcomes", f"had the outcomes {told} instead of {old}"
+    if before.faults != now.faults:
+        told, old = ("; ".join(faults) or "none" for faults in (now.faults, before.faults))
+        yield "other faults", f"had the faults {told} instead of {old}"
 
 
 def _other_signals(before: Behaviour, now: Behaviour) -> Difference:
@@ -232,8 +237,8 @@ def _other_signals(before: Behaviour, now: Behaviour) -> Difference:
 
 
 def _also(before: Behaviour, now: Behaviour) -> Iterator[str]:
-    """What follows from the first difference: the end, outcomes, verdicts, margins."""
-    yield from _ends(before, now)
+    """What follows from the first difference: the end, outcomes, faults, verdicts, margins."""
+    yield from (text for _, text in _ends(before, now))
     for name, (verdict, margin) in now.verdicts.items():
         old_verdict, old_margin = before.verdicts.get(name, ("", None))
         if old_verdict and verdict != old_verdict:
@@ -260,24 +265,29 @@ def _gone(report: Report, suites: Mapping[str, SuiteBaseline | None]) -> Iterato
 
 
 def _notes(report: Report, suites: Mapping[str, SuiteBaseline | None], *, changed: bool) -> Iterator[str]:
-    for name, before in suites.items():
+    for suite in report.suites:
+        before = suites[suite.name]
         if before is None:
             continue
         if before.tests is None:
             yield (
-                f"the baseline has no behaviour of suite {name}, because an older version wrote it: "
+                f"the baseline has no behaviour of suite {suite.name}, because an older version wrote it: "
                 "--hri-update-baseline adds it"
             )
-            continue
-        same_code = before.code_sha256 == report.code_under_test.sha256
-        if changed and same_code:
-            yield (
-                "the code under test is the same as in the baseline, so the testbench, its world, the model or a "
-                "library has changed"
-            )
-        if not changed and not same_code:
+        elif changed:
+            yield from _causes(before, report.code_under_test.sha256, made_with(report, suite))
+        elif before.code_sha256 != report.code_under_test.sha256:
             yield "the code under test has changed, and none of these tests shows it"
-        for what, version in report.made_with.items():
-            old = before.made_with.get(what, version)
-            if changed and old != version:
-                yield f"the baseline was made with {what} {old}, this run with {version}: records may differ for that"
+
+
+def _causes(before: SuiteBaseline, code_sha256: str, made_with: Mapping[str, str]) -> Iterator[str]:
+    """What other than the code under test can have changed the behaviour."""
+    for what, version in made_with.items():
+        old = before.made_with.get(what, version)
+        if old != version:
+            yield f"the baseline was made with {what} {old}, this run with {version}: records may differ for that"
+    if before.code_sha256 == code_sha256:
+        yield (
+            "the code under test is the same as in the baseline, so the testbench, its world, the model or a library "
+            "has changed"
+        )

@@ -86,7 +86,7 @@ def read_options(config: pytest.Config) -> Options:
     known, baseline = _allowed(config, "known", "known_violations"), _text(config, "baseline")
     if config.getoption("hri_update_baseline") and not baseline:
         raise pytest.UsageError("--hri-update-baseline: say which file, with --hri-baseline=FILE or hri_baseline")
-    if _flag(config, "fail_on_change") and not baseline:
+    if not baseline and _fail_on_change(config):
         raise pytest.UsageError("--hri-fail-on-change: compared with what? give --hri-baseline=FILE or hri_baseline")
     return Options(
         suites="" if replay else _text(config, "suite"),
@@ -101,7 +101,7 @@ def read_options(config: pytest.Config) -> Options:
             fail_on_nc=_flag(config, "fail_on_nc"),
             may_be_nc=_allowed(config, "allow_nc", "allow_nc"),
             known={} if _flag(config, "strict") else known,
-            fail_on_change=_flag(config, "fail_on_change"),
+            fail_on_change=_fail_on_change(config),
         ),
         known={name: each.reason for name, each in known.items() if not each.expired(today)},
         shard=_shard(config),
@@ -122,6 +122,12 @@ def read_options(config: pytest.Config) -> Options:
         learning=read_learning(config),
         again=_again(config),
     )
+
+
+def _fail_on_change(config: pytest.Config) -> bool:
+    """The key of the ini file does not hold where the command line says `--hri-baseline=`: compare with none."""
+    switched_off = config.getoption("hri_baseline") is not None and not _text(config, "baseline")
+    return bool(config.getoption("hri_fail_on_change")) or (_flag(config, "fail_on_change") and not switched_off)
 
 
 def _replay(config: pytest.Config) -> tuple[Path, ...]:

@@ -136,17 +136,29 @@ def test_what_changed_beside_the_code_under_test_is_said_to_be_elsewhere(kept: p
     )
 
 
-def test_a_test_in_error_behaves_otherwise_also_where_the_session_stops(kept: pytest.Pytester) -> None:
+def test_a_run_that_a_failure_of_the_code_ends_is_compared_also_where_the_session_stops(kept: pytest.Pytester) -> None:
     change(kept.path, "lamps/guide.py", "clock.sleep(SWITCHING_S)", "clock.sleep(-1)")
     result = kept.runpytest_inprocess(*BY_HAND, "-x")
     result.stdout.fnmatch_lines(
+        ["1 of 1 tests behaves otherwise than in the baseline", "  1  `switched` is missing"],
+    )
+    changes = report(kept.path)["changes"]
+    (changed,) = changes["changed"].values()
+    told = "had the faults the code under test raised KernelError: guide at 2.023 s: cannot wait for -1 s"
+    assert any(text.startswith(told) for text in changed["also"])
+    assert changes["gone"] == []
+
+
+def test_a_test_without_a_run_behaves_otherwise(kept: pytest.Pytester) -> None:
+    change(kept.path, "conftest.py", "    ended = run.go(LIMIT_S)\n", "    ended = 1 / 0\n")
+    result = kept.runpytest_inprocess(*BY_HAND)
+    result.stdout.fnmatch_lines(
         [
-            "1 of 1 tests behaves otherwise than in the baseline",
-            "  1  ends in error",
-            "     first difference in by-hand-*: the test is in error; in",
+            "4 of 4 tests behave otherwise than in the baseline",
+            "  4  ends in error",
+            "     first difference in by-hand-*: the test is in error;*",
         ]
     )
-    assert report(kept.path)["changes"]["gone"] == []
 
 
 def test_tests_that_the_baseline_has_not_are_new_and_not_changed(kept: pytest.Pytester) -> None:
@@ -169,7 +181,7 @@ def test_tests_that_the_baseline_has_not_are_new_and_not_changed(kept: pytest.Py
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["--hri-suite=rl"], "base.json: of the suite by-hand; this run has rl: choose the baseline's suite, or add"),
+        (["--hri-suite=rl"], "base.json: of the suite by-hand; this run has rl: choose the baseline's suite, add"),
         (
             ["--hri-suite=by-hand", "--hri-seed=7"],
             "base.json: of suite by-hand with seed 0; this run has seed 7, so other tests: run it with seed 0",
@@ -184,6 +196,16 @@ def test_a_baseline_of_another_suite_or_seed_is_refused_before_anything_runs(
     result.stderr.fnmatch_lines([f"ERROR: --hri-baseline: *{told}*"])
     assert kept.runpytest_inprocess(*options, BASE, "--hri-update-baseline").ret == 0
     assert kept.runpytest_inprocess(*options, BASE, GATE).ret == 0
+
+
+def test_the_command_line_switches_off_the_comparison_of_the_ini_file(kept: pytest.Pytester) -> None:
+    ini = "pythonpath = .\nhri_baseline = base.json\nhri_fail_on_change = true"
+    change(kept.path, "pytest.ini", "pythonpath = .", ini)
+    assert kept.runpytest_inprocess("--hri-suite=rl").ret == pytest.ExitCode.USAGE_ERROR
+    assert kept.runpytest_inprocess("--hri-suite=rl", "--hri-baseline=").ret == 0
+    assert "changes" not in report(kept.path)
+    asked = kept.runpytest_inprocess("--hri-suite=rl", "--hri-baseline=", GATE)
+    assert asked.ret == pytest.ExitCode.USAGE_ERROR
 
 
 def test_a_baseline_of_an_older_version_still_compares_verdicts_and_says_what_it_lacks(kept: pytest.Pytester) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -124,7 +125,8 @@ def test_values_that_differ_in_the_last_bit_only_are_shown_in_full() -> None:
         ({"record_sha256": "other", "signals": {"speed": "0a"}}, "only signals differ", "of the signals, touch differ"),
         ({"record_sha256": "other"}, "messages less than 1 ms earlier or later", "less than 1 ms"),
         ({"ended": "limit"}, "ended with 'limit' instead of 'table done'", "the messages are the same, but it ended"),
-        ({"outcomes": ()}, "had the outcomes none instead of released", "the messages are the same, but it had the"),
+        ({"outcomes": ()}, "other outcomes", "the messages are the same, but it had the outcomes none instead of rel"),
+        ({"faults": ("node a at 3 s: it broke",)}, "other faults", "had the faults node a at 3 s: it broke instead of"),
         ({"record_sha256": None}, "ends in error", "the test is in error; in the baseline its run came to its end"),
         (
             {"record_sha256": "other", "parameters": "ff"},
@@ -217,11 +219,16 @@ def test_a_file_keeps_the_behaviour_with_a_line_for_each_test(tmp_path: Path) ->
     assert headline(changes) == "all 3 tests behave as in the baseline"
 
 
-def test_a_value_that_is_not_finite_can_be_kept(tmp_path: Path) -> None:
-    report = reports.report([ran(1, BusMessage(1, "robot", "said", {"level": float("nan")}))])
-    (suite,) = read_baseline(kept(report, tmp_path), "toy").suites.values()
-    assert suite.tests is not None
-    assert suite.tests["rl-leg1"].messages[0].fields == {"level": "NaN"}
+@pytest.mark.parametrize(
+    ("value", "file_has"), [(float("nan"), "NaN"), (-math.inf, "-Infinity"), ("\ud800 \U0001f600", "? \U0001f600")]
+)
+def test_a_value_that_json_does_not_have_can_be_kept(tmp_path: Path, value: object, file_has: str) -> None:
+    report = reports.report([ran(1, BusMessage(1, "robot", "said", {"level": value}))])
+    baseline = read_baseline(kept(report, tmp_path), "toy")
+    tests = baseline.suites["rl"].tests
+    assert tests is not None
+    assert tests["rl-leg1"].messages[0].fields == {"level": file_has}
+    assert baseline == baseline_of(report)
 
 
 @pytest.mark.parametrize("message", ["1\trobot\tsaid", "1\trobot\tsaid\t{", "soon\trobot\tsaid\t{}"])
