@@ -229,11 +229,20 @@ def _ends(before: Behaviour, now: Behaviour) -> Iterator[tuple[str, str]]:
 
 
 def _other_signals(before: Behaviour, now: Behaviour) -> Difference:
-    names = sorted(before.signals.keys() | now.signals.keys())
-    other = [name for name in names if before.signals.get(name) != now.signals.get(name)]
-    if not other:
+    old, new = before.signals, now.signals
+    groups = {
+        ("differs", "differ"): [name for name in new if name in old and new[name] != old[name]],
+        ("is new", "are new"): [name for name in new if name not in old],
+        ("is missing", "are missing"): [name for name in old if name not in new],
+    }
+    told = [
+        f"signal{'s' * (len(names) > 1)} {', '.join(sorted(names))} {verbs[len(names) > 1]}"
+        for verbs, names in groups.items()
+        if names
+    ]
+    if not told:
         return Difference("messages less than 1 ms earlier or later", "messages come less than 1 ms earlier or later")
-    return Difference("only signals differ", f"the messages are the same; of the signals, {', '.join(other)} differ")
+    return Difference("only signals differ", f"the messages are the same, but {'; '.join(told)}")
 
 
 def _also(before: Behaviour, now: Behaviour) -> Iterator[str]:

@@ -63,7 +63,7 @@ def test_the_terminal_lists_kinds_with_an_example_each_within_its_width() -> Non
         f"  1  {OTHER}",
         f"     first difference in {third}: at 2.0 s `state(Give up)` instead of `state(Offer)`",
         "  1  only signals differ",
-        f"     first difference in {fourth}: the messages are the same; of the signals, arm_speed differ",
+        f"     first difference in {fourth}: the messages are the same, but signal arm_speed is new",
         f"  1 test not in the baseline: {fifth}",
         "  1 test only in the baseline: rl-old",
         "  the code under test is the same as in the baseline, so the testbench, its world, the model or a library has",

@@ -121,8 +121,16 @@ def test_values_that_differ_in_the_last_bit_only_are_shown_in_full() -> None:
 @pytest.mark.parametrize(
     ("now", "kind", "text"),
     [
-        ({"record_sha256": "other", "signals": {"speed": "0c", "touch": "0b"}}, "only signals differ", "speed differ"),
-        ({"record_sha256": "other", "signals": {"speed": "0a"}}, "only signals differ", "of the signals, touch differ"),
+        (
+            {"record_sha256": "other", "signals": {"speed": "0c", "touch": "0b"}},
+            "only signals differ",
+            "the messages are the same, but signal speed differs",
+        ),
+        (
+            {"record_sha256": "other", "signals": {"speed": "0c", "home": "00", "height": "00"}},
+            "only signals differ",
+            "but signal speed differs; signals height, home are new; signal touch is missing",
+        ),
         ({"record_sha256": "other"}, "messages less than 1 ms earlier or later", "less than 1 ms"),
         ({"ended": "limit"}, "ended with 'limit' instead of 'table done'", "the messages are the same, but it ended"),
         ({"outcomes": ()}, "other outcomes", "the messages are the same, but it had the outcomes none instead of rel"),
