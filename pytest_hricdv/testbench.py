@@ -278,6 +278,10 @@ class Ending:
     error: NodeError | None = None
 
 
+INSTANT_S = 1e-6
+"""The kernel's resolution of time."""
+
+
 @dataclass
 class Run:
     """What the testbench's `run` works with: virtual time, bus, record, and the test to enact."""
@@ -320,9 +324,14 @@ class Run:
             try:
                 why = self.kernel.run(limit_s)
                 self.ending = Ending("stopped" if self.kernel.stopped else why, self.kernel.now_s)
+                self.monitors.advance(self.kernel.now_s)
+                # An instant is judged once it is over, and what happened at the last one may have met a deadline.
+                until_s = self.kernel.now_s + INSTANT_S
                 while (deadline_s := self._open_deadline_s()) is not None:
-                    if self.kernel.run(deadline_s) == "idle":
-                        self.kernel.skip(deadline_s)
+                    if self.kernel.run(min(deadline_s, until_s)) == "idle":
+                        self.kernel.skip(min(deadline_s, until_s))
+                    self.monitors.advance(self.kernel.now_s)
+                    until_s = math.inf
             except NodeError as error:
                 if isinstance(error.__cause__, MonitorError):
                     raise  # by the requirements, in whichever node they were read
