@@ -16,6 +16,9 @@ A requirement is `always(antecedent -> response)`. The antecedent says when the 
 `once[a:b](f)`             f was true at some time between b and a seconds ago; without [a:b]: ever
 `historically[a:b](f)`     f was true at all times between b and a seconds ago; without [a:b]: always
 `f since g`                g was true, and f has been true since then
+`time_since(f) < d`        f was last true less than d seconds ago (also <= > >=); infinite before f was ever true
+`count[a:b](f)`            a number: how often f became true between b and a seconds ago; without [a:b]: so far
+`last(topic.field)`        the value in the message before the present one; a comparison is false before there is one
 =========================  ==========================================================================================
 
 Responses: `f` (while the antecedent is true), `eventually[a:b](f)`, `always[a:b](f)`, and `always(f) until g` (until g

@@ -6,13 +6,15 @@ A *source* is what is fed: the name of a signal, or `on(topic)` for a topic (its
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from pytest_hricdv.monitor.formula import (
     And,
     Arithmetic,
     BooleanName,
     Comparison,
+    Count,
     Fall,
     FloatName,
     Formula,
@@ -31,21 +33,41 @@ from pytest_hricdv.monitor.formula import (
     TextComparison,
     TextName,
     TextTerm,
+    TimeSince,
 )
 from pytest_hricdv.monitor.vocabulary import Kind
 
+Leaf = Number | FloatName | Count | TimeSince | Text | TextName
+
+
+def last_of(field: str) -> str:
+    """The name of the value that a field, `topic.field`, had in the message before the present one."""
+    return f"last({field})"
+
+
+def field_of(name: str) -> str:
+    """`topic.field` of a field, or of its value in the message before; empty for a signal."""
+    return name.removeprefix("last(").removesuffix(")") if "." in name else ""
+
+
+def is_optional(name: str, kind: Kind) -> bool:
+    """Whether there may be no value without an error: of the text of a message, and of the message before."""
+    return "." in name and (kind is str or name != field_of(name))
+
 
 def source_of(name: str) -> str:
-    """The source whose updates change `name` (a signal, or `topic.field`)."""
-    topic, dot, _ = name.partition(".")
+    """The source whose updates change `name` (a signal, a field, or its value in the message before)."""
+    topic, dot, _ = field_of(name).partition(".")
     return f"on({topic})" if dot else name
 
 
 def children(formula: PastFormula) -> tuple[PastFormula, ...]:
     """The formulas directly inside `formula`."""
     match formula:
-        case BooleanName() | On() | Comparison() | TextComparison():
+        case BooleanName() | On():
             return ()
+        case Comparison() | TextComparison():
+            return tuple(part.operand for part in _parts(formula) if isinstance(part, Count | TimeSince))
         case And() | Or() | Since():
             return (formula.left, formula.right)
         case _:
@@ -73,24 +95,27 @@ def conditions(response: Response) -> tuple[PastFormula, ...]:
     return (response.condition, response.release) if isinstance(response, HoldsUntil) else (response.condition,)
 
 
-def term_names(term: Term | TextTerm) -> Iterator[FloatName | TextName]:
-    """The signals and fields that a term reads."""
+def leaves(term: Term | TextTerm) -> Iterator[Leaf]:
+    """What a term computes with, in the order of the text."""
     match term:
-        case FloatName() | TextName():
-            yield term
         case Negative():
-            yield from term_names(term.operand)
+            yield from leaves(term.operand)
         case Arithmetic():
-            yield from term_names(term.left)
-            yield from term_names(term.right)
-        case Number() | Text():
-            return
+            yield from leaves(term.left)
+            yield from leaves(term.right)
+        case _:
+            yield term
 
 
-def names_compared(comparison: Comparison | TextComparison) -> Iterator[FloatName | TextName]:
-    """The signals and fields that both sides of a comparison read."""
-    yield from term_names(comparison.left)
-    yield from term_names(comparison.right)
+def names_compared(comparison: Comparison | TextComparison) -> Mapping[str, Kind]:
+    """Name -> type of the signals and fields that a comparison reads by itself, not inside `count` or `time_since`."""
+    names = [part for part in _parts(comparison) if isinstance(part, FloatName | TextName)]
+    return {part.name: str if isinstance(part, TextName) else float for part in names}
+
+
+def _parts(comparison: Comparison | TextComparison) -> Iterator[Leaf]:
+    yield from leaves(comparison.left)
+    yield from leaves(comparison.right)
 
 
 def names_of(parts: Iterable[PastFormula]) -> dict[str, Kind]:
@@ -102,8 +127,7 @@ def names_of(parts: Iterable[PastFormula]) -> dict[str, Kind]:
                 case BooleanName():
                     kinds[node.name] = bool
                 case Comparison() | TextComparison():
-                    names = names_compared(node)
-                    kinds.update((each.name, str if isinstance(each, TextName) else float) for each in names)
+                    kinds.update(names_compared(node))
                 case _:
                     pass
     return kinds
@@ -117,7 +141,13 @@ def names_read(formula: Formula) -> dict[str, Kind]:
 def topics_of(parts: Sequence[PastFormula]) -> frozenset[str]:
     """The topics whose messages the formulas read, by `on(topic)` or by a field."""
     arrivals = {node.topic for part in parts for node in walk(part) if isinstance(node, On)}
-    return frozenset(arrivals | {name.partition(".")[0] for name in names_of(parts) if "." in name})
+    return frozenset(arrivals | {field_of(name).partition(".")[0] for name in names_of(parts) if "." in name})
+
+
+def fields_read(kinds: Mapping[str, Kind], topic: str) -> dict[str, bool]:
+    """The fields of a topic among names, as `topic.field` -> whether its value in the message before is read."""
+    fields = [field_of(name) for name in kinds if field_of(name).startswith(f"{topic}.")]
+    return {field: last_of(field) in kinds for field in fields}
 
 
 def topics_read(formula: Formula) -> frozenset[str]:
@@ -143,7 +173,18 @@ def is_right_continuous(formula: PastFormula) -> bool:
 
     Signals and formulas over signals are. Messages, edges and `previously` differ at single instants.
     """
-    return not any(isinstance(node, On | Rise | Fall | Previously) for node in walk(formula))
+    match formula:
+        case On() | Rise() | Fall() | Previously():
+            return False
+        case Comparison(left=TimeSince()):
+            # `time_since(f) <= d` becomes false right after d, `time_since(f) < d` at d.
+            return formula.relation in ("<", ">=") and all(map(is_right_continuous, children(formula)))
+        case Comparison():
+            # A count in a window of the past changes right after its end.
+            windows = (part.end_s for part in _parts(formula) if isinstance(part, Count))
+            return all(map(math.isinf, windows))
+        case _:
+            return all(map(is_right_continuous, children(formula)))
 
 
 def sources(formula: PastFormula) -> frozenset[str]:
@@ -159,7 +200,8 @@ def sources(formula: PastFormula) -> frozenset[str]:
         case On():
             return frozenset((f"on({formula.topic})",))
         case Comparison() | TextComparison():
-            return frozenset(source_of(each.name) for each in names_compared(formula))
+            names = frozenset(map(source_of, names_compared(formula)))
+            return names.union(*map(sources, children(formula)))
         case And() if is_instantaneous(formula.left):
             return sources(formula.left)
         case And() if is_instantaneous(formula.right):

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from typing import overload
 
 from pytest_hricdv.monitor import formula as ast
+from pytest_hricdv.monitor.analysis import last_of
 from pytest_hricdv.monitor.dsl import (
     Comparison,
     Condition,
@@ -35,11 +36,13 @@ from pytest_hricdv.monitor.vocabulary import IDENTIFIER
 
 __all__ = [
     "always",
+    "count",
     "equal",
     "eventually",
     "fall",
     "field",
     "historically",
+    "last",
     "on",
     "once",
     "previously",
@@ -48,6 +51,7 @@ __all__ = [
     "signal",
     "since",
     "text",
+    "time_since",
     "unequal",
 ]
 
@@ -63,8 +67,12 @@ def signal(name: str) -> Name:
 
 def field(name: str) -> Name:
     """The last value of a message's field, written `topic.field`. Raises ValueError for an invalid name."""
-    topic, _, member = name.partition(".")
-    return Name(f"{_identifier(topic)}.{_identifier(member)}")
+    return Name(_field_name(name))
+
+
+def last(name: str) -> Name:
+    """The value that a field, written `topic.field`, had in the message before. Raises ValueError as above."""
+    return Name(last_of(_field_name(name)))
 
 
 def text(name: str) -> TextOperand:
@@ -121,6 +129,19 @@ def historically(condition: Condition, start_s: float = 0.0, end_s: float = math
 def since(condition: Condition, start: Condition) -> Condition:
     """`condition since start`: `start` was true, and `condition` has been true since then."""
     return Condition(ast.Since(as_past(condition), as_past(start)))
+
+
+# --- numbers over the past
+
+
+def count(condition: Condition, start_s: float = 0.0, end_s: float = math.inf) -> Quantity:
+    """How often `condition` became true between `end_s` and `start_s` seconds ago; without a window: so far."""
+    return Quantity(ast.Count(as_past(condition), *_window(start_s, end_s)))
+
+
+def time_since(condition: Condition) -> Quantity:
+    """The time (s) since `condition` was last true, infinite before; to be compared with a number."""
+    return Quantity(ast.TimeSince(as_past(condition)))
 
 
 # --- responses and formulas
@@ -197,6 +218,11 @@ def _equality(relation: ast.Equality, left: Operand, right: Operand) -> Comparis
     if isinstance(left, str | TextOperand) or isinstance(right, str | TextOperand):
         return Comparison(ast.TextComparison(relation, as_text(left), as_text(right)))
     return Comparison(ast.Comparison(relation, as_term(left), as_term(right)))
+
+
+def _field_name(name: str) -> str:
+    topic, _, member = name.partition(".")
+    return f"{_identifier(topic)}.{_identifier(member)}"
 
 
 def _identifier(name: str) -> str:

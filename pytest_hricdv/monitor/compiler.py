@@ -13,13 +13,14 @@ from enum import Enum, auto
 from functools import partial
 from typing import Any
 
-from pytest_hricdv.monitor.analysis import names_compared, sources
-from pytest_hricdv.monitor.evaluation_state import nanoseconds
+from pytest_hricdv.monitor.analysis import is_optional, names_compared, sources
+from pytest_hricdv.monitor.evaluation_state import Condition, nanoseconds
 from pytest_hricdv.monitor.formula import (
     And,
     Arithmetic,
     BooleanName,
     Comparison,
+    Count,
     Fall,
     FloatName,
     Historically,
@@ -38,8 +39,10 @@ from pytest_hricdv.monitor.formula import (
     TextComparison,
     TextName,
     TextTerm,
+    TimeSince,
 )
 from pytest_hricdv.monitor.operators import (
+    CountOperator,
     ForOperator,
     HysteresisOperator,
     OnceOperator,
@@ -47,9 +50,10 @@ from pytest_hricdv.monitor.operators import (
     PreviouslyOperator,
     RiseOperator,
     SinceOperator,
+    TimeSinceOperator,
 )
 
-_Stateful = Rise | Once | Previously | Since | Comparison | TextComparison
+_Stateful = Rise | Once | Previously | Since | Comparison | TextComparison | Count
 
 
 class HysteresisScope(Enum):
@@ -61,7 +65,7 @@ class HysteresisScope(Enum):
 
 
 def function_of(expression: str) -> Callable[..., Any]:
-    """The Python function of `v` (values), `m` (topics with a message) and `o` (outputs of operators)."""
+    """The Python function of `v` (values), `m` (topic -> number of messages) and `o` (outputs of operators)."""
     # Safe to evaluate: ExpressionCompiler writes only checked names (as literals), numbers and operators.
     environment = {"INFINITY": math.inf, "finite": _finite}
     return eval(f"lambda v, m, o: {expression}", environment)  # type: ignore[no-any-return]
@@ -77,22 +81,24 @@ class ExpressionCompiler:
     """Writes expressions, and collects the operators whose outputs they read by number.
 
     Attributes:
-        run_operators, attempt_operators: as of `Program`.
+        run_operators, attempt_operators: as of `RequirementProgram`.
+        counts: the text of each count -> the number of its operator.
         run_sources, attempt_sources: the sources whose updates can change the operands of these operators.
     """
 
     def __init__(self) -> None:
         self.run_operators: list[Callable[[], Operator]] = []
         self.attempt_operators: list[Callable[[], HysteresisOperator]] = []
+        self.counts: dict[str, int] = {}
         self.run_sources: list[frozenset[str]] = []
         self.attempt_sources: list[frozenset[str]] = []
-        self._compiled: dict[PastFormula, str] = {}  # equal subformulas share one operator
+        self._compiled: dict[_Stateful, str] = {}  # equal subformulas share one operator
 
     def condition(self, formula: PastFormula, scope: HysteresisScope) -> str:
         """An expression for the truth of `formula`; inside past operators, the scope of a hysteresis is the run."""
         match formula:
             case BooleanName():
-                return f"v[{formula.name!r}]"
+                return f"v.get({formula.name!r}, False)" if is_optional(formula.name, bool) else f"v[{formula.name!r}]"
             case On():
                 return f"({formula.topic!r} in m)"
             case Comparison() | TextComparison():
@@ -115,11 +121,13 @@ class ExpressionCompiler:
 
         The quantitative semantics of signal temporal logic (Donze and Maler, "Robust satisfaction of temporal logic
         over real-valued signals", FORMATS 2010): min for `&`, max for `|`, plus or minus infinity for a formula
-        without a comparison. Past operators and `[for d]` count as such. A hysteresis does not move the bound.
+        without a comparison, such as past operators, `time_since` and `[for d]`. A hysteresis does not move the bound.
         """
         match formula:
+            case Comparison(left=TimeSince()):
+                return None
             case Comparison(for_s=0):
-                return _distance(formula)
+                return self._distance(formula)
             case Not():
                 inner = self.robustness(formula.operand)
                 return None if inner is None else f"-{inner}"
@@ -136,13 +144,15 @@ class ExpressionCompiler:
         return f"(INFINITY if {self.condition(formula, HysteresisScope.NEVER)} else -INFINITY)"
 
     def _comparison(self, formula: Comparison | TextComparison, scope: HysteresisScope) -> str:
-        has_hysteresis = isinstance(formula, Comparison) and formula.hysteresis > 0
-        if formula.for_s > 0 or (has_hysteresis and scope is HysteresisScope.RUN):
+        if formula.for_s > 0 or isinstance(formula.left, TimeSince):
             return self._stateful(formula)
-        if not isinstance(formula, Comparison) or not has_hysteresis or scope is HysteresisScope.NEVER:
-            return _comparison_text(formula)
+        if not isinstance(formula, Comparison) or formula.hysteresis == 0 or scope is HysteresisScope.NEVER:
+            return self._comparison_text(formula)
+        if scope is HysteresisScope.RUN:
+            return self._stateful(formula)
+        bounds = self._both_bounds(formula)
         index = self._next_index()
-        self.attempt_operators.append(partial(HysteresisOperator, index, *_both_bounds(formula)))
+        self.attempt_operators.append(partial(HysteresisOperator, index, *bounds))
         self.attempt_sources.append(sources(formula))
         return f"o[{index}]"
 
@@ -161,67 +171,84 @@ class ExpressionCompiler:
             case Since():
                 return self._past_operator(SinceOperator, formula.left, formula.right)
             case Once():
-                start_ns, end_ns = nanoseconds(formula.start_s), nanoseconds(formula.end_s)
-                return self._past_operator(partial(OnceOperator, start_ns=start_ns, end_ns=end_ns), formula.operand)
-            case TextComparison() | Comparison() if formula.for_s > 0:
-                length_ns = nanoseconds(formula.for_s)
-                return self._past_operator(partial(ForOperator, length_ns=length_ns), replace(formula, for_s=0.0))
+                window = partial(OnceOperator, start_ns=nanoseconds(formula.start_s), end_ns=nanoseconds(formula.end_s))
+                return self._past_operator(window, formula.operand)
+            case Count():
+                return self._count(formula)
+            case Comparison() | TextComparison() if formula.for_s > 0:
+                lasting = partial(ForOperator, length_ns=nanoseconds(formula.for_s))
+                return self._past_operator(lasting, replace(formula, for_s=0.0))
+            case Comparison(left=TimeSince(operand), right=Number(bound_s)):
+                elapsed = partial(
+                    TimeSinceOperator, bound_ns=nanoseconds(bound_s), closed=formula.relation in ("<=", ">")
+                )
+                output = self._past_operator(elapsed, operand)
+                return output if formula.relation in ("<", "<=") else f"(not {output})"
             case Comparison():
-                index = self._next_index()
-                self.run_operators.append(partial(HysteresisOperator, index, *_both_bounds(formula)))
-                self.run_sources.append(sources(formula))
-                return f"o[{index}]"
+                bounds = self._both_bounds(formula)
+                return self._add(partial(HysteresisOperator, self._next_index(), *bounds), formula)
             case TextComparison():
                 raise AssertionError("a comparison of texts without duration has no memory")
+
+    def _count(self, count: Count) -> str:
+        """The output of the operator of a count: of messages, or of instants at which its operand becomes true."""
+        counted = count.operand
+        new = f"m.get({counted.topic!r}, 0)" if isinstance(counted, On) else self._stateful(Rise(counted))
+        window = {"start_ns": nanoseconds(count.start_s), "end_ns": nanoseconds(count.end_s)}
+        self.counts[str(count)] = self._next_index()
+        return self._add(partial(CountOperator, self._next_index(), function_of(new), **window), counted)
 
     def _past_operator(self, make: Callable[..., Operator], *operands: PastFormula) -> str:
         # Operands first: the operators in them have to be stepped before this one.
         functions = [function_of(self.condition(operand, HysteresisScope.RUN)) for operand in operands]
+        return self._add(partial(make, self._next_index(), *functions), *operands)
+
+    def _add(self, make: Callable[[], Operator], *operands: PastFormula) -> str:
+        """The output of a new operator over the run, which has to be stepped when its operands can change."""
         index = self._next_index()
-        self.run_operators.append(partial(make, index, *functions))
+        self.run_operators.append(make)
         self.run_sources.extend(map(sources, operands))
         return f"o[{index}]"
 
     def _next_index(self) -> int:
         return len(self.run_operators) + len(self.attempt_operators)
 
+    # --- comparisons
 
-def _comparison_text(formula: Comparison | TextComparison, shift: str = "") -> str:
-    # A comparison with a text that no message has brought yet is false.
-    known = [
-        f"{each.name!r} in v" for each in names_compared(formula) if isinstance(each, TextName) and "." in each.name
-    ]
-    return f"({' and '.join([*known, f'{_term(formula.left)} {formula.relation} {_term(formula.right)}{shift}'])})"
+    def _comparison_text(self, formula: Comparison | TextComparison, shift: str = "") -> str:
+        compared = f"{self._term(formula.left)} {formula.relation} {self._term(formula.right)}{shift}"
+        return f"({' and '.join([*_known(formula), compared])})"
+
+    def _both_bounds(self, formula: Comparison) -> tuple[Condition, Condition]:
+        """The comparison with its own bound, and with the bound shifted by the hysteresis."""
+        sign = "-" if formula.relation in ("<", "<=") else "+"
+        shifted = self._comparison_text(formula, f" {sign} {formula.hysteresis!r}")
+        return function_of(self._comparison_text(formula)), function_of(shifted)
+
+    def _distance(self, formula: Comparison) -> str:
+        """Positive inside the bound, in the unit of the terms; 0 at the bound, for `<` and for `<=`."""
+        left, right = self._term(formula.left), self._term(formula.right)
+        gap = f"{right} - {left}" if formula.relation in ("<", "<=") else f"{left} - {right}"
+        distance = {"==": f"-abs({gap})", "!=": f"abs({gap})"}.get(formula.relation, gap)
+        known = " and ".join(_known(formula))
+        return f"({distance} if {known} else -INFINITY)" if known else f"({distance})"
+
+    def _term(self, term: Term | TextTerm) -> str:
+        match term:
+            case Number() | Text():
+                return repr(term.value)
+            case FloatName() | TextName():
+                return f"v[{term.name!r}]"
+            case Negative():
+                return f"(-{self._term(term.operand)})"
+            case Arithmetic():
+                return f"finite({self._term(term.left)} {term.operator} {self._term(term.right)})"
+            case Count():
+                return self._stateful(term)
+            case TimeSince():
+                raise TypeError(f"{term} is the left side of a comparison with a number, and nothing else")
 
 
-def _both_bounds(formula: Comparison) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """The comparison with its own bound, and with the bound shifted by the hysteresis."""
-    sign = "-" if formula.relation in ("<", "<=") else "+"
-    shifted = _comparison_text(formula, f" {sign} {formula.hysteresis!r}")
-    return function_of(_comparison_text(formula)), function_of(shifted)
-
-
-def _distance(formula: Comparison) -> str:
-    """Positive inside the bound, in the unit of the terms; 0 at the bound, for `<` and for `<=`."""
-    left, right = _term(formula.left), _term(formula.right)
-    match formula.relation:
-        case "<" | "<=":
-            return f"({right} - {left})"
-        case ">" | ">=":
-            return f"({left} - {right})"
-        case "==":
-            return f"-abs({left} - {right})"
-        case "!=":
-            return f"abs({left} - {right})"
-
-
-def _term(term: Term | TextTerm) -> str:
-    match term:
-        case Number() | Text():
-            return repr(term.value)
-        case FloatName() | TextName():
-            return f"v[{term.name!r}]"
-        case Negative():
-            return f"(-{_term(term.operand)})"
-        case Arithmetic():
-            return f"finite({_term(term.left)} {term.operator} {_term(term.right)})"
+def _known(formula: Comparison | TextComparison) -> list[str]:
+    """Whether there is what a comparison reads. A comparison with what no message has brought yet is false."""
+    return [f"{name!r} in v" for name, kind in names_compared(formula).items() if is_optional(name, kind)]

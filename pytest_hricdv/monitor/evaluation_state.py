@@ -8,15 +8,17 @@ finely a run is sampled.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Set
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+
+from pytest_hricdv.monitor.analysis import field_of, is_optional, last_of
 
 NS_PER_S = 1_000_000_000
 
 # Time inside the monitors: whole nanoseconds, or infinity. The type is float because int has no infinity.
 Nanoseconds = float
 
-NO_MESSAGE: frozenset[str] = frozenset()
+NO_MESSAGE: Mapping[str, int] = {}
 
 
 class UnknownValueError(LookupError):
@@ -36,15 +38,21 @@ class Values(dict[str, Value]):
     def __missing__(self, name: str) -> Value:
         raise UnknownValueError(name)
 
+    def set_field(self, field: str, value: Value, *, keep_last: bool) -> None:
+        """Set `topic.field` to the value of a new message; with `keep_last`, the value before it is kept as well."""
+        if keep_last and field in self:
+            self[last_of(field)] = self[field]
+        self[field] = value
 
-class Outputs(dict[int, bool]):
-    """The output of each stateful operator of one monitor, by its number in the program."""
+
+class Outputs(dict[int, float]):
+    """The output of each stateful operator of one monitor, by its number in the program: a truth, or a count."""
 
     def __init__(self) -> None:
         super().__init__()
         self.unknown: dict[int, str] = {}  # operator -> the name without a value that keeps it from starting
 
-    def __missing__(self, index: int) -> bool:
+    def __missing__(self, index: int) -> float:
         raise UnknownValueError(self.unknown[index])
 
 
@@ -54,14 +62,14 @@ class EvaluationState:
 
     Attributes:
         values: shared by all monitors of the run.
-        arrived: topics of which a message arrived at this instant; shared by all monitors of the run.
+        arrived: topic -> how many of its messages arrived at this instant; shared by all monitors of the run.
         at: outputs of the operators at the instant.
         after: outputs right after it.
         before: outputs just before it.
     """
 
     values: Values
-    arrived: Set[str]
+    arrived: Mapping[str, int]
     at: Outputs = field(default_factory=Outputs)
     after: Outputs = field(default_factory=Outputs)
     before: Outputs = field(default_factory=Outputs)
@@ -69,18 +77,17 @@ class EvaluationState:
     def values_before(self) -> Values:
         """The values just before the instant at which an operator starts.
 
-        The first value of a signal, a number or a bool is taken to have been there before: it is no edge. A text of a
-        message of this instant was not there: its first value is an edge, as the message is.
+        A first value is taken to have been there before: it is no edge. What may be unknown without an error, such as
+        the text of a message, was not there before the messages of this instant: then it is an edge, as they are.
         """
-        return Values({name: value for name, value in self.values.items() if not self._is_new_text(name, value)})
+        return Values({name: value for name, value in self.values.items() if not self._is_new(name, value)})
 
-    def _is_new_text(self, name: str, value: Value) -> bool:
-        topic, dot, _ = name.partition(".")
-        return isinstance(value, str) and dot != "" and topic in self.arrived
+    def _is_new(self, name: str, value: Value) -> bool:
+        return is_optional(name, type(value)) and field_of(name).partition(".")[0] in self.arrived
 
 
-Condition = Callable[[Values, Set[str], Outputs], bool]
-Robustness = Callable[[Values, Set[str], Outputs], float]
+Condition = Callable[[Values, Mapping[str, int], Outputs], bool]
+Measure = Callable[[Values, Mapping[str, int], Outputs], float]
 
 
 def nanoseconds(time_s: float) -> Nanoseconds:

@@ -14,6 +14,7 @@ from pytest_hricdv.monitor.past_formula import (
     ArithmeticOperator,
     BooleanName,
     Comparison,
+    Count,
     Equality,
     Fall,
     FloatName,
@@ -34,6 +35,7 @@ from pytest_hricdv.monitor.past_formula import (
     TextComparison,
     TextName,
     TextTerm,
+    TimeSince,
 )
 
 __all__ = [
@@ -43,6 +45,7 @@ __all__ = [
     "ArithmeticOperator",
     "BooleanName",
     "Comparison",
+    "Count",
     "Equality",
     "Eventually",
     "Fall",
@@ -68,6 +71,7 @@ __all__ = [
     "TextComparison",
     "TextName",
     "TextTerm",
+    "TimeSince",
 ]
 
 # --- responses: what has to follow when the antecedent is true

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from bisect import bisect_right
-from collections.abc import Callable, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence
 
 from pytest_hricdv.monitor.evaluation_state import (
     NO_MESSAGE,
@@ -65,7 +65,7 @@ class FormulaMonitor(ABC):
         """Whether what is needed at the start of the run is known by now."""
 
     @abstractmethod
-    def _judge(self, now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs, *, right_after: bool) -> None:
+    def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
         """Judge one instant, or the time right after it."""
 
     def _response_wake_ns(self, now_ns: Nanoseconds) -> Nanoseconds:
@@ -104,7 +104,7 @@ class ConditionMonitor(FormulaMonitor):
     def _can_start(self) -> bool:
         return True
 
-    def _judge(self, now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs, *, right_after: bool) -> None:
+    def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
         try:
             holds = self._condition(self._state.values, arrived, outputs)
         except UnknownValueError:

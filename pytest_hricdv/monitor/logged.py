@@ -8,22 +8,30 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from numbers import Real
 from operator import itemgetter
-from typing import Any, Protocol
+from typing import Protocol, cast
 
-from pytest_hricdv.monitor.analysis import conjuncts, names_of, names_read, topics_of, topics_read
+from pytest_hricdv.monitor.analysis import (
+    conjuncts,
+    fields_read,
+    last_of,
+    names_of,
+    names_read,
+    topics_of,
+    topics_read,
+)
 from pytest_hricdv.monitor.compiler import ExpressionCompiler, HysteresisScope, function_of
 from pytest_hricdv.monitor.evaluation_state import (
     NO_MESSAGE,
     Condition,
     EvaluationState,
+    Measure,
     Nanoseconds,
     Outputs,
-    Robustness,
     UnknownValueError,
     Value,
     Values,
@@ -140,15 +148,15 @@ def nearest_miss(antecedent: PastFormula, log: Log) -> NearestMiss:
 class _Conjunct:
     text: str
     condition: Condition
-    robustness: Robustness | None  # with respect to the bound at which it would become true
+    robustness: Measure | None  # with respect to the bound at which it would become true
 
-    def is_true(self, values: Values, arrived: Set[str], outputs: Outputs) -> bool:
+    def is_true(self, values: Values, arrived: Mapping[str, int], outputs: Outputs) -> bool:
         try:
             return self.condition(values, arrived, outputs)
         except _UNDEFINED:
             return False
 
-    def distance(self, values: Values, arrived: Set[str], outputs: Outputs) -> float:
+    def distance(self, values: Values, arrived: Mapping[str, int], outputs: Outputs) -> float:
         if self.robustness is None:
             return math.inf
         try:
@@ -167,7 +175,8 @@ class _Search:
         compiler = ExpressionCompiler()
         self._conjuncts = [_compiled(part, compiler) for part in conjuncts(antecedent)]
         self._operators = [make() for make in compiler.run_operators]
-        self._arrived: set[str] = set()
+        self._fields = {topic: fields_read(self._kinds, topic) for topic in self.topics}
+        self._arrived: dict[str, int] = {}
         self._state = EvaluationState(Values(), self._arrived)
         self._best: tuple[float, float] = (math.inf, math.inf)  # number of false conjuncts, distance of a single one
         self._missing: list[_Conjunct] = []
@@ -177,15 +186,13 @@ class _Search:
         """Apply the updates of an instant."""
         for name, value in updates:
             if isinstance(value, Mapping):
-                self._arrived.add(name)
-                for field in self._kinds:
-                    if field.startswith(f"{name}."):
-                        self._set(field, value[field.partition(".")[2]])
+                self._arrived[name] = self._arrived.get(name, 0) + 1
+                for field, keep_last in self._fields[name].items():
+                    kind = self._kinds.get(field) or self._kinds[last_of(field)]
+                    new = cast("Value", value[field.partition(".")[2]])
+                    self._state.values.set_field(field, kind(new), keep_last=keep_last)
             else:
-                self._set(name, value)
-
-    def _set(self, name: str, value: Any) -> None:
-        self._state.values[name] = self._kinds[name](value)
+                self._state.values[name] = self._kinds[name](value)
 
     def evaluate(self, now_ns: Nanoseconds, *, last: bool) -> Nanoseconds:
         """Evaluate an instant and, unless it is the last, the time right after it; returns the next wake-up time."""
@@ -197,7 +204,7 @@ class _Search:
         self._arrived.clear()
         return min((operator.wake_ns for operator in self._operators), default=math.inf)
 
-    def _compare(self, now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs) -> None:
+    def _compare(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs) -> None:
         values = self._state.values
         missing = [each for each in self._conjuncts if not each.is_true(values, arrived, outputs)]
         if len(missing) > self._best[0]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 
+from pytest_hricdv.monitor.analysis import field_of, fields_read
 from pytest_hricdv.monitor.evaluation_state import (
     NS_PER_S,
     EvaluationState,
@@ -51,11 +52,11 @@ class MonitorSet:
 
     def __init__(self, requirements: Iterable[Requirement] = ()) -> None:
         self._values = Values()
-        self._arrived: set[str] = set()
+        self._arrived: dict[str, int] = {}
         self._requirements: dict[RequirementMonitor, str] = {}
         self._monitors: dict[FormulaMonitor, str] = {}  # -> what errors call it
         self._kinds: dict[str, Kind] = {}
-        self._fields: dict[str, list[str]] = {}  # topic -> the fields that are read, as `topic.field`
+        self._fields: dict[str, dict[str, bool]] = {}  # topic -> what is read of it (`analysis.fields_read`)
         # Source -> monitors to evaluate on its updates; with False, only while an attempt of the monitor is open.
         self._monitors_by_source: dict[str, list[tuple[FormulaMonitor, bool]]] = {}
         self._dirty: dict[FormulaMonitor, None] = {}  # used as an ordered set
@@ -106,12 +107,13 @@ class MonitorSet:
     def _add(self, monitor: FormulaMonitor, name: str) -> None:
         self._monitors[monitor] = name
         self._kinds.update(monitor.kinds)
-        for topic in sorted(monitor.program.topics):
-            fields = self._fields.setdefault(topic, [])
-            fields += [name for name in monitor.kinds if name.startswith(f"{topic}.") and name not in fields]
-        for name in monitor.kinds:
-            if "." not in name:
+        for name, kind in monitor.kinds.items():
+            if "." in name:
+                self._kinds[field_of(name)] = kind
+            else:
                 self._monitors_by_source.setdefault(name, [])
+        for topic in sorted(monitor.program.topics):
+            self._fields[topic] = fields_read(self._kinds, topic)
         always = monitor.program.always_sources
         for source in sorted(always.union(monitor.program.attempt_sources, monitor.shows)):
             self._monitors_by_source.setdefault(source, []).append((monitor, source in always))
@@ -131,13 +133,13 @@ class MonitorSet:
             self._advance(time_s)
         if topic not in self._fields:
             return
-        for name in self._fields[topic]:
+        for name, keep_last in self._fields[topic].items():
             field = name.partition(".")[2]
             if field not in fields:
                 present = ", ".join(fields) or "none"
                 raise MonitorError(f"a message {topic!r} at {time_s} s has no field {field!r}; its fields: {present}")
-            self._values[name] = self._checked_value(time_s, name, fields[field])
-        self._arrived.add(topic)
+            self._values.set_field(name, self._checked_value(time_s, name, fields[field]), keep_last=keep_last)
+        self._arrived[topic] = self._arrived.get(topic, 0) + 1
         self._mark_dirty(f"on({topic})")
 
     def signal(self, time_s: float, name: str, value: Value) -> None:

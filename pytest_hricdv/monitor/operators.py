@@ -19,6 +19,7 @@ from pytest_hricdv.monitor.evaluation_state import (
     NO_MESSAGE,
     Condition,
     EvaluationState,
+    Measure,
     Nanoseconds,
     UnknownValueError,
 )
@@ -58,7 +59,8 @@ class PastOperator(Operator):
             at = [operand(state.values, state.arrived, state.at) for operand in self._operands]
             after = [operand(state.values, NO_MESSAGE, state.after) for operand in self._operands]
             if not self._started:
-                before = [operand(state.values_before(), NO_MESSAGE, state.before) for operand in self._operands]
+                values = state.values_before()
+                before = [operand(values, NO_MESSAGE, state.before) for operand in self._operands]
         except UnknownValueError as unknown:
             if self._started:
                 raise
@@ -180,18 +182,94 @@ class ForOperator(PastOperator):
         super().__init__(index, operand)
         self._length_ns = length_ns
         self._since_ns = math.inf
+        self._since_open = False
 
     def _start(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
         return False
 
     def _advance(self, now_ns: Nanoseconds, at: list[bool], after: list[bool]) -> tuple[bool, bool]:
-        if not at[0]:
-            self._since_ns = math.inf
-        elif self._since_ns == math.inf:
-            self._since_ns = now_ns
+        self._continue(now_ns, holds=at[0], right_after=False)
+        due_ns = self._since_ns + self._length_ns
+        holds_at = due_ns < now_ns or (due_ns == now_ns and not self._since_open)
+        self._continue(now_ns, holds=after[0], right_after=True)
         due_ns = self._since_ns + self._length_ns
         self.wake_ns = due_ns if due_ns > now_ns else math.inf
-        return due_ns <= now_ns, due_ns <= now_ns
+        return holds_at, due_ns <= now_ns
+
+    def _continue(self, now_ns: Nanoseconds, *, holds: bool, right_after: bool) -> None:
+        if not holds:
+            self._since_ns = math.inf
+        elif self._since_ns == math.inf:
+            self._since_ns, self._since_open = now_ns, right_after
+
+
+class TimeSinceOperator(PastOperator):
+    """The operand was last true less than a time ago; with `closed`, exactly that time ago as well."""
+
+    def __init__(self, index: int, operand: Condition, bound_ns: Nanoseconds, *, closed: bool) -> None:
+        super().__init__(index, operand)
+        self._bound_ns = bound_ns
+        self._closed = closed
+        self._holds = False
+        self._last_ns = -math.inf  # of the times at which it was true, the latest
+
+    def _start(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
+        return False
+
+    def _advance(self, now_ns: Nanoseconds, at: list[bool], after: list[bool]) -> tuple[bool, bool]:
+        if self._holds or at[0]:
+            self._last_ns = now_ns
+        elapsed_ns = now_ns - self._last_ns
+        holds_at = elapsed_ns < self._bound_ns or (self._closed and elapsed_ns == self._bound_ns)
+        self._holds = after[0]
+        if self._holds:  # from now on the elapsed time stays 0
+            self._last_ns = now_ns
+            self.wake_ns = math.inf
+            return holds_at, self._closed or self._bound_ns > 0
+        due_ns = self._last_ns + self._bound_ns
+        self.wake_ns = due_ns if due_ns > now_ns else math.inf
+        return holds_at, elapsed_ns < self._bound_ns
+
+
+class CountOperator(Operator):
+    """How many occurrences there were in [now - end, now - start].
+
+    Args:
+        occurrences: their number at the instant.
+    """
+
+    def __init__(self, index: int, occurrences: Measure, start_ns: Nanoseconds, end_ns: Nanoseconds) -> None:
+        super().__init__(index)
+        self._occurrences = occurrences
+        self._start_ns = start_ns
+        self._end_ns = end_ns
+        self._count = 0
+        self._entering_ns: deque[Nanoseconds] = deque()  # when occurrences come into the window
+        self._leaving_ns: deque[Nanoseconds] = deque()  # right after which they are out of it
+
+    def step(self, now_ns: Nanoseconds, state: EvaluationState) -> None:
+        index = self._index
+        try:
+            new = int(self._occurrences(state.values, state.arrived, state.at))
+        except UnknownValueError as unknown:
+            if self._started:
+                raise
+            self._mark_unknown(state, unknown.name)
+            return
+        state.before[index] = state.after[index] if self._started else 0
+        self._started = True
+        self._entering_ns.extend([now_ns + self._start_ns] * new)
+        while self._entering_ns and self._entering_ns[0] <= now_ns:
+            entered_ns = self._entering_ns.popleft()
+            self._count += 1
+            if self._end_ns < math.inf:
+                self._leaving_ns.append(entered_ns - self._start_ns + self._end_ns)
+        state.at[index] = self._count
+        while self._leaving_ns and self._leaving_ns[0] <= now_ns:
+            self._leaving_ns.popleft()
+            self._count -= 1
+        state.after[index] = self._count
+        self.wake_ns = min(next(iter(self._entering_ns), math.inf), next(iter(self._leaving_ns), math.inf))
 
 
 class HysteresisOperator(Operator):

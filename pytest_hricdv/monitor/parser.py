@@ -6,18 +6,20 @@ Imports lark, so this module is imported only when a formula is parsed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import cast
 
 from lark import Token, Tree
 
 from pytest_hricdv.monitor import formula as ast
-from pytest_hricdv.monitor.analysis import is_instantaneous
+from pytest_hricdv.monitor.analysis import is_instantaneous, leaves
 from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.syntax_tree import syntax_tree
 from pytest_hricdv.monitor.term_parser import Node, TermParser
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 from pytest_hricdv.suggestion import nearest
+
+_FLIPPED: dict[str, ast.Relation] = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 
 def parse(source: FormulaSource, vocabulary: Vocabulary) -> ast.Formula:
@@ -46,6 +48,7 @@ class _FormulaParser(TermParser):
         super().__init__(source, vocabulary)
         self._past_rules: dict[str, Callable[[Tree[Token]], ast.PastFormula]] = {
             "name": lambda tree: ast.BooleanName(self._full_name(tree)),
+            "last": lambda tree: ast.BooleanName(self._full_name(tree)),
             "on": self._on,
             "comparison": self._comparison,
             "negation": lambda tree: ast.Not(self._past(tree.children[0])),
@@ -113,7 +116,25 @@ class _FormulaParser(TermParser):
         if of_texts:
             return ast.TextComparison(cast("ast.Equality", str(relation)), *self._texts(left, right), for_s)
         sides = self._term(left), self._term(right)
+        if any(isinstance(side, ast.TimeSince) for side in sides):
+            return self._elapsed(tree, *sides)
+        if hysteresis is not None and _counts(sides):
+            raise self._error(qualifiers[0], "a hysteresis is for measured numbers; a count has no noise")
         return ast.Comparison(cast("ast.Relation", str(relation)), *sides, hysteresis or 0.0, for_s)
+
+    def _elapsed(self, tree: Tree[Token], left: ast.Term, right: ast.Term) -> ast.PastFormula:
+        """A comparison of `time_since`, which is written on the left."""
+        relation, advice = str(tree.children[1]), "for instance `time_since(f) < 3`"
+        if len(tree.children) > 3:
+            raise self._error(tree.children[3], "a comparison of time_since has no [hysteresis] and no [for]")
+        if relation not in _FLIPPED:
+            raise self._error(tree.children[1], "time_since changes all the time: compare it with < <= > >=", advice)
+        if isinstance(right, ast.TimeSince) and isinstance(left, ast.Number):
+            return ast.Comparison(_FLIPPED[relation], right, left)
+        if not isinstance(right, ast.Number):
+            node = tree.children[2] if isinstance(left, ast.TimeSince) else tree.children[0]
+            raise self._error(node, "a time_since is compared with a number of seconds", advice)
+        return ast.Comparison(cast("ast.Relation", relation), left, right)
 
     def _qualifiers(self, qualifiers: Sequence[Node]) -> tuple[float | None, float]:
         """The hysteresis of a comparison, None if there is none, and its minimum duration (s)."""
@@ -146,14 +167,6 @@ class _FormulaParser(TermParser):
         self._reject_instantaneous(operand, operand_node, "for a length of time", "")
         return ast.Historically(operand, start_s, end_s)
 
-    def _window(self, tree: Tree[Token]) -> tuple[float, float]:
-        first, second = (cast("Token", child) for child in tree.children)
-        start_s = self._number(first)
-        end_s = math.inf if second.type == "INF" else self._number(second)
-        if end_s < start_s:
-            raise self._error(tree, f"a window [a:b] needs a <= b, got [{first}:{second}]", "times are in seconds")
-        return start_s, end_s
-
     # --- errors
 
     def _reject_instantaneous(self, formula: ast.PastFormula, node: Node, where: str, advice: str) -> None:
@@ -164,3 +177,7 @@ class _FormulaParser(TermParser):
 
 def _is_keyword(node: Node) -> bool:
     return isinstance(node, Token)
+
+
+def _counts(terms: Iterable[ast.Term]) -> bool:
+    return any(isinstance(leaf, ast.Count) for term in terms for leaf in leaves(term))

@@ -22,6 +22,10 @@ def _duration(for_s: float) -> str:
     return f" [for {number_text(for_s)}]" if for_s else ""
 
 
+def _window_of_past(start_s: float, end_s: float) -> str:
+    return "" if (start_s, end_s) == (0, math.inf) else window_text(start_s, end_s)
+
+
 # --- terms: a number at each time
 
 
@@ -35,7 +39,7 @@ class Number(Node):
 
 @dataclass(frozen=True)
 class FloatName(Node):
-    """A float signal, or `topic.field`: the last value of a float field."""
+    """A float signal, `topic.field`, the last value of a float field, or `last(topic.field)`, the one before it."""
 
     name: str
 
@@ -68,7 +72,35 @@ class Arithmetic(Node):
         return f"{left} {self.operator} {self.right.operand_text(Precedence(self.precedence + 1))}"
 
 
-Term = Number | FloatName | Negative | Arithmetic
+@dataclass(frozen=True)
+class Count(Node):
+    """How often the operand became true at times in [t - end_s, t - start_s], within the run, as `rise(operand)` does.
+
+    `count(on(topic))` counts messages: two at one instant are two.
+    """
+
+    operand: PastFormula
+    start_s: float = 0.0
+    end_s: float = math.inf
+
+    def __str__(self) -> str:
+        return f"count{_window_of_past(self.start_s, self.end_s)}({self.operand})"
+
+
+@dataclass(frozen=True)
+class TimeSince(Node):
+    """The time (s) since the operand was last true: 0 while it is, infinite before it ever was.
+
+    It changes all the time, so it is only the left side of a comparison with a number.
+    """
+
+    operand: PastFormula
+
+    def __str__(self) -> str:
+        return f"time_since({self.operand})"
+
+
+Term = Number | FloatName | Negative | Arithmetic | Count | TimeSince
 
 
 # --- texts: a string at each time
@@ -86,7 +118,7 @@ class Text(Node):
 
 @dataclass(frozen=True)
 class TextName(Node):
-    """A signal, or `topic.field`, whose values are strings."""
+    """A signal, `topic.field` or `last(topic.field)`, whose values are strings."""
 
     name: str
 
@@ -102,7 +134,7 @@ TextTerm = Text | TextName
 
 @dataclass(frozen=True)
 class BooleanName(Node):
-    """A boolean signal, or `topic.field`: the last value of a boolean field."""
+    """A boolean signal, `topic.field`, the last value of a boolean field, or `last(topic.field)`, the one before it."""
 
     name: str
 
@@ -214,8 +246,7 @@ class _WindowedOperator(_NamedOperator):
     end_s: float = math.inf
 
     def __str__(self) -> str:
-        window = "" if (self.start_s, self.end_s) == (0, math.inf) else window_text(self.start_s, self.end_s)
-        return f"{type(self).__name__.lower()}{window}({self.operand})"
+        return f"{type(self).__name__.lower()}{_window_of_past(self.start_s, self.end_s)}({self.operand})"
 
 
 class Once(_WindowedOperator):

@@ -16,7 +16,7 @@ from pytest_hricdv.monitor.analysis import (
     topics_read,
 )
 from pytest_hricdv.monitor.compiler import ExpressionCompiler, HysteresisScope, function_of
-from pytest_hricdv.monitor.evaluation_state import Condition, Robustness
+from pytest_hricdv.monitor.evaluation_state import Condition, Measure
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil, PastFormula
 from pytest_hricdv.monitor.operators import HysteresisOperator, Operator
 from pytest_hricdv.monitor.vocabulary import Kind
@@ -53,12 +53,14 @@ class RequirementProgram(Program):
         antecedent: of the requirement.
         release: the right side of `until`.
         robustness: the signed distance of `condition` to its bounds; None if it compares nothing, or for `eventually`.
+        counts: the text of each count in the formula -> the number of its operator.
         attempt_operators: constructors of the comparisons with hysteresis that are reset at the start of each attempt.
     """
 
     antecedent: Condition
     release: Condition | None
-    robustness: Robustness | None
+    counts: Mapping[str, int]
+    robustness: Measure | None
     attempt_operators: tuple[Callable[[], HysteresisOperator], ...]
 
 
@@ -77,6 +79,7 @@ def compile_formula(formula: Formula) -> RequirementProgram:
         condition=function_of(condition),
         release=None if release is None else function_of(release),
         robustness=None if robustness is None else function_of(robustness),
+        counts=compiler.counts,
         run_operators=tuple(compiler.run_operators),
         attempt_operators=tuple(compiler.attempt_operators),
         right_continuous=is_right_continuous(formula.antecedent) and all(map(is_right_continuous, parts)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence, Set
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pytest_hricdv.monitor.evaluation_state import (
@@ -24,7 +24,7 @@ from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.verdict import Outcome, Tally, Verdict
 
 
-def monitor_of(requirement: Requirement, values: Values, arrived: Set[str]) -> RequirementMonitor:
+def monitor_of(requirement: Requirement, values: Values, arrived: Mapping[str, int]) -> RequirementMonitor:
     """A new monitor of a requirement; `values` and `arrived` are shared by the monitors of a run."""
     program, shows = compile_formula(requirement.formula), requirement.shows
     state = EvaluationState(values, arrived)
@@ -70,7 +70,7 @@ class RequirementMonitor(FormulaMonitor):
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
         """The verdict at the end of the run, after its last instant was judged."""
 
-    def _margin(self, arrived: Set[str], outputs: Outputs) -> float:
+    def _margin(self, arrived: Mapping[str, int], outputs: Outputs) -> float:
         """The signed distance to the bound; infinite if there is none, or if it is unknown or undefined.
 
         An unknown distance is not an error: unlike the truth, it reads all parts of the condition, also those that
@@ -83,9 +83,11 @@ class RequirementMonitor(FormulaMonitor):
         except (UnknownValueError, ArithmeticError):
             return math.inf
 
-    def _current_values(self) -> dict[str, Value]:
-        values = self._state.values
-        return {name: values[name] for name in self.kinds if name in values}
+    def _current_values(self, outputs: Outputs) -> dict[str, Value]:
+        """The last values of what the requirement reads and shows, and its counts."""
+        values, counts = self._state.values, self.program.counts
+        known: dict[str, Value] = {name: values[name] for name in self.kinds if name in values}
+        return known | {text: outputs[index] for text, index in counts.items() if index in outputs}
 
 
 @dataclass(slots=True)
@@ -106,7 +108,7 @@ class EpisodeMonitor(RequirementMonitor):
         self._failed = False
         self._violation: _OpenViolation | None = None
 
-    def _judge(self, now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs, *, right_after: bool) -> None:
+    def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
         state = self._state
         if not self._antecedent(state.values, arrived, outputs):
             if self.active:
@@ -121,7 +123,7 @@ class EpisodeMonitor(RequirementMonitor):
         if margin < self._tally.margin:
             self._tally.add_margin(margin, now_ns)
         if not holds:
-            self._violate(now_ns, margin)
+            self._violate(now_ns, margin, outputs)
         elif self._violation is not None:
             self._end_violation()
 
@@ -133,10 +135,10 @@ class EpisodeMonitor(RequirementMonitor):
         for operator in self._attempt_operators:
             operator.reset()
 
-    def _violate(self, now_ns: Nanoseconds, margin: float) -> None:
+    def _violate(self, now_ns: Nanoseconds, margin: float, outputs: Outputs) -> None:
         """Begin or continue a violation."""
         if self._violation is None:
-            self._violation = _OpenViolation(now_ns, self._current_values(), margin)
+            self._violation = _OpenViolation(now_ns, self._current_values(outputs), margin)
         violation, values = self._violation, self._state.values
         violation.margin = min(violation.margin, margin)
         for name in violation.values.keys() & self.shows:
@@ -181,7 +183,7 @@ class ObligationMonitor(RequirementMonitor):
         self._triggered = False
         self._open: list[_Obligation] = []
 
-    def _judge(self, now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs, *, right_after: bool) -> None:
+    def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
         holds = self._antecedent(self._state.values, arrived, outputs)
         if holds and not self._triggered:
             self._tally.attempts += 1
@@ -197,7 +199,9 @@ class ObligationMonitor(RequirementMonitor):
         self.active = bool(self._open)
 
     @abstractmethod
-    def _judge_due(self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs) -> None:
+    def _judge_due(
+        self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs
+    ) -> None:
         """Judge the open attempts whose windows have started, and close those that are decided."""
 
     def _close(self, obligation: _Obligation, now_ns: Nanoseconds, *, passed: bool) -> None:
@@ -217,7 +221,9 @@ class ObligationMonitor(RequirementMonitor):
 class EventuallyMonitor(ObligationMonitor):
     """`eventually[a:b]`: discharged when the condition is first true in the window, failed at the deadline."""
 
-    def _judge_due(self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs) -> None:
+    def _judge_due(
+        self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs
+    ) -> None:
         if self._condition(self._state.values, arrived, outputs):
             for obligation in due:
                 self._tally.add_margin((obligation.end_ns - now_ns) / NS_PER_S, now_ns)
@@ -226,7 +232,7 @@ class EventuallyMonitor(ObligationMonitor):
         for obligation in due:
             if now_ns >= obligation.end_ns:
                 self._tally.add_margin(0.0, now_ns)
-                self._tally.add_violation(obligation.trigger_ns, now_ns, self._current_values(), 0.0)
+                self._tally.add_violation(obligation.trigger_ns, now_ns, self._current_values(outputs), 0.0)
                 self._close(obligation, now_ns, passed=False)
 
     def deadline_ns(self) -> Nanoseconds | None:
@@ -236,7 +242,9 @@ class EventuallyMonitor(ObligationMonitor):
 class SafetyMonitor(ObligationMonitor):
     """`always[a:b]`, and `until` with an infinite window: failed when the condition is first false."""
 
-    def _judge_due(self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Set[str], outputs: Outputs) -> None:
+    def _judge_due(
+        self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs
+    ) -> None:
         release = self.program.release
         if release is not None and release(self._state.values, arrived, outputs):
             for obligation in due:
@@ -247,7 +255,7 @@ class SafetyMonitor(ObligationMonitor):
         self._tally.add_margin(margin, now_ns)
         for obligation in due:
             if not holds:
-                self._tally.add_violation(obligation.trigger_ns, now_ns, self._current_values(), margin)
+                self._tally.add_violation(obligation.trigger_ns, now_ns, self._current_values(outputs), margin)
                 self._close(obligation, now_ns, passed=False)
             elif now_ns >= obligation.end_ns:
                 self._close(obligation, now_ns, passed=True)

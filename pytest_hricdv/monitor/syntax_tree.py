@@ -31,7 +31,7 @@ _COMMON_MISTAKES = {
     "->": "one `->` is allowed, between antecedent and response; elsewhere write `!a | b`",
     '"': "a text ends with the quotation mark that it begins with, on the same line",
     "'": "a text ends with the quotation mark that it begins with, on the same line",
-    "[": "`[hysteresis h]` and `[for d]` follow a comparison, `[a:b]` follows once, historically, eventually or always",
+    "[": "`[hysteresis h]` and `[for d]` follow a comparison, `[a:b]` once, historically, count, eventually or always",
 }
 _TERMINAL_NAMES = {
     "NAME": "a name",
@@ -43,6 +43,9 @@ _TERMINAL_NAMES = {
     "UNARY_OPERATOR": "rise, fall or previously",
     "WINDOWED_OPERATOR": "once or historically",
     "TEXT": "a text",
+    "LAST": "last",
+    "COUNT": "count",
+    "TIME_SINCE": "time_since",
     "$END": "the end of the formula",
 }
 _WHAT_IS_EXPECTED: dict[Start, str] = {

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import cast
 
 from lark import Token, Tree
 
 from pytest_hricdv.monitor import formula as ast
+from pytest_hricdv.monitor.analysis import field_of, last_of
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 from pytest_hricdv.monitor.vocabulary import Kind, Vocabulary
 from pytest_hricdv.suggestion import nearest
@@ -19,7 +21,7 @@ _NOUNS: dict[Kind, str] = {bool: "a condition", float: "a number", str: "a text"
 _EXAMPLES: dict[Kind, str] = {float: "`... < 0.25`", str: '`... == "..."`'}
 
 
-class TermParser:
+class TermParser(ABC):
     """Makes terms from syntax trees, with the rule of the same name for each node.
 
     Args:
@@ -32,10 +34,17 @@ class TermParser:
         self._vocabulary = vocabulary
         self._term_rules: dict[str, Callable[[Tree[Token]], ast.Term]] = {
             "name": lambda tree: ast.FloatName(self._full_name(tree)),
+            "last": lambda tree: ast.FloatName(self._full_name(tree)),
+            "count": self._count,
+            "time_since": lambda tree: ast.TimeSince(self._past(tree.children[1])),
             "number": lambda tree: ast.Number(self._number(tree.children[0])),
             "signed": self._signed,
             "arithmetic": self._arithmetic,
         }
+
+    @abstractmethod
+    def _past(self, node: Node) -> ast.PastFormula:
+        """The formula of a condition."""
 
     # --- types
 
@@ -43,7 +52,7 @@ class TermParser:
         """The type of an expression, by its outermost operator."""
         tree = _inside(node)
         match tree.data:
-            case "name":
+            case "name" | "last":
                 return self._kind_of_name(tree)
             case "text":
                 return str
@@ -51,17 +60,22 @@ class TermParser:
                 return float if rule in self._term_rules else bool
 
     def _kind_of_name(self, tree: Tree[Token]) -> Kind:
-        kind = self._vocabulary.kind(self._full_name(tree))
+        name = str(tree.children[-1])
+        full_name = self._vocabulary.full_name(name)
+        kind = self._vocabulary.kind(full_name)
+        if kind is not None and tree.data == "last" and "." not in full_name:
+            advice = "last(topic.field) is the value in the message before the present one"
+            raise self._error(tree.children[-1], f"expected a field of a message, but {name} is a signal", advice)
         if kind is not None:
             return kind
-        name = str(tree.children[0])
         if name in self._vocabulary.messages:
             advice = f"{name} is a topic: `on({name})` is true when a message arrives, `{name}.field` is its last value"
             raise self._error(tree, f"unknown name {name!r}", advice)
         raise self._error(tree, f"unknown name {name!r}{nearest(name, self._vocabulary.names())}")
 
     def _full_name(self, tree: Tree[Token]) -> str:
-        return self._vocabulary.full_name(str(tree.children[0]))
+        name = self._vocabulary.full_name(str(tree.children[-1]))
+        return last_of(name) if tree.data == "last" else name
 
     def _expect(self, node: Node, expected: Kind) -> Tree[Token]:
         """The node without parentheses; it has to be of a type."""
@@ -70,7 +84,7 @@ class TermParser:
         if kind is expected:
             return tree
         is_name = tree.data == "name"
-        found = f"{tree.children[0]!s} is a {kind.__name__}" if is_name else f"this is {_NOUNS[kind]}"
+        found = f"{tree.children[-1]!s} is a {kind.__name__}" if is_name else f"this is {_NOUNS[kind]}"
         problem = f"expected {_NOUNS[expected]}, but {found}"
         if expected is bool:
             advice = f"compare it, for instance {_EXAMPLES[kind]}"
@@ -90,11 +104,32 @@ class TermParser:
 
     def _signed(self, tree: Tree[Token]) -> ast.Term:
         sign, operand = tree.children
-        return ast.Negative(self._term(operand)) if str(sign) == "-" else self._term(operand)
+        return ast.Negative(self._operand(operand)) if str(sign) == "-" else self._operand(operand)
 
     def _arithmetic(self, tree: Tree[Token]) -> ast.Term:
         left, operator, right = tree.children
-        return ast.Arithmetic(cast("ast.ArithmeticOperator", str(operator)), self._term(left), self._term(right))
+        terms = self._operand(left), self._operand(right)
+        return ast.Arithmetic(cast("ast.ArithmeticOperator", str(operator)), *terms)
+
+    def _operand(self, node: Node) -> ast.Term:
+        """A term that can be a part of others."""
+        term = self._term(node)
+        if isinstance(term, ast.TimeSince):
+            raise self._error(node, "a time_since is compared with a number of seconds, as in `time_since(f) < 3`")
+        return term
+
+    def _count(self, tree: Tree[Token]) -> ast.Term:
+        _, window, operand = tree.children
+        start_s, end_s = (0.0, math.inf) if window is None else self._window(cast("Tree[Token]", window))
+        return ast.Count(self._past(operand), start_s, end_s)
+
+    def _window(self, tree: Tree[Token]) -> tuple[float, float]:
+        first, second = (cast("Token", child) for child in tree.children)
+        start_s = self._number(first)
+        end_s = math.inf if second.type == "INF" else self._number(second)
+        if end_s < start_s:
+            raise self._error(tree, f"a window [a:b] needs a <= b, got [{first}:{second}]", "times are in seconds")
+        return start_s, end_s
 
     def _number(self, node: Node) -> float:
         value = float(cast("Token", node))
@@ -130,7 +165,7 @@ class TermParser:
         return sides
 
     def _check_value(self, node: Node, value: str, name: str) -> None:
-        allowed = self._vocabulary.values.get(name)
+        allowed = self._vocabulary.values.get(field_of(name) or name)
         if allowed is not None and value not in allowed:
             raise self._error(node, f"{name} is never {value!r}{nearest(value, allowed)}")
 

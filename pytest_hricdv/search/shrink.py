@@ -25,6 +25,7 @@ from pytest_hricdv.monitor.formula import (
     Arithmetic,
     BooleanName,
     Comparison,
+    Count,
     Eventually,
     FloatName,
     Negative,
@@ -36,6 +37,7 @@ from pytest_hricdv.monitor.formula import (
     Text,
     TextComparison,
     TextTerm,
+    TimeSince,
 )
 from pytest_hricdv.search import Budget, BudgetSpentError, Ended
 
@@ -307,6 +309,11 @@ def _number(term: Term, values: Mapping[str, Value]) -> float | None:
         case FloatName():
             value = values.get(term.name)
             return None if value is None else float(value)
+        case Count():
+            value = values.get(str(term))
+            return None if value is None else float(value)
+        case TimeSince():
+            return None
         case Negative():
             inner = _number(term.operand, values)
             return None if inner is None else -inner

@@ -10,15 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 from pytest_hricdv.monitor import Violation
-from pytest_hricdv.monitor.analysis import names_of, names_read, walk
+from pytest_hricdv.monitor.analysis import conditions, is_optional, leaves, names_compared, names_of, names_read, walk
 from pytest_hricdv.monitor.formula import (
     AlwaysWithin,
     And,
     Arithmetic,
     BooleanName,
     Comparison,
+    Count,
     Eventually,
     Fall,
     FloatName,
@@ -40,6 +42,7 @@ from pytest_hricdv.monitor.formula import (
     Text,
     TextComparison,
     TextTerm,
+    TimeSince,
 )
 
 TICK_S = 0.25
@@ -99,6 +102,8 @@ def flattened(formula: PastFormula) -> list[PastFormula]:
 
 def compares(formula: PastFormula) -> bool:
     match formula:
+        case Comparison(left=TimeSince()):
+            return False
         case Comparison(for_s=0):
             return True
         case Not():
@@ -116,16 +121,19 @@ class ReferenceEvaluator:
         # One more position: an edge right after the last instant is true at that instant. It is not judged itself.
         self.positions = range(self.end + 2)
         self.values: list[dict[str, Value]] = []
-        self.arrived: list[set[str]] = []
+        self.arrived: list[list[str]] = []
         last: dict[str, Value] = dict(trace.instants[0].signals)
         for position in self.positions:
             instant = trace.instants.get(tick_of(position), Instant()) if position % 2 else Instant()
             last.update(instant.signals)
             for topic, fields in instant.messages:
-                last.update({f"{topic}.{name}": value for name, value in fields.items()})
+                for name, value in ((f"{topic}.{member}", value) for member, value in fields.items()):
+                    if name in last:
+                        last[f"last({name})"] = last[name]
+                    last[name] = value
             # Before the run, signals have their first values, and there is no message.
             self.values.append(dict(trace.instants[0].signals) if position == 0 else dict(last))
-            self.arrived.append({topic for topic, _ in instant.messages})
+            self.arrived.append([topic for topic, _ in instant.messages])
 
     # --- one value per position
 
@@ -135,6 +143,8 @@ class ReferenceEvaluator:
                 return term.value
             case FloatName():
                 return float(self.values[p].get(term.name, 0.0))
+            case Count():
+                return self.counted(term)[p]
             case Negative():
                 return -self.number(term.operand, p)
             case Arithmetic():
@@ -144,11 +154,45 @@ class ReferenceEvaluator:
     def text(self, term: TextTerm, p: int) -> Value | None:
         return term.value if isinstance(term, Text) else self.values[p].get(term.name)
 
+    @cache  # noqa: B019 - an evaluator lives as long as its test
+    def counted(self, f: Count) -> list[int]:
+        """The number of edges in the window of the past, a message being one, at every position."""
+        edges = (
+            [a.count(f.operand.topic) for a in self.arrived]
+            if isinstance(f.operand, On)
+            else self.truth(Rise(f.operand))
+        )
+        start, end = self.ticks(f.start_s), self.ticks(f.end_s)
+        return [sum(edges[max(1, p - 2 * end) : max(1, p - 2 * start + 1)]) for p in self.positions]
+
+    def elapsed(self, f: Comparison) -> list[bool]:
+        """Whether a time since is less than a bound (at most, with `<=`); the open intervals have no end.
+
+        The distance of two positions in ticks: to an open interval, it is that to its end.
+        """
+        a, bound = self.truth(f.left.operand), self.ticks(f.right.value)
+
+        def is_within(p: int, q: int) -> bool:
+            if p == q:
+                return bound > 0 or f.relation in ("<=", ">")
+            to_end = tick_of(p) - tick_of(q + 1)  # from the later end of q to the start of p, in ticks
+            if p % 2 == 0:  # the distance grows by a tick over p, without reaching it
+                return to_end + 1 <= bound
+            return to_end < bound or (to_end == bound and f.relation in ("<=", ">"))
+
+        within = [any(a[q] and is_within(p, q) for q in range(1, p + 1)) for p in self.positions]
+        return within if f.relation in ("<", "<=") else [not each for each in within]
+
     def compare_texts(self, f: TextComparison, p: int) -> bool:
         sides = {self.text(f.left, p), self.text(f.right, p)}
         return None not in sides and (len(sides) == 1) == (f.relation == "==")
 
+    def has_last(self, f: Comparison, p: int) -> bool:
+        return all(name in self.values[p] for name in names_compared(f) if name.startswith("last("))
+
     def compare(self, f: Comparison, p: int, shift: float = 0.0) -> bool:
+        if not self.has_last(f, p):
+            return False
         left, right = self.number(f.left, p), self.number(f.right, p)
         return {
             "<": left < right - shift,
@@ -175,6 +219,8 @@ class ReferenceEvaluator:
                 return [bool(self.values[p].get(f.name, False)) for p in ps]
             case On():
                 return [f.topic in self.arrived[p] for p in ps]
+            case Comparison(left=TimeSince()):
+                return self.elapsed(f)
             case Comparison(for_s=0):
                 return self.with_hysteresis(f, since)
             case TextComparison(for_s=0):
@@ -220,7 +266,9 @@ class ReferenceEvaluator:
 
     def distance(self, f: PastFormula, p: int) -> float:
         match f:
-            case Comparison(for_s=0):
+            case Comparison(for_s=0) if not isinstance(f.left, TimeSince) and not self.has_last(f, p):
+                return -math.inf
+            case Comparison(for_s=0) if not isinstance(f.left, TimeSince):
                 gap = self.number(f.right, p) - self.number(f.left, p)
                 return {"<": gap, "<=": gap, ">": -gap, ">=": -gap, "==": -abs(gap), "!=": abs(gap)}[f.relation]
             case Not():
@@ -254,12 +302,12 @@ class ReferenceEvaluator:
         A comparison with an unknown text is just false.
         """
         guarded = any(isinstance(node, On) for node in walk(f))
-        needed = [name for name, kind in names_of([f]).items() if "." in name and kind is not str]
+        needed = [name for name, kind in names_of([f]).items() if "." in name and not is_optional(name, kind)]
         return guarded or all(name in self.values[p] for name in needed)
 
     def distance_to_return(self, f: PastFormula, p: int, wanted: bool = True) -> float:
         match f:
-            case Comparison(for_s=0):
+            case Comparison(for_s=0) if not isinstance(f.left, TimeSince):
                 return self.distance(f, p) - (f.hysteresis if wanted else 0.0)
             case Not():
                 return -self.distance_to_return(f.operand, p, not wanted)
@@ -342,11 +390,18 @@ class ReferenceEvaluator:
         values = {name: known[name] for name in shows if name in known}
         values = {name: max((self.values[p][name] for p in lasting), key=abs) for name in values}
         values.update({name: known[name] for name in names_read(formula) if name in known})
+        values.update({str(count): self.counted(count)[lasting[0]] for count in counts(formula)})
         return Violation(tick_of(start) * TICK_S, tick_of(lasting[0]) * TICK_S, values, finite(margin))
 
 
 def finite(margin: float) -> float | None:
     return margin if math.isfinite(margin) else None
+
+
+def counts(formula: Formula) -> list[Count]:
+    parts = [node for part in (formula.antecedent, *conditions(formula.response)) for node in walk(part)]
+    terms = [term for node in parts if isinstance(node, Comparison) for term in (node.left, node.right)]
+    return [leaf for term in terms for leaf in leaves(term) if isinstance(leaf, Count)]
 
 
 def in_order(violation: Violation) -> tuple[float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,6 +14,7 @@ from pytest_hricdv.monitor.formula import (
     Arithmetic,
     BooleanName,
     Comparison,
+    Count,
     Eventually,
     Fall,
     FloatName,
@@ -34,6 +36,7 @@ from pytest_hricdv.monitor.formula import (
     Text,
     TextComparison,
     TextName,
+    TimeSince,
 )
 from tests.monitor.reference import TICK_S, Instant, Trace
 
@@ -97,8 +100,17 @@ MESSAGES: Messages = {
     "a": st.just({}),
     "b": st.just({}),
     "m": st.fixed_dictionaries({"ok": truths}),
+    "n": st.fixed_dictionaries({"level": st.integers(0, 3).map(float)}),
     "w": st.fixed_dictionaries({"name": st.sampled_from("ij")}),
 }
+
+
+@st.composite
+def windows(draw: st.DrawFn, least_end: int = 0) -> tuple[float, float]:
+    start = draw(st.integers(0, 4))
+    end = draw(st.integers(max(start, least_end), 8))
+    return start * TICK_S, end * TICK_S
+
 
 terms = st.one_of(
     st.sampled_from(["x", "y"]).map(FloatName),
@@ -117,6 +129,22 @@ comparisons = st.one_of(
     ),
     st.builds(Comparison, st.sampled_from(["==", "!="]), terms, terms),
 )
+counted = st.sampled_from([On("a"), On("b"), On("m"), BooleanName("p"), Not(On("a")), Or(On("a"), BooleanName("q"))])
+since_bounds = st.integers(0, 6).map(lambda ticks: Number(ticks * TICK_S))
+past_comparisons = st.one_of(
+    st.builds(
+        Comparison,
+        st.sampled_from(["<", "<=", ">", ">=", "==", "!="]),
+        st.builds(lambda operand, window: Count(operand, *window), counted, windows() | st.just((0.0, math.inf))),
+        st.integers(0, 3).map(lambda value: Number(float(value))) | st.builds(Count, counted) | st.just(FloatName("x")),
+        st.just(0.0),
+        st.sampled_from([0.0, 0.0, TICK_S, 2 * TICK_S]),
+    ),
+    st.builds(Comparison, st.sampled_from(["<", "<=", ">", ">="]), st.builds(TimeSince, counted), since_bounds),
+    st.builds(Comparison, st.sampled_from(["<", "=="]), st.just(FloatName("last(n.level)")), terms),
+    st.just(BooleanName("last(m.ok)")),
+    st.sampled_from([TextComparison("!=", TextName("w.name"), TextName("last(w.name)"))]),
+)
 text_comparisons = st.builds(
     TextComparison,
     st.sampled_from(["==", "!="]),
@@ -130,14 +158,8 @@ atoms: st.SearchStrategy[PastFormula] = st.one_of(
     st.just(And(On("m"), BooleanName("m.ok"))),
     comparisons,
     text_comparisons,
+    past_comparisons,
 )
-
-
-@st.composite
-def windows(draw: st.DrawFn, least_end: int = 0) -> tuple[float, float]:
-    start = draw(st.integers(0, 4))
-    end = draw(st.integers(max(start, least_end), 8))
-    return start * TICK_S, end * TICK_S
 
 
 def _windowed(kind: type[Once] | type[Historically], operand: PastFormula, window: tuple[float, float]) -> PastFormula:
@@ -145,7 +167,10 @@ def _windowed(kind: type[Once] | type[Historically], operand: PastFormula, windo
 
 
 def larger(inner: st.SearchStrategy[PastFormula]) -> st.SearchStrategy[PastFormula]:
+    numbers = st.integers(0, 3).map(lambda value: Number(float(value)))
     return st.one_of(
+        st.builds(Comparison, st.sampled_from(["<", ">="]), st.builds(Count, inner), numbers),
+        st.builds(Comparison, st.sampled_from(["<", "<="]), st.builds(TimeSince, inner), since_bounds),
         st.builds(Not, inner),
         st.builds(And, inner, inner),
         st.builds(Or, inner, inner),

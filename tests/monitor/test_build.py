@@ -19,11 +19,13 @@ from pytest_hricdv.monitor import (
 )
 from pytest_hricdv.monitor.build import (
     always,
+    count,
     equal,
     eventually,
     fall,
     field,
     historically,
+    last,
     on,
     once,
     previously,
@@ -32,6 +34,7 @@ from pytest_hricdv.monitor.build import (
     signal,
     since,
     text,
+    time_since,
     unequal,
 )
 from pytest_hricdv.monitor.formula import Arithmetic, Comparison, FloatName, Formula, Holds, Negative, Number, On
@@ -88,6 +91,16 @@ def test_the_case_study_built_in_python_is_the_one_in_the_file() -> None:
         (always(equal(w, "i") >> unequal('"', s).lasting(2)), """always(w.name == "i" -> '"' != s [for 2])"""),
         (always(equal(text("s"), w) >> q), "always(s == w.name -> q)"),
         (always(equal(x, y).lasting(2) >> q), "always(x == y [for 2] -> q)"),
+        (
+            always((count(p) > 2) & (count(a, 0, 2) + 1 <= 3) >> q),
+            "always(count(p) > 2 & count[0:2](on(a)) + 1 <= 3 -> q)",
+        ),
+        (
+            always((time_since(a) < 3) >> (time_since(p | q) >= 2)),
+            "always(time_since(on(a)) < 3 -> time_since(p | q) >= 2)",
+        ),
+        (always((last("m.level") < 1) & last("m.ok") >> q), "always(last(m.level) < 1 & last(m.ok) -> q)"),
+        (always(equal(last("w.name"), "i") >> q), 'always(last(w.name) == "i" -> q)'),
         (always((x - (y - 1) / 2 > -1) >> q), "always(x - (y - 1) / 2 > -1 -> q)"),
         (always((2 * -x + 1 - field("m.level") * y < 0) >> q), "always(2 * -x + 1 - m.level * y < 0 -> q)"),
         (always((1 / x + (2 - y) > 3 + x) >> q), "always(1 / x + (2 - y) > 3 + x -> q)"),
@@ -145,6 +158,7 @@ def test_a_built_requirement_is_monitored_like_one_of_a_file() -> None:
         (always(on("c") >> q), "unknown topic 'c'"),
         (always(x >> q), "expected a condition, but x is a float"),
         (always((p < 1) >> q), "expected a number, but p is a bool"),
+        (always((time_since(p) + 1 < 2) >> q), "a time_since is compared with a number of seconds"),
         (always(p >> a), "did you mean `eventually[0:d](...)`?"),
     ],
 )

@@ -56,7 +56,7 @@ def marked(text: str) -> str:
         ("always(m.okay -> q)", "m.okay", "unknown name 'm.okay'; nearest: m.ok"),
         ("always(a -> q)", "a", "a is a topic: `on(a)`"),
         ("always(on(p) -> q)", "p", "p is a signal; on(...) takes a topic"),
-        ("always(on(c) -> q)", "c", "unknown topic 'c'; known: a, b, m, w"),
+        ("always(on(c) -> q)", "c", "unknown topic 'c'; known: a, b, m, n, w"),
         ("always(x -> q)", "x", "expected a condition, but x is a float"),
         ("always(x + 1 -> q)", "x + 1", "expected a condition"),
         ("always(p < 1 -> q)", "p", "expected a number, but p is a bool"),
@@ -70,6 +70,23 @@ def marked(text: str) -> str:
         ("always(previously(on(a)) -> q)", "on(a)", "once[0:d](...)"),
         ("always(historically[0:1](on(a)) -> q)", "on(a)", "single instants only"),
         ("always(x < 1e999 -> q)", "1e999", "too large"),
+        ("always(count(p) -> q)", "count(p)", "expected a condition, but this is a number"),
+        ("always(count(x) < 1 -> q)", "x", "expected a condition, but x is a float"),
+        ("always(count[2:1](p) < 1 -> q)", "[2:1]", "needs a <= b"),
+        ("always(count(p) < 1 [hysteresis 1] -> q)", "[hysteresis 1]", "a count has no noise"),
+        ("always(x < count(p) [for 1 -> q)", "->", "expected ]"),
+        ("always(count < 1 -> q)", "count", "unknown name 'count'"),
+        ("always(time_since(p) -> q)", "time_since(p)", "expected a condition, but this is a number"),
+        ("always(time_since(p) < x -> q)", "x", "a time_since is compared with a number of seconds"),
+        ("always(x > time_since(p) -> q)", "x", "a time_since is compared with a number of seconds"),
+        ("always(time_since(p) < time_since(q) -> q)", "time_since(q)", "compared with a number of seconds"),
+        ("always(1 + time_since(p) < 3 -> q)", "time_since(p)", "compared with a number of seconds, as in"),
+        ("always(time_since(p) == 3 -> q)", "==", "changes all the time: compare it with < <= > >="),
+        ("always(time_since(p) < 3 [for 1] -> q)", "[for 1]", "no [hysteresis] and no [for]"),
+        ("always(last(x) < 3 -> q)", "x", "expected a field of a message, but x is a signal"),
+        ("always(last(m.lvel) < 3 -> q)", "last(m.lvel)", "unknown name 'm.lvel'; nearest: m.level"),
+        ("always(last(m.level) -> q)", "last(m.level)", "expected a condition, but this is a number"),
+        ("always(last(w) == 'l' -> q)", "'l'", "last(w.name) is never 'l'"),
         ("always(s -> q)", "s", "expected a condition, but s is a str"),
         ("always('i' -> q)", "'i'", "expected a condition, but this is a text"),
         ("always(s < 'i' -> q)", "<", "texts are compared with == or !="),
@@ -106,7 +123,7 @@ def test_an_error_in_a_file_names_file_requirement_line_and_column(tmp_path: Pat
         load_requirements(file, SMALL)
     assert str(caught.value) == (
         f"{file}:9:11: requirement R2, line 2, column 11 of the formula: "
-        "unknown name 'height'; known: p, q, x, y, s, m.ok, m.level, w.name\n"
+        "unknown name 'height'; known: p, q, x, y, s, m.ok, m.level, n.level, w.name\n"
         "           -> height < 1)\n"
         "              ^^^^^^"
     )
@@ -212,12 +229,20 @@ def test_values_of_what_is_no_text_are_refused() -> None:
         ("x + 2 * y < 1 - -x", "(x + (2 * y)) < (1 - (-x))"),
         ("x - y - 1 > 0", "((x - y) - 1) > 0"),
         ("once(p)", "once[0:inf](p)"),
+        ("3 > time_since(p) | 3 <= time_since(q)", "time_since(p) < 3 | time_since(q) >= 3"),
+        ("count(p) - 1 < last(n)", "(count[0:inf](p) - 1) < last(n.level)"),
         ("s == 'i' | w != (\"j\")", 's == "i" | (w.name != "j")'),
         ("x < 1 [hysteresis 1][for 2]", "x < 1 [for 2] [hysteresis 1]"),
     ],
 )
 def test_precedence(one: str, other: str) -> None:
     assert parse_formula(f"always({one} -> p)", SMALL) == parse_formula(f"always( {other}\n->p )", SMALL)
+
+
+def test_words_that_are_applied_can_be_names_as_well() -> None:
+    vocabulary = Vocabulary(signals={"count": float, "last": bool, "time_since": float})
+    text = "count < 1 [for 2] & last & count(last) > count & time_since(last) < 2 & time_since < 2"
+    assert str(parse_condition(text, vocabulary)) == text
 
 
 def test_every_word_of_the_grammar_is_a_keyword() -> None:

@@ -29,10 +29,10 @@ TABLE = Vocabulary(
 REQUIREMENTS_FILE = Path(__file__).parents[1] / "hri" / "requirements.toml"
 R1, R2, R3, R4, R5 = load_requirements(REQUIREMENTS_FILE, TABLE)
 
-# p, q: conditions; x, y: numbers; s: a text; a, b: events; m: a message with fields; w: one with a single field.
+# p, q: conditions; x, y: numbers; s: a text; a, b: events; m: a message with fields; n, w: such with a single one.
 SMALL = Vocabulary(
     signals={"p": bool, "q": bool, "x": float, "y": float, "s": str},
-    messages={"a": {}, "b": {}, "m": {"ok": bool, "level": float}, "w": {"name": str}},
+    messages={"a": {}, "b": {}, "m": {"ok": bool, "level": float}, "n": {"level": float}, "w": {"name": str}},
     values={"w.name": ("i", "j", "k")},
 )
 
