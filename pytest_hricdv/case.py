@@ -57,10 +57,17 @@ class CaseResult:
     """The bins that the run hit, by cross product, verdicts included."""
     acted_s: tuple[float, ...] = ()
     """When each of the test's actions began (s of simulated time), as far as the testbench's `run` reported it."""
-    faults: tuple[str, ...] = ()
-    """What is wrong with the run beside its requirements, a sentence each (see `pytest_hricdv.faults`)."""
+    ending_faults: tuple[str, ...] = ()
+    """What is wrong with how the run ended, a sentence each (see `pytest_hricdv.faults`)."""
+    bin_faults: tuple[str, ...] = ()
+    """What is wrong with the bins that the run hit, a sentence each."""
     error: NodeError | None = None
     """The failure of a node that ended the run; it is one of the faults."""
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """What is wrong with the run beside its requirements, a sentence each."""
+        return (*self.ending_faults, *self.bin_faults)
 
     @property
     def failed(self) -> tuple[str, ...]:
@@ -125,7 +132,8 @@ def execute(
         code=measurement.take(context),
         cross=cross,
         acted_s=tuple(run.acted_s),
-        faults=(*ended, *bin_faults),
+        ending_faults=tuple(ended),
+        bin_faults=tuple(bin_faults),
         error=run.ending.error if run.ending else None,
     )
 

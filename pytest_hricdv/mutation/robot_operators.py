@@ -111,8 +111,8 @@ def assignment_forgotten(node: cst.CSTNode, source: Source, names: Names) -> Ite
 
 
 def condition_negated(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
-    """A decision is taken the other way round."""
-    if isinstance(node, cst.If | cst.While | cst.CompIf):
+    """A decision is taken the other way round; where one word of the condition says which, the library changes it."""
+    if isinstance(node, cst.If | cst.While | cst.CompIf) and not matchers.matches(node.test, _REVERSIBLE):
         yield node.test, cst.parse_expression(f"not ({source.module.code_for_node(node.test)})")
 
 
@@ -157,6 +157,18 @@ def command_reversed(node: cst.CSTNode, source: Source, names: Names) -> Iterato
 
 
 _VALUE = matchers.Return(value=matchers.MatchIfTrue(lambda value: value is not None)) | matchers.Yield()
+_REVERSIBLE = matchers.UnaryOperation(operator=matchers.Not()) | matchers.Comparison(
+    comparisons=[
+        matchers.ComparisonTarget(
+            operator=matchers.Equal()
+            | matchers.NotEqual()
+            | matchers.Is()
+            | matchers.IsNot()
+            | matchers.In()
+            | matchers.NotIn()
+        )
+    ]
+)
 _SEMICOLON = cst.Semicolon(whitespace_after=cst.SimpleWhitespace(" "))
 _DOCSTRING = matchers.SimpleStatementLine([matchers.Expr(matchers.SimpleString())])
 

@@ -29,7 +29,7 @@ from pytest_hricdv.results.behaviour_diff import compare_behaviour
 from pytest_hricdv.results.building import minimal_tests
 from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.gates import (
-    KINDS,
+    THRESHOLDS,
     Exemption,
     ExemptionError,
     Gates,
@@ -93,7 +93,7 @@ def _add_gates(parser: argparse.ArgumentParser) -> None:
         type=_threshold,
         default=[],
         metavar="KIND=PCT",
-        help=f"KIND: {', '.join(KINDS)}",
+        help=f"KIND: {', '.join(THRESHOLDS)}",
     )
     add("--fail-on-nc", action="store_true", help="fail when no test triggered a requirement")
     add(

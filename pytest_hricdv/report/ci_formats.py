@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv.coverage.records import CodeCoverage, CrossCoverage, PlanCoverage
-from pytest_hricdv.report import behaviour_view, totals
+from pytest_hricdv.report import behaviour_view, mutation_view, totals
 from pytest_hricdv.report.explanation import instructions_of, violation
 from pytest_hricdv.report.formatting import fit, natural, percent, plural, seconds, share, visible
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
@@ -102,6 +102,8 @@ def junit_suite_properties(report: Report) -> tuple[tuple[str, str], ...]:
     pairs += [("hri.failed_gate", text) for text in totals.failed_gates(report)]
     if report.changes is not None:
         pairs.append(("hri.behave_otherwise", len(report.changes.changed)))
+    if report.mutation is not None:
+        pairs.append(("hri.mutants", mutation_view.score_text(report.mutation.total)))
     return _text_pairs(pairs)
 
 
@@ -120,6 +122,8 @@ def _head(report: Report) -> Iterator[str]:
         yield f"\nBetter: {_escaped(text)}"
     if told := behaviour_view.sentence(report):
         yield f"\nBehaviour: {_escaped(told)}"
+    if report.mutation is not None:
+        yield f"\nFaults: {_escaped(mutation_view.headline(report.mutation))}"
 
 
 def _requirements(report: Report) -> Iterator[str]:

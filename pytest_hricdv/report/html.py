@@ -12,7 +12,7 @@ from urllib.parse import quote
 import jinja2
 from markupsafe import Markup
 
-from pytest_hricdv.report import behaviour_view, explanation, formatting, tests_view, totals
+from pytest_hricdv.report import behaviour_view, explanation, formatting, mutation_view, tests_view, totals
 from pytest_hricdv.report.page_views import (
     code_sources,
     margin_unit,
@@ -135,6 +135,7 @@ def _context(report: Report) -> dict[str, Any]:
         "failing": [test for test in report.tests if test.outcome in ("failed", "error", "not-run")],
         "behaviour": behaviour_view.examples(report),
         "headline": headline,
+        "mutation": mutation_view.page(report),
         "violation": lambda found: explanation.violation(found, report.units or {}),
         "nearest_miss": explanation.nearest_miss,
         "styles": Markup("\n".join(_asset(f"{name}.css") for name in _STYLES)),

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pytest_hricdv.coverage.records import CodeCoverage, CrossCoverage
-from pytest_hricdv.report import behaviour_view, totals
+from pytest_hricdv.report import behaviour_view, mutation_view, totals
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
@@ -83,6 +83,8 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
     lines += [*uncovered, Line("")] if uncovered else []
     changed = list(behaviour_view.lines(report, width))
     lines += [*changed, Line("")] if changed else []
+    mutants = list(mutation_view.lines(report))
+    lines += [*mutants, Line("")] if mutants else []
     lines += _totals(report, width)
     fitted = [Line(fit(visible(line.text), width), line.style) for line in lines]
     return (*fitted, Line(visible(f"report: {directory / PAGE_NAME}"), "dim"))

@@ -33,8 +33,8 @@ class _Head(msgspec.Struct):
     schema: Any = None
 
 
-def encode(result: TestResult) -> str:
-    """A result as JSON text, for another process."""
+def encode(result: msgspec.Struct) -> str:
+    """A result, or another record, as JSON text, for another process."""
     try:
         return msgspec.json.encode(result, enc_hook=_exact).decode()
     except UnicodeEncodeError:  # a lone surrogate, which has no UTF-8: show its number rather than lose the result

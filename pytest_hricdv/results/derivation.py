@@ -24,6 +24,7 @@ from pytest_hricdv.coverage.suite_coverage import (
     tally,
     union,
 )
+from pytest_hricdv.results.gates import MUTANTS
 from pytest_hricdv.results.model import GenerationResult, Report, SuiteResult, TestResult
 
 NO_CLOSURE = Closure(points=0, sim_s=0, growth=(), minimal=(), adds_nothing=(), unique={})
@@ -160,9 +161,12 @@ def percentages(report: Report, kind: str) -> list[tuple[str, float | None]]:
     """Per suite, the percentage that a threshold of this kind is compared with; None where nothing was measured.
 
     Statements and branches: of what is reachable. Plans: of suites that a model generated. Assertions: requirements
-    that were checked. Cross: of what is possible.
+    that were checked. Cross: of what is possible. Mutants: those that the suite's tests notice, of those tried on them.
     """
     suites = report.suites
+    if kind == MUTANTS:
+        scores = report.mutation.suites if report.mutation else {}
+        return [(suite.name, scores[suite.name].percent if suite.name in scores else None) for suite in suites]
     if kind == "plans":
         suites = tuple(suite for suite in suites if suite.plans) or suites
     return [(suite.name, _percentage(suite, kind)) for suite in suites]

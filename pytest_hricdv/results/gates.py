@@ -10,6 +10,10 @@ from dataclasses import dataclass, field
 KINDS = ("statements", "branches", "plans", "assertions", "cross")
 """Kinds of coverage that have a percentage."""
 
+MUTANTS = "mutants"
+THRESHOLDS = (*KINDS, MUTANTS)
+"""What thresholds can be given for: coverage, and the share of mutants that the tests notice."""
+
 _LINE = re.compile(r"(?P<requirement>[^\s:]+)(?:\s+until\s+(?P<until>[^\s:]+))?\s*:\s*(?P<reason>.*)\Z", re.DOTALL)
 
 
@@ -19,7 +23,7 @@ class ThresholdError(ValueError):
 
 @dataclass(frozen=True)
 class Threshold:
-    """A lower bound of coverage, in percent; one `named` on the command line applies to any selection of tests."""
+    """A lower bound, in percent; one `named` on the command line applies to any selection of tests."""
 
     kind: str
     percent: float
@@ -30,8 +34,8 @@ def parse_threshold(text: str, *, named: bool = True) -> Threshold:
     """The threshold of a text `KIND=PCT`. Raises ThresholdError for another form, kind or percentage."""
     kind, equals, percentage = text.partition("=")
     kind = kind.strip()
-    if not equals or kind not in KINDS:
-        raise ThresholdError(f"{text}: expected KIND=PCT with KIND in {', '.join(KINDS)}")
+    if not equals or kind not in THRESHOLDS:
+        raise ThresholdError(f"{text}: expected KIND=PCT with KIND in {', '.join(THRESHOLDS)}")
     try:
         percent = float(percentage)
     except ValueError:

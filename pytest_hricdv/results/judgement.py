@@ -11,7 +11,7 @@ from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, baseline_of
 from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.derivation import percentages
-from pytest_hricdv.results.gates import KINDS, Exemption, Gates, Threshold
+from pytest_hricdv.results.gates import MUTANTS, THRESHOLDS, Exemption, Gates, Threshold
 from pytest_hricdv.results.model import Report
 
 
@@ -134,9 +134,11 @@ def judge(report: Report, gates: Gates, baseline: Baseline | None, today: dateti
 
 
 def _below(report: Report, thresholds: tuple[Threshold, ...], *, whole: bool) -> Iterator[str]:
-    for threshold in sorted(thresholds, key=lambda threshold: KINDS.index(threshold.kind)):
+    for threshold in sorted(thresholds, key=lambda threshold: THRESHOLDS.index(threshold.kind)):
         if not (threshold.named or whole):
             continue
+        if threshold.kind == MUTANTS and not threshold.named and report.mutation is None:
+            continue  # mutants are tried now and then, not in each run
         for suite, percent in percentages(report, threshold.kind):
             if percent is None:
                 yield f"suite {suite}: {threshold.kind} unmeasured, at least {threshold.percent:g} % asked for"

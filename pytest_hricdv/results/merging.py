@@ -71,6 +71,7 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         gates=None,
         made_with=dict(set.intersection(*(set(report.made_with.items()) for report in all_reports))),
         changes=None,
+        mutation=None,
     )
     try:
         return derive(merged)

@@ -38,6 +38,7 @@ from pytest_hricdv.coverage.records import (
     SuiteCode,
 )
 from pytest_hricdv.results.behaviour import BehaviourChanges
+from pytest_hricdv.results.mutation import MutationResult
 
 SCHEMA: Final = "hricdv-report/1"
 TestOutcome = Literal["passed", "failed", "known-violation", "error", "not-run"]
@@ -323,6 +324,7 @@ class Report(Record, frozen=True, kw_only=True):
         made_with: name -> version, of what records can depend on beside code and testbench; of a merged report, where
             all sessions had the same.
         changes: how its tests behave, compared with a baseline.
+        mutation: where faults were put into the code under test; a merged report has none.
     """
 
     schema: Literal["hricdv-report/1"]
@@ -355,3 +357,4 @@ class Report(Record, frozen=True, kw_only=True):
     gates: GateResult | None = None
     made_with: Mapping[str, str] = {}
     changes: BehaviourChanges | None = None
+    mutation: MutationResult | None = None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import pytest
 
 from pytest_hricdv.report import EXPORT_FORMATS
-from pytest_hricdv.results.gates import KINDS
+from pytest_hricdv.results.gates import THRESHOLDS
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ GATES = (
     Repeatable(
         "fail-under",
         "KIND=PCT",
-        f"fail when a suite covers less; KIND is one of {', '.join(KINDS)}",
+        f"fail when a suite covers less; KIND is one of {', '.join(THRESHOLDS)}",
         "one KIND=PCT a line; checked when the whole suite is selected",
     ),
     Repeatable(
@@ -168,6 +168,18 @@ AFTER_THE_TESTS = (
     Flag("film", "film the runs of failing tests"),
 )
 
+MUTATION = (
+    Flag(
+        "mutate",
+        "after all tests, put faults into the code under test, one at a time, and run the tests that execute their "
+        "statements, to see which faults the tests notice",
+    ),
+    Value("mutate-tests", "N", "try a fault on at most N tests of each suite, or on all (default 10)"),
+    Value("mutate-faults", "N", "try only N of the faults, drawn with the seed (default: all)"),
+    Value("mutate-seconds", "S", "begin with no further fault after S seconds (default: no limit)"),
+    Flag("mutate-matrix", "try a fault on further tests after one has noticed it: which tests notice which faults"),
+)
+
 OUTPUT = (
     Value("report", "DIR", "folder of report.json and index.html (default hri-report)"),
     Flag("no-cov", "do not measure the code under test"),
@@ -180,7 +192,15 @@ EXPORTS = tuple(Value(name, "FILE", what) for name, what in EXPORT_FORMATS.items
 def add_options(parser: pytest.Parser) -> None:
     """Register the group `hri` and its ini keys."""
     group = parser.getgroup("hri", "coverage-driven verification of human-robot interaction")
-    table: Iterable[Value | Flag | Repeatable] = (*TESTS, *LEARNING, *GATES, *AFTER_THE_TESTS, *OUTPUT, *EXPORTS)
+    table: Iterable[Value | Flag | Repeatable] = (
+        *TESTS,
+        *LEARNING,
+        *GATES,
+        *AFTER_THE_TESTS,
+        *MUTATION,
+        *OUTPUT,
+        *EXPORTS,
+    )
     for option in table:
         option.add(group, parser)
     parser.addini(

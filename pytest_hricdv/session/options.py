@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.results.gates import (
+    MUTANTS,
     Exemption,
     ExemptionError,
     Gates,
@@ -47,6 +48,25 @@ class Shard:
 
 
 @dataclass(frozen=True)
+class MutationOptions:
+    """How mutants are tried.
+
+    Args:
+        asked: whether they are.
+        tests: at most so many of each suite; None: all.
+        mutants: at most so many; None: all.
+        seconds: none is begun later; None: no limit.
+        matrix: try further tests after one has failed.
+    """
+
+    asked: bool = False
+    tests: int | None = 10
+    mutants: int | None = None
+    seconds: int | None = None
+    matrix: bool = False
+
+
+@dataclass(frozen=True)
 class Options:
     """All that a user can set, validated. `suites` and `replay` are empty when no suite is active."""
 
@@ -69,6 +89,7 @@ class Options:
     shrink_runs: int = 60
     shrink_seconds: int = 60
     search: int = 0
+    mutation: MutationOptions = MutationOptions()
     learning: LearningOptions = field(default_factory=LearningOptions)
     shard: Shard | None = None
     baseline: Path | None = None
@@ -119,6 +140,7 @@ def read_options(config: pytest.Config) -> Options:
         shrink=_flag(config, "shrink"),
         shrink_runs=_integer(config, "shrink_runs", 60, least=1) or 60,
         shrink_seconds=_integer(config, "shrink_seconds", 60, least=1) or 60,
+        mutation=_mutation(config),
         learning=read_learning(config),
         again=_again(config),
     )
@@ -140,6 +162,28 @@ def _replay(config: pytest.Config) -> tuple[Path, ...]:
     if not all(names):
         raise pytest.UsageError(f"--hri-replay={given}: expected the path of a replay file")
     return tuple(config.invocation_params.dir / name for name in names)
+
+
+def _mutation(config: pytest.Config) -> MutationOptions:
+    text = _text(config, "mutate_tests")
+    if not text.isdigit() and text not in ("", "all"):
+        raise pytest.UsageError(f"--hri-mutate-tests={text}: expected a whole number, or all")
+    tests = None if text == "all" else _integer(config, "mutate_tests", MutationOptions.tests, least=1)
+    options = MutationOptions(
+        asked=_flag(config, "mutate"),
+        tests=tests,
+        mutants=_integer(config, "mutate_faults", None, least=1),
+        seconds=_integer(config, "mutate_seconds", None, least=1),
+        matrix=_flag(config, "mutate_matrix"),
+    )
+    if options.asked and _flag(config, "no_cov"):
+        raise pytest.UsageError("--hri-mutate and --hri-no-cov: which tests to try a fault on is known from coverage")
+    if options.asked and config.getoption("hri_shard") is not None:
+        raise pytest.UsageError("--hri-mutate and --hri-shard: give one of them; faults are tried on whole suites")
+    needed = [line for line in config.getoption("hri_fail_under") or () if line.partition("=")[0].strip() == MUTANTS]
+    if needed and not options.asked:
+        raise pytest.UsageError(f"--hri-fail-under={needed[0]}: add --hri-mutate, or there are no mutants")
+    return options
 
 
 def _again(config: pytest.Config) -> tuple[str, ...]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
+import os
 from collections.abc import Set
 from dataclasses import replace
 from functools import cached_property
@@ -61,6 +63,8 @@ class Preparation:
         self._check_replays()
         if self.options.film:
             self._check_film()
+        if self.options.mutation.asked:
+            _check_mutation()
         running = not self.collection.config.getoption("collectonly")
         if running:
             self._import_required()
@@ -94,6 +98,13 @@ class Preparation:
                 importlib.import_module(name)
             except ImportError as error:
                 raise pytest.UsageError(f"the testbench requires {name}: {error}") from None
+
+
+def _check_mutation() -> None:
+    if not hasattr(os, "fork"):
+        raise pytest.UsageError("--hri-mutate: this system cannot fork processes; use Linux or macOS")
+    if importlib.util.find_spec("mutmut") is None:
+        raise pytest.UsageError("--hri-mutate needs mutmut: pip install pytest-hricdv[mutation]")
 
 
 class GateCheck:

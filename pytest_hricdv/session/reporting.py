@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import time
 from collections import Counter
@@ -22,6 +23,7 @@ from pytest_hricdv.report import files, terminal
 from pytest_hricdv.results.building import SessionInfo, build_report
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import GateResult, ModelSource, Report, RerunOptions, SearchResult, TestResult
+from pytest_hricdv.results.mutation import MutationResult
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
 from pytest_hricdv.session.post_session import PostSession
@@ -90,6 +92,8 @@ class Reporting:
         if self.running.failures.problem:
             self.problems.append(self.running.failures.problem)
         report = msgspec.structs.replace(self._build(results), search=searched)
+        if not stopped:
+            report = msgspec.structs.replace(report, mutation=self._mutation(results))
         self.report = self._gate_check.compared(report, whole=self._is_whole and self.options.shard is None)
         if not stopped:
             self.report = self._judged(self.report)
@@ -115,6 +119,23 @@ class Reporting:
         self.interrupted = after.interrupted
         self.problems += after.problems
         return results, found
+
+    def _mutation(self, results: list[TestResult]) -> MutationResult | None:
+        """Tries mutants of the code under test, if asked to."""
+        if self.interrupted or not self.options.mutation.asked:
+            return None
+        from pytest_hricdv.session.mutating import Mutating, MutationError  # it needs mutmut, which not everyone has
+
+        self.collection.say("")  # ends the line of dots
+        processes = self.aggregation.workers if self.aggregation.is_distributed else os.cpu_count() or 1
+        mutating = Mutating(self.running, self.aggregation.chosen, processes, self.collection.say)
+        try:
+            found = mutating.mutate(results)
+        except MutationError as error:
+            self.problems.append(f"--hri-mutate: {error}")
+            return None
+        self.interrupted = found.ended == "interrupted"
+        return found
 
     @property
     def _rerunning(self) -> Rerunning:

@@ -22,6 +22,65 @@ TEXTS = {
     "R4": "always(moving -> joint_speed < 0.25)",
 }
 
+MUTATION = {
+    "made": 5,
+    "seed": 0,
+    "tests_per_mutant": 1,
+    "matrix": False,
+    "left_out": ["rl-leg1-left-out"],
+    "processes": 2,
+    "wall_s": 61.5,
+    "ended": "seconds",
+    "total": {
+        "mutants": 5,
+        "killed": 1,
+        "survived": 1,
+        "unchanged": 1,
+        "not_executed": 1,
+        "not_tried": 1,
+        "percent": 25.0,
+    },
+    "suites": {
+        "rl": {
+            "mutants": 5,
+            "killed": 1,
+            "survived": 1,
+            "unchanged": 1,
+            "not_executed": 1,
+            "not_tried": 1,
+            "percent": 25.0,
+        }
+    },
+    "operators": {},
+    "oracles": {"R1": {"killed": 1, "only": 0}, "exception": {"killed": 1, "only": 0}},
+    "groups": {},
+    "mutants": [
+        {
+            "id": f"0000000{place}",
+            "file": "controller/states.py",
+            "line": 12 + place,
+            "operator": "message dropped",
+            "before": "robot.bus.publish(State(name))\n<b>second</b>",
+            "after": "pass",
+            "executing": {} if status == "not executed" else {"rl": 3},
+            "runs": [{"test": "rl-x", "suite": "rl", "oracles": oracles, "changed": changed, "note": note}],
+            "complete": status != "not tried",
+            "status": status,
+            "difference": "rl-x: at 3.2 s `state(Reset)` is missing" if status == "survived" else "",
+        }
+        for place, (status, oracles, changed, note) in enumerate(
+            [
+                ("killed", ["R1", "exception"], True, "KeyError: <script>"),
+                ("survived", [], True, ""),
+                ("unchanged", [], False, ""),
+                ("not executed", [], False, ""),
+                ("not tried", [], False, ""),
+            ]
+        )
+    ],
+}
+"""Mutants of each status."""
+
 GPL = tuple(f"{n:03b}" for n in range(8))
 LEGS = ("1", "2", "3", "4")
 MAP = {

@@ -1,0 +1,208 @@
+"""What became of seeded faults: the trials of each mutant of the code under test, and scores made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Literal
+
+from pytest_hricdv.coverage.code_map import percent
+from pytest_hricdv.coverage.records import Count, Names, NotNegative, Percent, Record
+
+EXCEPTION, ENDING, BIN = "exception", "ending", "bin"
+"""Oracles beside requirements: something raised an exception; the run did not end, or in a way that the testbench does
+not allow; it hit a bin that it cannot or must not hit."""
+
+MutationEnd = Literal["done", "seconds", "interrupted"]
+MutantStatus = Literal["killed", "survived", "unchanged", "not executed", "not tried"]
+"""Killed: some test fails. Survived: a record changed, and no test fails. Unchanged: no record changed. Not executed:
+no test executes the statement. Not tried: time was over before, or before all of its tests had run."""
+
+
+class MutantRun(Record, frozen=True, kw_only=True):
+    """One test run with a mutant.
+
+    Args:
+        test: its id.
+        suite: of the test.
+        oracles: what failed: requirements that are not known to be violated, and the oracles of this module.
+        changed: the record is another one than without the fault.
+        note: what was wrong beside requirements.
+    """
+
+    test: str
+    suite: str
+    oracles: Names
+    changed: bool
+    note: str = ""
+
+
+class MutantResult(Record, frozen=True, kw_only=True):
+    """A mutant and its trials.
+
+    Args:
+        id: of the mutant, from its content.
+        file: that was changed.
+        line: the first line that differs.
+        operator: what was done.
+        before: the lines that differ.
+        after: what they became.
+        status: what became of it in all tests together.
+        executing: suite -> how many of its tests execute the statement.
+        runs: in the order in which they were tried.
+        complete: all runs that were planned were done, or not needed any more.
+        difference: of a mutant that survived: the first difference of a test's behaviour.
+    """
+
+    id: str
+    file: str
+    line: Count
+    operator: str
+    before: str
+    after: str
+    executing: Mapping[str, Count]
+    runs: tuple[MutantRun, ...]
+    complete: bool
+    status: MutantStatus
+    difference: str = ""
+
+    def status_in(self, suite: str) -> MutantStatus:
+        """What became of it in the tests of one suite."""
+        runs = [run for run in self.runs if run.suite == suite]
+        return mutant_status(runs, executed=suite in self.executing, complete=self.complete)
+
+    @property
+    def oracles(self) -> frozenset[str]:
+        """Everything that failed in any run."""
+        return frozenset(oracle for run in self.runs for oracle in run.oracles)
+
+
+def mutant_status(runs: Iterable[MutantRun], *, executed: bool, complete: bool) -> MutantStatus:
+    """What became of a mutant in these runs.
+
+    Args:
+        executed: a test executes its statement.
+        complete: all runs that were planned were done, or not needed any more.
+    """
+    runs = list(runs)
+    if any(run.oracles for run in runs):
+        return "killed"
+    if not executed:
+        return "not executed"
+    if not complete:
+        return "not tried"
+    return "survived" if any(run.changed for run in runs) else "unchanged"
+
+
+class MutationScore(Record, frozen=True, kw_only=True):
+    """How many mutants became what. `percent` is the share of killed ones among those that were tried."""
+
+    mutants: Count
+    killed: Count
+    survived: Count
+    unchanged: Count
+    not_executed: Count
+    not_tried: Count
+    percent: Percent | None
+
+
+class OracleScore(Record, frozen=True, kw_only=True):
+    """How many mutants an oracle, or a group of them, killed; and how many no other one did in the runs there were."""
+
+    killed: Count
+    only: Count
+
+
+class MutationResult(Record, frozen=True, kw_only=True):
+    """The result of trying mutants.
+
+    Args:
+        mutants: in the order of files and lines.
+        made: how many there are; more than `mutants` where only some were drawn.
+        seed: that the order of trials was drawn with.
+        tests_per_mutant: a mutant was tried on at most so many tests of a suite; None: on all that execute it.
+        matrix: a mutant was tried on further tests after one failed.
+        left_out: tests that fail, or were not measured, without any fault.
+        processes: in which the runs were made.
+        wall_s: how long it took.
+        ended: why it ended.
+        total: the score of all tests together.
+        suites: suite -> its score.
+        operators: operator -> the score of its mutants.
+        oracles: oracle -> its score; requirements that killed none have one, too.
+        groups: group of requirements -> its score.
+    """
+
+    mutants: tuple[MutantResult, ...]
+    made: Count
+    seed: int
+    tests_per_mutant: Count | None
+    matrix: bool
+    left_out: Names
+    processes: Count
+    wall_s: NotNegative
+    ended: MutationEnd
+    total: MutationScore
+    suites: Mapping[str, MutationScore]
+    operators: Mapping[str, MutationScore]
+    oracles: Mapping[str, OracleScore]
+    groups: Mapping[str, OracleScore]
+
+
+def scored(
+    *,
+    mutants: tuple[MutantResult, ...],
+    made: int,
+    seed: int,
+    tests_per_mutant: int | None,
+    matrix: bool,
+    left_out: Names,
+    processes: int,
+    wall_s: float,
+    ended: MutationEnd,
+    requirements: Sequence[str],
+) -> MutationResult:
+    """The result with its scores; the arguments are its fields, and the ids of all requirements."""
+    suites = sorted({suite for mutant in mutants for suite in mutant.executing})
+    operators = sorted({mutant.operator for mutant in mutants})
+    others = sorted({oracle for mutant in mutants for oracle in mutant.oracles} - {*requirements})
+    return MutationResult(
+        mutants=mutants,
+        made=made,
+        seed=seed,
+        tests_per_mutant=tests_per_mutant,
+        matrix=matrix,
+        left_out=left_out,
+        processes=processes,
+        wall_s=wall_s,
+        ended=ended,
+        total=_score([mutant.status for mutant in mutants]),
+        suites={name: _score([mutant.status_in(name) for mutant in mutants]) for name in suites},
+        operators={name: _score([each.status for each in mutants if each.operator == name]) for name in operators},
+        oracles=_oracles(mutants, {name: [name] for name in (*requirements, *others)}),
+        groups={},
+    )
+
+
+def _score(found: Sequence[MutantStatus]) -> MutationScore:
+    tried = len(found) - found.count("not tried")
+    return MutationScore(
+        mutants=len(found),
+        killed=found.count("killed"),
+        survived=found.count("survived"),
+        unchanged=found.count("unchanged"),
+        not_executed=found.count("not executed"),
+        not_tried=found.count("not tried"),
+        percent=percent(found.count("killed"), tried) if tried else None,
+    )
+
+
+def _oracles(mutants: Iterable[MutantResult], groups: Mapping[str, Collection[str]]) -> dict[str, OracleScore]:
+    """Name -> how many mutants the oracles of this name killed, and how many nothing else killed."""
+    failed = [mutant.oracles for mutant in mutants if mutant.oracles]
+    return {
+        name: OracleScore(
+            killed=sum(not oracles.isdisjoint(members) for oracles in failed),
+            only=sum(oracles <= {*members} for oracles in failed),
+        )
+        for name, members in groups.items()
+    }

@@ -1,0 +1,252 @@
+"""Mutating: when all tests have run, faults are put into the code under test, to see which of them the tests notice."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+
+import msgspec
+import pytest
+
+from pytest_hricdv.case import HriCase
+from pytest_hricdv.coverage.closure import PointIndex
+from pytest_hricdv.coverage.code_map import Bits
+from pytest_hricdv.mutation.mutants import Mutant, all_mutants, sample
+from pytest_hricdv.mutation.trial_order import Candidate, TrialOrder
+from pytest_hricdv.results.baseline import behaviour_of
+from pytest_hricdv.results.behaviour import Behaviour
+from pytest_hricdv.results.behaviour_diff import change_of
+from pytest_hricdv.results.derivation import coverage_of
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.results.mutation import MutantResult, MutantRun, MutationEnd, MutationResult, mutant_status, scored
+from pytest_hricdv.session import mutant_process
+from pytest_hricdv.session.mutant_process import Job, RunTold, Told, Trial, TrialTest, TrialTold
+from pytest_hricdv.session.progress import time_left
+from pytest_hricdv.session.running import Running
+
+LEAST_RUN_S, FACTOR = 10, 10
+"""A run that takes more processor time (s) than this, and than so many times the slowest test, does not end."""
+
+STEPS = 10
+"""Progress is told so many times."""
+
+
+class MutationError(Exception):
+    """Mutants cannot be tried; the text says why, and what to do."""
+
+
+@dataclass
+class Mutating:
+    """Tries the mutants of the code under test on the tests of a session.
+
+    Args:
+        running: of the session.
+        chosen: node id -> test, of the session.
+        processes: at the same time.
+        say: receives progress messages.
+    """
+
+    running: Running
+    chosen: Mapping[str, HriCase]
+    processes: int
+    say: Callable[[str], None]
+
+    def mutate(self, results: Sequence[TestResult]) -> MutationResult:
+        """Try the mutants. At Ctrl-C it stops, and keeps what was found until then.
+
+        Args:
+            results: of the session's tests.
+
+        Raises:
+            MutationError: no test can take part, or tests run otherwise than in the session.
+        """
+        began_s, options = time.perf_counter(), self.running.options.mutation
+        tests = {result.id: result for result in results if _takes_part(result)}
+        if not tests:
+            raise MutationError("no mutant was tried: expected tests that pass and that were measured")
+        every = all_mutants(self.running.code)
+        drawn = sample(every, self.running.options.seed, options.mutants)
+        order = TrialOrder(self._candidates([*tests.values()]), options.tests)
+        trials = _Trials(drawn, order, tests, self.say)
+        self.say(f"hricdv: trying {len(drawn)} mutants on {len(tests)} tests, {self.processes} at a time ...")
+        ended = trials.follow(self._job(trials.planned(self.running), tests))
+        return scored(
+            mutants=tuple(trials.result(mutant) for mutant in every if mutant.id in trials.runs),
+            made=len(every),
+            seed=self.running.options.seed,
+            tests_per_mutant=options.tests,
+            matrix=options.matrix,
+            left_out=tuple(sorted(result.id for result in results if not _takes_part(result))),
+            processes=self.processes,
+            wall_s=round(time.perf_counter() - began_s, 3),
+            ended=ended,
+            requirements=[requirement.id for requirement in self.running.requirements],
+        )
+
+    def _candidates(self, results: Sequence[TestResult]) -> list[Candidate]:
+        code, cross = self.running.code, self.running.collection.testbench.cross
+        index = PointIndex(code.statements, code.branches, {name: each.forbidden for name, each in cross.items()})
+        found = []
+        for result in results:
+            bits = Bits.of(result.code)
+            assert bits is not None, "a test that takes part was measured"
+            points = index.points(coverage_of(result).runs)
+            found.append(Candidate(result.id, result.suite, bits.statements, points, result.sim_s))
+        return found
+
+    def _job(self, trials: Sequence[Trial], tests: Mapping[str, TestResult]) -> Job:
+        options = self.running.options.mutation
+        slowest_s = max(result.wall_s or 0.0 for result in tests.values())
+        one_of_each = {result.nodeid.partition("[")[0]: result.id for result in tests.values()}
+        return Job(
+            arguments=_pytest_arguments(self.running.collection.config),
+            tests={name: self._trial_test(result) for name, result in tests.items()},
+            control=Trial("", tuple(one_of_each.values())),
+            trials=tuple(trials),
+            processes=self.processes,
+            run_s=max(LEAST_RUN_S, FACTOR * slowest_s),
+            seconds=options.seconds,
+            matrix=options.matrix,
+        )
+
+    def _trial_test(self, result: TestResult) -> TrialTest:
+        concrete = self.chosen[result.nodeid].concrete
+        return TrialTest(result.suite, concrete, result.record_sha256, result.ended, result.outcomes)
+
+
+class _Trials:
+    """The trials of mutants, and what is known of them."""
+
+    def __init__(
+        self,
+        mutants: Sequence[Mutant],
+        order: TrialOrder,
+        tests: Mapping[str, TestResult],
+        say: Callable[[str], None],
+    ) -> None:
+        self.runs: dict[str, list[MutantRun]] = {mutant.id: [] for mutant in mutants}
+        self._differences: dict[str, str] = {}
+        self._tests = tests
+        self._mutants = mutants
+        self._order = order
+        self._say = say
+        self._began_s = time.monotonic()
+        self._done: set[str] = set()
+
+    def planned(self, running: Running) -> list[Trial]:
+        """What is to be tried: not the mutants whose statement no test executes."""
+        paths = {file.name: str(file.path) for file in running.code.files}
+        plans = [(mutant, self._order.tests(mutant.statement)) for mutant in self._mutants]
+        return [Trial(mutant.id, tests, paths[mutant.file], mutant.text) for mutant, tests in plans if tests]
+
+    def follow(self, job: Job) -> MutationEnd:
+        """Have a job done.
+
+        Raises:
+            MutationError: it was not: something is wrong with it.
+        """
+        try:
+            with _process(job) as lines:
+                for line in lines:
+                    self._note(msgspec.json.decode(line, type=Told), len(job.trials))
+        except KeyboardInterrupt:
+            return "interrupted"
+        return "done" if len(self._done) == len(job.trials) else "seconds"
+
+    def result(self, mutant: Mutant) -> MutantResult:
+        """What became of a mutant."""
+        executing = self._order.executing(mutant.statement)
+        runs, complete = tuple(self.runs[mutant.id]), not executing or mutant.id in self._done
+        status = mutant_status(runs, executed=bool(executing), complete=complete)
+        return MutantResult(
+            id=mutant.id,
+            file=mutant.file,
+            line=mutant.line,
+            operator=mutant.operator,
+            before=mutant.before,
+            after=mutant.after,
+            executing=executing,
+            runs=runs,
+            complete=complete,
+            status=status,
+            difference=self._differences.get(mutant.id, "") if status == "survived" else "",
+        )
+
+    def _note(self, told: Told, total: int) -> None:
+        if isinstance(told, RunTold):
+            self.runs[told.mutant].append(told.run)
+            if told.behaviour is not None:
+                self._differences[told.mutant] = _difference(self._tests[told.run.test], told.behaviour)
+        elif isinstance(told, TrialTold):
+            self._done.add(told.mutant)
+            self._tell_progress(len(self._done), total)
+        else:
+            raise MutationError(
+                f"no mutant was tried: {told.reason}, where the code under test is as it was in the session; does "
+                "a fixture of the test function change what a run depends on?"
+            )
+
+    def _tell_progress(self, done: int, total: int) -> None:
+        if done * STEPS // total > (done - 1) * STEPS // total and done < total:
+            killed = sum(any(run.oracles for run in self.runs[name]) for name in self._done)
+            left_s = (time.monotonic() - self._began_s) / done * (total - done)
+            self._say(f"hricdv: {done} of {total} mutants, {killed} killed, {time_left(left_s)}")
+
+
+def _difference(before: TestResult, now: Behaviour) -> str:
+    change = change_of(behaviour_of(before), now)
+    return f"{before.id}: {change.text}" if change else ""
+
+
+def _takes_part(result: TestResult) -> bool:
+    """A test that fails without a fault cannot notice one; of an unmeasured one it is unknown what it executes."""
+    return result.outcome in ("passed", "known-violation") and result.code is not None
+
+
+def _pytest_arguments(config: pytest.Config) -> tuple[str, ...]:
+    """The arguments of the session; the modules of the plugin are imported before pytest can rewrite their asserts."""
+    unmeasured = ["--no-cov"] if hasattr(config.option, "no_cov") else []  # of pytest-cov
+    given = [os.fspath(each) for each in config.invocation_params.args]
+    return (*given, *unmeasured, "-W", "ignore::pytest.PytestAssertRewriteWarning")
+
+
+@contextmanager
+def _process(job: Job) -> Iterator[Iterator[str]]:
+    """The lines that the process of a job writes. In the end, it and what it started are ended.
+
+    Raises:
+        MutationError: it failed.
+    """
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("COV_", "COVERAGE_"))}
+    environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-m", mutant_process.__name__],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            env=environment,
+            start_new_session=True,  # Ctrl-C is for the session, which then ends all of these processes
+        )
+        assert process.stdin is not None, "it is a pipe"
+        assert process.stdout is not None, "it is a pipe"
+        try:
+            with suppress(BrokenPipeError), process.stdin as stdin:  # how it ended says more
+                stdin.write(msgspec.json.encode(job))
+            yield (line.decode() for line in process.stdout)
+            if process.wait() != 0:
+                errors.seek(0)
+                last = errors.read().strip().splitlines()[-1:]
+                raise MutationError(f"mutants could not be tried: {''.join(last) or process.returncode}")
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            process.stdout.close()

@@ -1,0 +1,56 @@
+"""What a report says of mutants: in the terminal, on the page, and for other tools."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pytest_hricdv.report import html, terminal
+from pytest_hricdv.report.ci_formats import junit_suite_properties, markdown
+from tests.report import sample
+from tests.report.parsed import Page
+
+REPORT = sample.typed(sample.data(tests=2) | {"mutation": sample.MUTATION})
+
+
+def test_the_summary_has_score_oracles_and_survivors_in_lines_that_fit() -> None:
+    lines = [line.text for line in terminal.summary(REPORT, Path("out"), 80)]
+    assert max(map(len, lines)) <= 80
+    start = lines.index("mutants: 25.0 % killed (1 of 4), 5 runs in 61.5 s")
+    assert lines[start + 1 : start + 16] == [
+        "  killed by  mutants  only by it",
+        "  R1               1           0",
+        "  exception        1           0",
+        "  1 survived: a record changed, and nothing failed: an oracle is missing",
+        "    controller/states.py:13  message dropped: robot.bus.publish(State(name))",
+        "      rl-x: at 3.2 s `state(Reset)` is missing",
+        "  1 unchanged: no record changed: a stimulus is missing, or it is equivalent",
+        "    controller/states.py:14  message dropped: robot.bus.publish(State(name))",
+        "  1 not executed: no test executes the statement",
+        "    controller/states.py:15  message dropped: robot.bus.publish(State(name))",
+        "  1 not tried: time was over before all of its tests had run",
+        "    controller/states.py:16  message dropped: robot.bus.publish(State(name))",
+        "  2 that were not killed were tried on 1 test of a suite, and more execute them",
+        "  1 test took no part, failing or unmeasured without a fault: rl-leg1-left-out",
+        "  1 mutant not tried: time was over",
+    ]
+
+
+def test_the_page_has_each_mutant_once_with_what_killed_it() -> None:
+    page = Page(html.page(REPORT)[0])
+    words = " ".join(page.words.split())
+    assert "25.0 % killed (1 of 4)" in words
+    assert [words.count(f"controller/states.py:{line} message dropped") for line in range(12, 17)] == [1] * 5
+    assert "becomes pass" in words
+    assert "R1, exception rl-x KeyError: <script>" in words
+    assert "rl-x: at 3.2 s state(Reset) is missing" in words
+
+
+def test_a_report_without_mutants_says_nothing_of_them() -> None:
+    report = sample.report()
+    assert "utant" not in Page(html.page(report)[0]).words
+    assert not [line for line in terminal.summary(report, Path("out"), 80) if "mutant" in line.text]
+
+
+def test_other_tools_get_the_score() -> None:
+    assert ("hri.mutants", "25.0 % killed (1 of 4)") in junit_suite_properties(REPORT)
+    assert "\nFaults: mutants: 25.0 % killed (1 of 4), 5 runs in " in markdown(REPORT)
