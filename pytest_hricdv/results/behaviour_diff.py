@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import zip_longest
 from typing import Any, NamedTuple
@@ -13,6 +14,7 @@ from pytest_hricdv.results.model import Report, TestResult
 
 _LONGEST_VALUE = 40
 _ABSENT = object()
+_NEVER = sys.maxsize
 
 
 class Difference(NamedTuple):
@@ -117,21 +119,27 @@ def _content(message: BusMessage) -> tuple[str, str, Mapping[str, Any]]:
 
 
 def _other_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> Difference:
-    """Of two sequences that begin with different messages: one is missing, one is extra, or one replaces the other."""
+    """Of two sequences that begin with different messages. The earlier of the two is the first difference.
+
+    It comes early or late if the other run has it too, and sooner than the other message; else it is extra or missing.
+    If neither run has the other's message, one is instead of the other.
+    """
     old, new = before[0], now[0]
     if (old.sender, old.topic) == (new.sender, new.topic):
         return _other_fields(old, new)
-    until_new, until_old = _place(new, before), _place(old, now)
-    if until_new < until_old:
-        return _missing(old)
-    if until_old < until_new:
-        return _extra(new)
-    return _instead(old, new)
+    to_new, to_old = _distance(new, before), _distance(old, now)
+    if to_new == to_old and (to_new == _NEVER or old.time_s == new.time_s):
+        return _instead(old, new)
+    if new.time_s < old.time_s:
+        return _moved(before[to_new], new) if to_new <= to_old else _extra(new)
+    if old.time_s < new.time_s:
+        return _moved(old, now[to_old]) if to_old <= to_new else _missing(old)
+    return _missing(old) if to_new < to_old else _extra(new)
 
 
-def _place(message: BusMessage, sequence: Sequence[BusMessage]) -> int:
-    contents = (n for n, each in enumerate(sequence) if _content(each) == _content(message))
-    return next(contents, len(sequence) + 1)
+def _distance(message: BusMessage, sequence: Sequence[BusMessage]) -> int:
+    """After how many messages the same content comes."""
+    return next((n for n, each in enumerate(sequence) if _content(each) == _content(message)), _NEVER)
 
 
 def _other_fields(old: BusMessage, new: BusMessage) -> Difference:

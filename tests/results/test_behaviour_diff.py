@@ -98,6 +98,21 @@ def with_fields(message: BusMessage, **fields: Any) -> BusMessage:
             "at 31.2 s `turn_done(turn=1, outcome=released)`, 0.004 s earlier than in the baseline",
         ),
         (
+            (REQUEST, DONE._replace(time_s=20.0), READY),
+            "`turn_done(released)` earlier",
+            "at 20.0 s `turn_done(turn=1, outcome=released)`, 11.2 s earlier than in the baseline",
+        ),
+        (
+            (REQUEST, DONE, READY._replace(time_s=33.25)),
+            "`leg_ready` later",
+            "at 33.2 s `leg_ready(turn=1)`, 12.0 s later than in the baseline",
+        ),
+        (
+            (REQUEST, DONE._replace(time_s=READY.time_s), READY),
+            "`turn_done(released)` instead of `leg_ready`",
+            "at 21.2 s `turn_done(turn=1, outcome=released)` instead of `leg_ready(turn=1)`",
+        ),
+        (
             (REQUEST, READY, DONE._replace(sender="ghost")),
             "`turn_done(released)` from another sender",
             "at 31.2 s `turn_done(turn=1, outcome=released)` instead of `turn_done(turn=1, outcome=released)`",
