@@ -84,6 +84,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "arm_home": bool,
             "hand_place": str,
             "hand_closing": bool,
+            "hand_gripped": bool,
             "hand_distance": float,
             "hand_contact_force": float,
             "arm_speed": float,

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import MappingProxyType
 
 from pytest_hricdv import faults
 from pytest_hricdv.coverage.code_map import Bits
@@ -15,7 +16,16 @@ from pytest_hricdv.coverage.measurement import Measurement, debugger
 from pytest_hricdv.faults import CodeUnderTest
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, Concretization, concretize
-from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Verdict, Vocabulary, explained
+from pytest_hricdv.monitor import (
+    Log,
+    MonitorSet,
+    PastFormula,
+    Requirement,
+    Verdict,
+    Vocabulary,
+    explained,
+    watched,
+)
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
 from pytest_hricdv.runtime.bus import Value
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
@@ -74,6 +84,10 @@ class CaseResult:
         """The requirements that the run violated."""
         return tuple(verdict.requirement for verdict in self.verdicts if verdict.verdict == "Failed")
 
+    def unknown(self, known: Container[str]) -> tuple[str, ...]:
+        """The requirements that the run violated and that are not known to fail, or not under the condition then."""
+        return tuple(each for each in self.failed if each not in known or self.verdict(each).outside)
+
     def verdict(self, requirement: str) -> Verdict:
         """The verdict of one requirement. Raises KeyError for one that does not exist."""
         return {verdict.requirement: verdict for verdict in self.verdicts}[requirement]
@@ -86,6 +100,7 @@ def execute(
     measurement: Measurement,
     context: str,
     filming: Callable[[Run], AbstractContextManager[None]] | None = None,
+    known_while: Mapping[str, PastFormula] = MappingProxyType({}),
 ) -> CaseResult:
     """Run one concrete test: a pure function of the test and the code.
 
@@ -94,6 +109,7 @@ def execute(
         measurement: measures the code under test.
         context: name of this test's share of the measurement.
         filming: see `Run`.
+        known_while: requirement -> condition under which its violations are known; others are marked as outside.
 
     Raises:
         TestbenchError: the testbench's `run` returned no Outcome.
@@ -116,7 +132,7 @@ def execute(
         fidelity=testbench.fidelity,
     )
     try:
-        outcome, verdicts, record = _finished(testbench, requirements, run)
+        outcome, verdicts, record = _finished(testbench, requirements, run, known_while)
     except Exception:
         if run.ending is not None and run.ending.error is not None:
             raise run.ending.error from run.ending.error.__cause__  # what fails after it may be its consequence
@@ -139,7 +155,7 @@ def execute(
 
 
 def _finished(
-    testbench: Testbench, requirements: tuple[Requirement, ...], run: Run
+    testbench: Testbench, requirements: tuple[Requirement, ...], run: Run, known_while: Mapping[str, PastFormula]
 ) -> tuple[Outcome, tuple[Verdict, ...], Record]:
     """Run it to its end: what the testbench says of it, the verdicts, and the record."""
     outcome = testbench.run(run)
@@ -148,7 +164,16 @@ def _finished(
     record, end_s = run.recorder.finish(), run.kernel.now_s
     log = Log({**record.signals, **record.texts}, record.messages, end_s)
     verdicts = explained(run.monitors.finish(end_s), requirements, log)
-    return outcome, verdicts, record
+    return outcome, tuple(_marked(verdict, known_while, log) for verdict in verdicts), record
+
+
+def _marked(verdict: Verdict, known_while: Mapping[str, PastFormula], log: Log) -> Verdict:
+    """The verdict, with violations marked that are outside of the condition under which they are known."""
+    if not verdict.violations or verdict.requirement not in known_while:
+        return verdict
+    condition = watched(known_while[verdict.requirement], log)
+    violations = (replace(each, outside=not condition.holds_at(each.time_s)) for each in verdict.violations)
+    return replace(verdict, violations=tuple(violations))
 
 
 @dataclass(repr=False)

@@ -75,6 +75,7 @@ class Gripper:
         self._signal = signal
         self._contact = HandContact(engine, torso, fingers, person.hand.body)
         self._distance_m = 0.0  # at the last step of closing
+        self._gripped = False
         self.motion = FingerMotion.NONE
 
     def close(self) -> None:
@@ -119,8 +120,10 @@ class Gripper:
             pull_n = self._person.pull_now()
             if pull_n:
                 leg.pull((pull_n, 0.0, 0.0))
-            if self.motion is FingerMotion.OPENING and self._grip_resists():
+            gripped = self.motion is FingerMotion.OPENING and self._grip_resists()
+            if gripped:
                 self._apply_grip()
+            self._feel_grip(gripped)
 
     def after_step(self) -> None:
         """What this step's finger positions mean, while the fingers move."""
@@ -149,6 +152,11 @@ class Gripper:
         elif self.motion is FingerMotion.OPENING and self._stands_at(OPEN):
             self._stop()
 
+    def _feel_grip(self, gripped: bool) -> None:
+        if gripped != self._gripped:
+            self._gripped = gripped
+            self._signal("hand_gripped", gripped)
+
     def _press_on_hand(self) -> None:
         force_n = 0.0
         if self._distance_m < 0.0:
@@ -167,6 +175,7 @@ class Gripper:
     def _let_go(self, leg: Leg) -> None:
         at_leg = self._engine.distance(self._person.hand.body, leg.body, -1) < REACH_M
         self._legs.release(self._person.hand.body if at_leg else None)
+        self._feel_grip(False)
         self._signal("leg_offset", offset_of(leg))
         self._signal("leg_held", False)
 

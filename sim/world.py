@@ -44,11 +44,11 @@ class World:
 
     Args:
         recorder: receives the signals `arm_speed` (rad/s, the arm's fastest joint, each physics step), `leg_held`,
-            `leg_torn` (it was pulled out of the closed hand), `hand_closing`, and each physics step while closing
-            `hand_distance` (m, the person's hand to the robot's palm and fingers) and `hand_contact_force` (N, with
-            which the fingers press on the person's hand); and each control tick `leg_offset` (m, leg's middle to the
-            handover place), `leg_height` (m, leg's middle above the floor), `leg_in_bin`, `hand_place` (see
-            `sim.whereabouts`) and `arm_home`.
+            `leg_torn` (it was pulled out of the closed hand), `hand_gripped` (a person's grip keeps the fingers from
+            opening), `hand_closing`, and each physics step while closing `hand_distance` (m, the person's hand to the
+            robot's palm and fingers) and `hand_contact_force` (N, with which the fingers press on the person's hand);
+            and each control tick `leg_offset` (m, leg's middle to the handover place), `leg_height` (m, leg's middle
+            above the floor), `leg_in_bin`, `hand_place` (see `sim.whereabouts`) and `arm_home`.
         freeze: skip steps while nothing can move. Messages and verdicts are the same without.
         fidelity: "dynamic" or "kinematic" (see `sim.mechanics`).
 
@@ -157,6 +157,7 @@ class World:
         self.signal("leg_torn", False)
         self._whereabouts.tick()
         self.signal("hand_closing", False)
+        self.signal("hand_gripped", False)
         self.signal("hand_contact_force", 0.0)
         self.signal("hand_distance", self.gripper.human_distance())
 

@@ -124,12 +124,16 @@ class PlanCoverage(Record, frozen=True, kw_only=True):
 
 
 class ReportedViolation(Record, frozen=True, kw_only=True):
-    """One violation of a requirement: when it was triggered and violated (s), with the values at that time."""
+    """One violation of a requirement: when it was triggered and violated (s), with the values at that time.
+
+    `outside`: violations of the requirement are known, but under a condition that did not hold then.
+    """
 
     trigger_s: Number | None
     time_s: Number | None
     values: Mapping[str, bool | int | float | str]
     margin: Number | None
+    outside: bool = False
 
 
 class ReportedNearMiss(Record, frozen=True, kw_only=True):
@@ -160,12 +164,18 @@ class RequirementResult(Record, frozen=True, kw_only=True):
     margin_time_s: Number | UnsetType | None = UNSET
     nearest_miss: ReportedNearMiss | UnsetType | None = UNSET
 
+    @property
+    def outside(self) -> bool:
+        """Whether a violation is outside of the condition under which violations of the requirement are known."""
+        return any(violation.outside for violation in self.violations)
+
 
 class RequirementTally(Record, frozen=True, kw_only=True):
     """One requirement over the tests of a suite.
 
     `passed`, `failed`, `nc` count tests by verdict; one that was not run has none. `triggers` counts attempts:
-    `passes`, `failures` and `pending` ones. `vacuous` counts runs in which the antecedent never held.
+    `passes`, `failures` and `pending` ones. `vacuous` counts runs in which the antecedent never held. `outside` counts
+    the failed tests with a violation outside of the condition under which violations of the requirement are known.
     """
 
     passed: Count
@@ -176,6 +186,7 @@ class RequirementTally(Record, frozen=True, kw_only=True):
     failures: Count
     vacuous: Count
     pending: Count
+    outside: Count = 0
 
 
 # Cross products

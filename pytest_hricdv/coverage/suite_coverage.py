@@ -192,6 +192,7 @@ def tally(requirement: str, tests: Iterable[TestCoverage]) -> RequirementTally:
         failures=sum(result.failures for result in results),
         vacuous=sum(result.vacuous for result in results),
         pending=sum(result.pending for result in results),
+        outside=sum(result.outside for result in results),
     )
 
 

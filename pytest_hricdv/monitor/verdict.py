@@ -23,12 +23,15 @@ class Violation:
         values: the last values, at `time_s`, of the signals and fields in the requirement that had a value.
         margin: the least signed distance to the bound while the violation lasted; 0.0 (the time left to the deadline)
             for a missed `eventually`; None if the violated condition compares nothing.
+        outside: violations of this requirement are known under a condition that did not hold at `time_s` (added by
+            whoever knows of such conditions).
     """
 
     trigger_s: float
     time_s: float
     values: Mapping[str, Value]
     margin: float | None
+    outside: bool = False
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,11 @@ class Verdict:
     margin_time_s: float | None
     nearest_miss: NearestMiss | None = None
     history: tuple[Attempt, ...] = ()
+
+    @property
+    def outside(self) -> bool:
+        """Whether a violation is outside of the condition under which violations of the requirement are known."""
+        return any(violation.outside for violation in self.violations)
 
     def to_json(self) -> dict[str, Any]:
         """The verdict as plain data for JSON: dicts, lists, numbers, strings."""

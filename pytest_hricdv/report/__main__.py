@@ -31,11 +31,9 @@ from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.gates import (
     THRESHOLDS,
     Exemption,
-    ExemptionError,
     Gates,
     Threshold,
     ThresholdError,
-    parse_exemptions,
     parse_threshold,
 )
 from pytest_hricdv.results.judgement import Judgement, judge
@@ -200,14 +198,19 @@ def _baseline(report: Report, options: argparse.Namespace) -> Baseline | None:
 
 
 def _gates(report: Report, options: argparse.Namespace) -> Gates:
-    days = report.known_until
-    names = dict.fromkeys([*report.known_violations, *days])
-    reasons = {name: report.known_violations.get(name, "no longer known") for name in names}
     try:
-        lines = [f"{name}{f' until {days[name]}' if name in days else ''}: {reasons[name]}" for name in names]
-        known = {} if report.strict else parse_exemptions(lines)
-    except ExemptionError as error:
+        days = {name: datetime.date.fromisoformat(day) for name, day in report.known_until.items()}
+    except ValueError as error:
         raise ReportError(f"known violations of the report: {error}") from None
+    known = {
+        name: Exemption(
+            name,
+            report.known_violations.get(name, "no longer known"),
+            days.get(name),
+            report.known_while.get(name, ""),
+        )
+        for name in ({} if report.strict else dict.fromkeys([*report.known_violations, *days]))
+    }
     may_be_nc = {
         name: Exemption(name, "named with --allow-nc") for each in options.allow_nc for name in each.split(",")
     }

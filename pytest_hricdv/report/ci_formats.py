@@ -133,8 +133,8 @@ def _requirements(report: Report) -> Iterator[str]:
         yield "| requirement | passed | failed | NC | triggers | least margin |"
         yield "|---|---:|---:|---:|---:|---:|"
         for row in totals.requirement_rows(report, suite):
-            failed = f"**{row.failed}**" if row.failed and not row.known else str(row.failed)
-            known = f" known: {_escaped(row.known)}" if row.failed and row.known else ""
+            failed = f"**{row.failed}**" if row.failed and not row.tolerated else str(row.failed)
+            known = f" known: {_escaped(row.known_note)}" if row.failed and row.known else ""
             margin = "" if row.margin is None else f"{row.margin:.3g}"
             name = _escaped(f"{row.name} {row.title}")
             yield f"| {name} | {row.passed} | {failed}{known} | {row.nc} | {row.triggers} | {margin} |"
@@ -234,10 +234,12 @@ def _escaped(text: str) -> str:
 def _violation_annotations(report: Report, places: Mapping[str, Place]) -> Iterator[str]:
     for name in sorted(report.requirements, key=natural):
         failed = [test for test in report.tests if test.outcome == "failed" and test.violates(name)]
-        if not failed or (name in report.known_violations and not report.strict):
+        failed = [test for test in failed if not totals.is_tolerated(report, name, test)]
+        if not failed:
             continue
         worst = min(failed, key=lambda test: (test.requirements[name].margin or 0.0, test.id))
-        first = [violation(each, report.units or {}) for each in worst.requirements[name].violations[:1]]
+        violations = sorted(worst.requirements[name].violations, key=lambda each: not each.outside)
+        first = [violation(each, report.units or {}) for each in violations[:1]]
         lines = [report.requirements[name].title, f"worst is {worst.id}", *first, *instructions_of(report, worst)]
         yield _annotation(worst.nodeid, f"{name} failed in {plural(len(failed), 'test')}", "\n".join(lines), places)
 

@@ -32,7 +32,8 @@ def failure(
         requirements: name -> texts.
         seed: the suite's seed, for the command that runs the test again; None for a custom test function.
         suite: what `--hri-suite` was given, for the same; None for the suite's name, empty in a replay.
-        known: known violations, name -> reason; they are listed last and do not count as the cause.
+        known: known violations, name -> reason; they are listed last and do not count as the cause, unless they are
+            outside of the condition under which they are known.
         units: signal -> unit.
         rerun_options: further options for the command that runs the test again.
         file: the test's replay file, if it has one.
@@ -42,7 +43,7 @@ def failure(
     """
     reasons = known or {}
     failed = [name for name in _names(test) if test.requirements[name].verdict == "Failed"]
-    failed.sort(key=lambda name: name in reasons)
+    failed.sort(key=lambda name: name in reasons and not test.requirements[name].outside)
     lines: list[str] = []
     for name in failed:
         texts = requirements.get(name)
@@ -106,7 +107,7 @@ def violation(found: ReportedViolation, units: Mapping[str, str]) -> str:
         )
     if found.margin is not None:
         text += f" (margin {quantity(found.margin)})"
-    return text
+    return f"{text}; not known under this condition" if found.outside else text
 
 
 def counts(result: RequirementResult) -> str:
@@ -190,13 +191,15 @@ def _requirement(
     units: Mapping[str, str],
 ) -> Iterator[str]:
     yield f"{name} Failed: {_one_line(texts.title)}" if texts and texts.title else f"{name} Failed"
-    if known is not None:
-        yield f"  a known violation{f' ({known})' if known else ''}: it does not fail the run"
+    if known is not None and result.outside:
+        yield f"  known only {_one_line(known)}"
+    elif known is not None:
+        yield f"  a known violation{f' ({_one_line(known)})' if known else ''}: it does not fail the run"
     if texts and texts.text:
         yield f"  checked as  {_one_line(texts.text)}"
     if texts and texts.source:
         yield f"  source      {_one_line(texts.source)}"
-    for found in result.violations[:_MAX_VIOLATIONS]:
+    for found in sorted(result.violations, key=lambda each: not each.outside)[:_MAX_VIOLATIONS]:
         yield f"  {violation(found, units)}"
     if len(result.violations) > _MAX_VIOLATIONS:
         yield f"  and {plural(len(result.violations) - _MAX_VIOLATIONS, 'more violation')}"

@@ -11,6 +11,7 @@ from typing import Any, Literal
 from pytest_hricdv.coverage.records import MappedFile, ReportedNearMiss, RequirementResult
 from pytest_hricdv.report.formatting import natural
 from pytest_hricdv.report.tests_view import code_bits, plan_bits, plan_names
+from pytest_hricdv.report.totals import known
 from pytest_hricdv.results.model import ModelSource, Report, RequirementText, SearchResult, TestResult
 
 SHOWN = 25
@@ -30,7 +31,8 @@ class RequirementView:
 
     Attributes:
         texts: its title, source and formula.
-        known: why its violation is known; empty if it is not.
+        known: why, and under which condition, its violation is known; empty if it is not.
+        outside: how many tests violated it outside of this condition.
         until: the last day on which it is; empty if that is not limited.
         counts: verdict -> number of tests.
         triggers: over all tests.
@@ -43,6 +45,7 @@ class RequirementView:
     name: str
     texts: RequirementText
     known: str
+    outside: int
     until: str
     counts: Mapping[str, int]
     triggers: int
@@ -62,7 +65,8 @@ def requirement_view(report: Report, name: str) -> RequirementView:
     return RequirementView(
         name=name,
         texts=report.requirements.get(name, _NO_TEXT),
-        known="" if report.strict else report.known_violations.get(name, ""),
+        known=known(report, name),
+        outside=sum(result.outside for _, result in by_verdict["Failed"]),
         until=report.known_until.get(name, ""),
         counts={word: len(found) for word, found in by_verdict.items()},
         triggers=sum(result.triggers for _, result in pairs),

@@ -123,13 +123,13 @@ def _requirements(rows: Sequence[totals.RequirementRow], columns: int) -> Iterat
         yield Line("  no requirements", "dim")
         return
     margins = any(row.margin is not None for row in rows)
-    marks = 6 if any(row.failed and row.known for row in rows) else 0
+    marks = 6 if any(row.tolerated for row in rows) else 0
     numbers = 7 + 8 + marks + 6 + 10 + (10 if margins else 0)
     room = max(columns - numbers - 2, 4)
     head = f"{'Passed':>7}{'Failed':>8}{'':{marks}}{'NC':>6}{'triggers':>10}{'margin' if margins else '':>10}"
     yield Line(f"  {pad('requirement', room)}{head}".rstrip(), "dim")
     for row in rows:
-        mark = " known" if row.failed and row.known else ""
+        mark = " known" if row.tolerated else ""
         margin = "" if row.margin is None else f"{row.margin:.3g}"
         figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
         name = pad(visible(f"{row.name} {row.title}"), room)
@@ -144,12 +144,14 @@ def _requirements(rows: Sequence[totals.RequirementRow], columns: int) -> Iterat
             yield from _row("NC: not checked", f"{listing(names, columns // 3)}: {why}", columns, "warn")
     for row in rows:
         if row.failed and row.known:
-            yield Line(f"  {row.name} is known to fail: {row.known}", "warn")
+            note = visible(f"{row.name} is known to fail: {row.known_note}")
+            for line in wrap(note.split(" "), columns - 2):
+                yield Line(f"  {line}", "warn" if row.tolerated else "bad")
 
 
 def _verdict_style(row: totals.RequirementRow) -> Style:
     if row.failed:
-        return "warn" if row.known else "bad"
+        return "warn" if row.tolerated else "bad"
     return "ok" if row.passed else "dim"
 
 

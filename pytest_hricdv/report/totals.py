@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pytest_hricdv.coverage.records import CrossCoverage, WaiverRecord
 from pytest_hricdv.report.formatting import branches, line_ranges, natural, plural, share
 from pytest_hricdv.report.tests_view import anchor
-from pytest_hricdv.results.model import Report, SuiteResult
+from pytest_hricdv.results.gates import known_text
+from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 OUTCOMES = ("passed", "failed", "known-violation", "error", "not-run")
 _OUTCOME_WORDS = {"passed": "passed", "failed": "failed", "known-violation": "known to fail", "error": "in error"}
@@ -18,7 +19,8 @@ _WAIVED = "waived as unreachable"
 class RequirementRow:
     """One requirement over one suite: tests by verdict, triggers over all tests, and the least margin.
 
-    `known` is the reason why its violation is known; empty if it is not, or if the run is strict.
+    `known` is the reason why its violation is known, with its condition; empty if it is not, or if the run is strict.
+    `outside` counts failed tests with a violation outside of that condition.
     `margin` is the least over the suite's tests, in the requirement's own unit; `margin_test` is the test that had it.
     """
 
@@ -29,8 +31,20 @@ class RequirementRow:
     nc: int
     triggers: int
     known: str
+    outside: int
     margin: float | None
     margin_test: str
+
+    @property
+    def tolerated(self) -> bool:
+        """Whether it failed, and only where its violation is known."""
+        return bool(self.failed and self.known and not self.outside)
+
+    @property
+    def known_note(self) -> str:
+        """Why and where its violation is known, and in how many tests it is violated elsewhere."""
+        elsewhere = f"; {plural(self.outside, 'test')} violated it outside of this condition" if self.outside else ""
+        return f"{self.known}{elsewhere}"
 
 
 @dataclass(frozen=True)
@@ -100,7 +114,6 @@ def failed_gates(report: Report) -> tuple[str, ...]:
 
 def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow, ...]:
     """A suite's requirements, R2 before R10."""
-    reasons = {} if report.strict else report.known_violations
     rows = []
     for name in sorted(suite.requirements, key=natural):
         tally = suite.requirements[name]
@@ -113,12 +126,25 @@ def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow
                 failed=tally.failed,
                 nc=tally.nc,
                 triggers=tally.triggers,
-                known=(reasons[name] or "known") if name in reasons else "",
+                known=known(report, name),
+                outside=tally.outside,
                 margin=margin,
                 margin_test=test,
             )
         )
     return tuple(rows)
+
+
+def known(report: Report, requirement: str) -> str:
+    """Why, and under which condition, violations of a requirement are known; empty if they are not, or in strict."""
+    if report.strict or requirement not in report.known_violations:
+        return ""
+    return known_text(report.known_violations[requirement] or "known", report.known_while.get(requirement, ""))
+
+
+def is_tolerated(report: Report, requirement: str, test: TestResult) -> bool:
+    """Whether a test that violates the requirement does so only where that is known."""
+    return bool(known(report, requirement)) and not test.requirements[requirement].outside
 
 
 def duration(report: Report) -> Duration:

@@ -16,6 +16,7 @@ from pytest_hricdv.generate.suite import Suite, diagnose
 from pytest_hricdv.monitor import Requirement, Verdict
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
+from pytest_hricdv.results.gates import Exemption
 from pytest_hricdv.results.model import (
     SCHEMA,
     ActionParameters,
@@ -124,7 +125,9 @@ def requirement_result(verdict: Verdict) -> RequirementResult:
         if miss is None
         else ReportedNearMiss(time_s=miss.time_s, missing=tuple(miss.missing), distance=miss.distance),
         violations=tuple(
-            ReportedViolation(trigger_s=v.trigger_s, time_s=v.time_s, values=dict(v.values), margin=v.margin)
+            ReportedViolation(
+                trigger_s=v.trigger_s, time_s=v.time_s, values=dict(v.values), margin=v.margin, outside=v.outside
+            )
             for v in verdict.violations
         ),
     )
@@ -148,7 +151,7 @@ class SessionInfo:
     suites: tuple[GeneratedSuite, ...]
     code: CodeMap | None
     unmeasured: str
-    known: Mapping[str, str]
+    known: Mapping[str, Exemption]
     until: Mapping[str, str]
     strict: bool
     version: str
@@ -193,7 +196,8 @@ def build_report(
         not_run_tests=(),
         wall_s=round(session.wall_s, 3),
         workers=session.workers,
-        known_violations=dict(session.known),
+        known_violations={name: each.reason for name, each in session.known.items()},
+        known_while={name: each.condition for name, each in session.known.items() if each.condition},
         known_until=dict(session.until),
         strict=session.strict,
         shard=session.shard,

@@ -14,7 +14,12 @@ MUTANTS = "mutants"
 THRESHOLDS = (*KINDS, MUTANTS)
 """What thresholds can be given for: coverage, and the share of mutants that the tests notice."""
 
-_LINE = re.compile(r"(?P<requirement>[^\s:]+)(?:\s+until\s+(?P<until>[^\s:]+))?\s*:\s*(?P<reason>.*)\Z", re.DOTALL)
+KNOWN = "REQUIREMENT [while CONDITION] [until YYYY-MM-DD]: reason"
+MAY_BE_NC = "REQUIREMENT [until YYYY-MM-DD]: reason"
+"""The forms of a line with an exemption."""
+
+_BEFORE_COLON = re.compile(r"""(?:"[^"]*"|'[^']*'|\[[^\]]*\]|[^:])*""")
+_HEAD = re.compile(r"(?P<requirement>\S+)(?:\s+while\s+(?P<while>.+?))?(?:\s+until\s+(?P<until>\S+))?\s*\Z", re.DOTALL)
 
 
 class ThresholdError(ValueError):
@@ -51,33 +56,79 @@ class ExemptionError(ValueError):
 
 @dataclass(frozen=True)
 class Exemption:
-    """Something about a requirement is tolerated for a reason: for ever, or up to and including a day."""
+    """Something about a requirement is tolerated for a reason.
+
+    Args:
+        requirement: its id.
+        reason: for people.
+        until: the last day; None for ever.
+        condition: text of a condition; a violation is tolerated where it holds at the time of the violation. Empty for
+            everywhere.
+    """
 
     requirement: str
     reason: str
     until: datetime.date | None = None
+    condition: str = ""
 
     def expired(self, today: datetime.date) -> bool:
         """Whether its last day is over."""
         return self.until is not None and today > self.until
 
+    @property
+    def text(self) -> str:
+        """The reason, with the condition if there is one."""
+        return known_text(self.reason, self.condition)
 
-def parse_exemptions(lines: Iterable[str]) -> dict[str, Exemption]:
-    """Requirement -> exemption, from lines `R3: reason` or `R3 until 2027-01-31: reason`.
+
+def known_text(reason: str, condition: str) -> str:
+    """`while state == "Move_hand": no crush prevention`: why, and under which condition, a violation is known."""
+    return f"while {condition}: {reason}" if condition else reason
+
+
+def parse_exemptions(lines: Iterable[str], form: str) -> dict[str, Exemption]:
+    """Requirement -> exemption, from lines of this form, as `parse_exemption` reads them.
 
     Raises:
         ExemptionError: a line of another form, a day that does not exist, or a second line for a requirement.
     """
     found: dict[str, Exemption] = {}
     for line in lines:
-        match = _LINE.match(line.strip())
-        if match is None or not match["reason"]:
-            raise ExemptionError(f"{line!r}: expected 'REQUIREMENT: reason' or 'REQUIREMENT until YYYY-MM-DD: reason'")
-        if match["requirement"] in found:
-            raise ExemptionError(f"{line!r}: a second line for {match['requirement']}; expected one")
-        until = None if match["until"] is None else _day(match["until"], line)
-        found[match["requirement"]] = Exemption(match["requirement"], match["reason"], until)
+        exemption = parse_exemption(line, form)
+        if exemption.requirement in found:
+            raise ExemptionError(f"{line!r}: a second line for {exemption.requirement}; expected one")
+        found[exemption.requirement] = exemption
     return found
+
+
+def parse_exemption(line: str, form: str, reason: str = "") -> Exemption:
+    """The exemption of a line, for instance `R3 while once[0:5](moving) until 2027-01-31: no crush prevention`.
+
+    The reason follows the first colon that is in neither brackets nor quotes.
+
+    Args:
+        line: of this form.
+        form: which clauses it may have, as errors say it: `KNOWN` or `MAY_BE_NC`.
+        reason: where the line has none; empty where it must have one.
+
+    Raises:
+        ExemptionError: it has another form, or a day that does not exist.
+    """
+    head, colon, given = _split(line.strip())
+    match = _HEAD.match(head)
+    reason = given.strip() or reason
+    refused = match is not None and any(match[name] and f"[{name} " not in form for name in ("while", "until"))
+    if match is None or refused or not reason or (colon and not given.strip()):
+        raise ExemptionError(f"{line!r}: expected 'REQUIREMENT: reason' or '{form}'")
+    until = None if match["until"] is None else _day(match["until"], line)
+    return Exemption(match["requirement"], reason, until, match["while"] or "")
+
+
+def _split(line: str) -> tuple[str, str, str]:
+    """What is before and after the first colon outside of brackets and quotes."""
+    match = _BEFORE_COLON.match(line)
+    assert match is not None
+    return match[0], line[match.end() : match.end() + 1], line[match.end() + 1 :]
 
 
 def _day(text: str, line: str) -> datetime.date:

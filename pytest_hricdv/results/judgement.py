@@ -150,7 +150,7 @@ def _expired(report: Report, gates: Gates, today: datetime.date, *, whole: bool)
     for name, known in gates.known.items():
         if known.expired(today) and (whole or _violations(report, name)):
             yield (
-                f"the known violation of {name} ({known.reason}) was accepted until {known.until}, which is over: "
+                f"the known violation of {name} ({known.text}) was accepted until {known.until}, which is over: "
                 "mend it, or agree on another day in hri_known_violations"
             )
 
@@ -183,7 +183,7 @@ def _needless(report: Report, gates: Gates) -> Iterator[str]:
     untriggered = _untriggered(report)
     for name, known in gates.known.items():
         if not _violations(report, name) and name not in untriggered and known.reason:
-            yield f"{name} is a known violation ({known.reason}), but no test violated it"
+            yield f"{name} is a known violation ({known.text}), but no test violated it"
     for name, exemption in gates.may_be_nc.items():
         if gates.fail_on_nc and name not in untriggered:
             yield f"{name} need not be checked ({exemption.reason}), but was"

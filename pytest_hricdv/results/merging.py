@@ -29,7 +29,10 @@ from pytest_hricdv.results.model import (
     TestResult,
 )
 
-_EQUAL = ("version", "testbench", "requirements", "known_violations", "known_until", "strict", "state", "outcome_label")
+_EQUAL = (
+    *("version", "testbench", "requirements", "state", "outcome_label"),
+    *("known_violations", "known_while", "known_until", "strict"),
+)
 _WORST_FIRST = ("failed", "error", "known-violation", "passed", "not-run")
 
 

@@ -310,6 +310,7 @@ class Report(Record, frozen=True, kw_only=True):
 
     Args:
         known_violations: requirement -> the reason why its violation is known.
+        known_while: requirement -> the condition under which its violation is known; the others are known everywhere.
         known_until: requirement -> the last day (YYYY-MM-DD) on which its violation is known.
         strict: the list of known violations was ignored.
         state: the message and field that tell the robot's state, as `topic.field`.
@@ -355,6 +356,7 @@ class Report(Record, frozen=True, kw_only=True):
     sessions: tuple[SessionSummary, ...] = ()
     search: Mapping[str, SearchResult] = {}
     gates: GateResult | None = None
+    known_while: Mapping[str, str] = {}
     made_with: Mapping[str, str] = {}
     changes: BehaviourChanges | None = None
     mutation: MutationResult | None = None

@@ -272,10 +272,12 @@ def failure_signature(requirement: Requirement, violation: Violation) -> Failure
     return false or tuple(str(part) for part, truth in zip(parts, truths, strict=True) if truth is None)
 
 
-def has_signature(requirement: Requirement, signature: FailureSignature, verdict: Verdict) -> bool:
-    """Whether the verdict is a failure with at least one violation of this signature."""
+def has_signature(
+    requirement: Requirement, signature: FailureSignature, verdict: Verdict, *, outside: bool = False
+) -> bool:
+    """Whether the verdict is a failure with a violation of this signature that is, or is not, `Violation.outside`."""
     return verdict.verdict == "Failed" and any(
-        failure_signature(requirement, each) == signature for each in verdict.violations
+        each.outside == outside and failure_signature(requirement, each) == signature for each in verdict.violations
     )
 
 

@@ -200,7 +200,7 @@ class _Trying:
         config._do_configure()  # as pytest's own --help does: the testbench may need what conftest files set up
         running = config.pluginmanager.get_plugin("hricdv-running")
         assert isinstance(running, Running), "the session has a suite"
-        _ = running.collection.testbench, running.requirements
+        _ = running.collection.testbench, running.requirements, running.known_while
         while left := self._job.left(self._trial, self._runs):
             self._limit_time()
             self._run(left[0], running)
@@ -209,7 +209,12 @@ class _Trying:
     def _run(self, name: str, running: Running) -> None:
         test = self._job.tests[name]
         try:
-            result = execute(running.collection.testbench, running.requirements, test.concrete, UNMEASURED, "mutant")
+            testbench, requirements, known_while = (
+                running.collection.testbench,
+                running.requirements,
+                running.known_while,
+            )
+            result = execute(testbench, requirements, test.concrete, UNMEASURED, "mutant", known_while=known_while)
         except Exception as error:
             self._tell(name, (EXCEPTION,), f"{type(error).__name__}: {error}")
             return
@@ -243,7 +248,7 @@ class _Trying:
 
 def _failed(result: CaseResult, known: Container[str]) -> Iterator[str]:
     """The oracles that fail a run."""
-    yield from (name for name in result.failed if name not in known)
+    yield from result.unknown(known)
     if result.ending_faults:
         yield EXCEPTION if result.error is not None else ENDING
     if result.bin_faults:

@@ -119,6 +119,7 @@ LEARNING = (
 )
 
 UNTIL = "or 'R3 until 2027-01-31: reason'"
+WHILE = "'R3 while CONDITION: reason' where a condition holds at the violation, each also with 'until 2027-01-31'"
 GATES = (
     Repeatable(
         "fail-under",
@@ -129,8 +130,9 @@ GATES = (
     Repeatable(
         "known",
         "REQUIREMENT",
-        "a requirement with a known violation: it is reported, but does not fail the run",
-        f"one a line, 'R3: reason' {UNTIL}: does not fail the run",
+        "a requirement with a known violation, or 'REQUIREMENT while CONDITION' for its violations at which the "
+        "condition holds: they are reported, but do not fail the run",
+        f"one a line, 'R3: reason', or {WHILE}: does not fail the run",
         key="hri_known_violations",
     ),
     Flag("strict", "let known violations fail, too"),

@@ -12,12 +12,15 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.results.gates import (
+    KNOWN,
+    MAY_BE_NC,
     MUTANTS,
     Exemption,
     ExemptionError,
     Gates,
     Threshold,
     ThresholdError,
+    parse_exemption,
     parse_exemptions,
     parse_threshold,
 )
@@ -78,7 +81,8 @@ class Options:
     sampling: str
     report: Path
     gates: Gates
-    known: Mapping[str, str]
+    known: Mapping[str, Exemption]
+    """The known violations that have not expired; also in a strict run, which ignores them."""
     strict: bool
     export: Path | None
     coverage: bool
@@ -104,7 +108,7 @@ class Options:
 def read_options(config: pytest.Config) -> Options:
     """The options in force. Raises pytest.UsageError for an invalid one."""
     replay, today = _replay(config), session_day(config)
-    known, baseline = _allowed(config, "known", "known_violations"), _text(config, "baseline")
+    known, baseline = _exemptions(config, "known", "known_violations", KNOWN), _text(config, "baseline")
     if config.getoption("hri_update_baseline") and not baseline:
         raise pytest.UsageError("--hri-update-baseline: say which file, with --hri-baseline=FILE or hri_baseline")
     if not baseline and _fail_on_change(config):
@@ -120,11 +124,11 @@ def read_options(config: pytest.Config) -> Options:
         gates=Gates(
             thresholds=_thresholds(config),
             fail_on_nc=_flag(config, "fail_on_nc"),
-            may_be_nc=_allowed(config, "allow_nc", "allow_nc"),
+            may_be_nc=_exemptions(config, "allow_nc", "allow_nc", MAY_BE_NC),
             known={} if _flag(config, "strict") else known,
             fail_on_change=_fail_on_change(config),
         ),
-        known={name: each.reason for name, each in known.items() if not each.expired(today)},
+        known={name: each for name, each in known.items() if not each.expired(today)},
         shard=_shard(config),
         baseline=config.invocation_params.dir / baseline if baseline else None,
         update_baseline=bool(config.getoption("hri_update_baseline")),
@@ -254,14 +258,23 @@ def _shard(config: pytest.Config) -> Shard | None:
     return Shard(int(match[1]), int(match[2]))
 
 
-def _allowed(config: pytest.Config, option: str, ini: str) -> dict[str, Exemption]:
+def _exemptions(config: pytest.Config, option: str, ini: str, form: str) -> dict[str, Exemption]:
+    """Requirement -> exemption, of the ini file and of the command line, which wins."""
     try:
-        found = parse_exemptions(config.getini(f"hri_{ini}"))
+        found = parse_exemptions(config.getini(f"hri_{ini}"), form)
     except ExemptionError as error:
         raise pytest.UsageError(f"hri_{ini}: {error}") from None
+    name = f"--hri-{option.replace('_', '-')}"
     for given in config.getoption(f"hri_{option}") or ():
-        for name in map(str.strip, given.split(",")):
-            found.setdefault(name, Exemption(name, f"named with --hri-{option.replace('_', '-')}"))
+        # Several names are separated by commas; conditions and reasons may have commas of their own.
+        for text in [given] if re.search(r":|\s(?:while|until)\s", given) else given.split(","):
+            try:
+                exemption = parse_exemption(text, form, reason=f"named with {name}")
+            except ExemptionError as error:
+                raise pytest.UsageError(f"{name}={error}") from None
+            before = found.get(exemption.requirement)
+            if before is None or before.condition != exemption.condition:
+                found[exemption.requirement] = exemption
     return found
 
 

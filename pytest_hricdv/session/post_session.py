@@ -10,9 +10,10 @@ from typing import Literal
 from msgspec.structs import replace
 
 from pytest_hricdv.case import CaseResult, HriCase
+from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import make_rng
-from pytest_hricdv.monitor import Requirement
+from pytest_hricdv.monitor import Requirement, Verdict
 from pytest_hricdv.results.model import SearchResult, ShrunkTest, TestResult
 from pytest_hricdv.search import Budget
 from pytest_hricdv.search.evolution_strategy import Evaluation, SearchOutcome, search_violation
@@ -30,13 +31,16 @@ STARTS = 5
 
 
 def shortest_failures(results: Iterable[TestResult], requirements: Iterable[Requirement]) -> dict[str, TestResult]:
-    """Requirement -> the shortest test that failed it, by actions and then by id; where one did."""
+    """Requirement -> the shortest test that failed it, by actions and then by id; where one did.
+
+    A test that is outside of the condition under which violations are known comes before the others.
+    """
     found = {}
     by_length = sorted(results, key=lambda result: (len(result.abstract), result.id, result.nodeid))
     for requirement in requirements:
-        failed = (result for result in by_length if result.requirements[requirement.id].verdict == "Failed")
-        if (result := next(failed, None)) is not None:
-            found[requirement.id] = result
+        failed = [result for result in by_length if result.violates(requirement.id)]
+        if failed:
+            found[requirement.id] = min(failed, key=lambda result: not result.requirements[requirement.id].outside)
     return found
 
 
@@ -61,6 +65,7 @@ class Shrinking:
 
     def __post_init__(self) -> None:
         self._wanted: FailureSignature | None = None
+        self._outside = False
         self._best: CaseResult | None = None
 
     def shrink(self, budget: Budget) -> ShrunkTest:
@@ -79,14 +84,16 @@ class Shrinking:
         result = self._run(self.case.concrete)
         verdict = result and result.verdict(self.requirement.id)
         if verdict and verdict.violations:
-            self._wanted = failure_signature(self.requirement, verdict.violations[0])
+            wanted = next((each for each in verdict.violations if each.outside), verdict.violations[0])
+            self._wanted, self._outside = failure_signature(self.requirement, wanted), wanted.outside
             self._best = result
 
     def _fails(self, test: ConcreteTest) -> bool:
         result = self._run(test)
         if result is None or self._wanted is None:
             return False
-        same = has_signature(self.requirement, self._wanted, result.verdict(self.requirement.id))
+        verdict = result.verdict(self.requirement.id)
+        same = has_signature(self.requirement, self._wanted, verdict, outside=self._outside)
         if same:
             self._best = result
         return same
@@ -144,7 +151,7 @@ class Searching:
         if not triggered:
             return _without_runs("never triggered"), None
         margin = triggered[0].requirements[requirement.id].margin
-        if any(result.requirements[requirement.id].verdict == "Failed" for result in triggered):
+        if any(self._violated(requirement, result.requirements[requirement.id]) for result in triggered):
             return _without_runs("violated by the suite", margin, triggered[0].id), None
         starts = triggered[:STARTS]
         found = self._search(requirement, starts, budget)
@@ -169,12 +176,15 @@ class Searching:
             if result is None:
                 return Evaluation(None, violated=False)
             verdict = result.verdict(requirement.id)
-            return Evaluation(verdict.margin, verdict.verdict == "Failed")
+            return Evaluation(verdict.margin, self._violated(requirement, verdict))
 
         cases = [(self.chosen[start.nodeid], start.requirements[requirement.id]) for start in starts]
         tests = [(case.concrete, Evaluation(judged.margin, violated=False)) for case, judged in cases]
         rng = make_rng(SEARCH, self.seed, requirement.id)
         return search_violation(tests, cases[0][0].ranges, run, budget, rng)
+
+    def _violated(self, requirement: Requirement, result: RequirementResult | Verdict) -> bool:
+        return self.rerunning.is_violated(requirement.id, result)
 
     def _kept(
         self, requirement: Requirement, start: TestResult, found: SearchOutcome, record: SearchResult
@@ -262,7 +272,8 @@ class PostSession:
             self.say(f"hricdv: searching for a violation of {requirement.id} ...")
             record, made = searching.search(requirement, results, Budget(self.options.search))
             self.interrupted = record.ended == "interrupted"
-            if record.status == "violated" and (self.options.strict or requirement.id not in self.options.known):
+            tolerated = requirement.id in self.options.known and requirement.id not in self.rerunning.known_while
+            if record.status == "violated" and (self.options.strict or not tolerated):
                 self.problems.append(f"{requirement.id} is violated by a test that a search found: {record.id}")
             if made is not None and self.options.shrink and not self.interrupted:
                 record = replace(record, shrunk=self._shrunk(requirement, made, made.abstract.id))

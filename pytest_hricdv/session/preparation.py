@@ -59,6 +59,7 @@ class Preparation:
     def pytest_sessionstart(self) -> None:
         """Checks testbench, files and report folder before any test runs; exports the suites."""
         self._gate_check.check({requirement.id for requirement in self.running.requirements})
+        _ = self.running.known_while
         _ = self.running.code
         self._check_replays()
         if self.options.film:

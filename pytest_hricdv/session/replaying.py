@@ -19,12 +19,13 @@ from msgspec import to_builtins
 from pytest_hricdv.case import CaseResult, HriCase, execute
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.measurement import NoMeasurement
+from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.generate.abstract import slug
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.generate.suite import Generation, Suite
-from pytest_hricdv.monitor import Requirement
+from pytest_hricdv.monitor import PastFormula, Requirement, Verdict
 from pytest_hricdv.results.building import GeneratedSuite, build_result
 from pytest_hricdv.results.model import ReplayComparison, TestResult
 from pytest_hricdv.search.replay import Origin, Replay, ReplayError, differences, read, write
@@ -222,6 +223,7 @@ class Rerunning:
         provenance: what runs depend on in this process.
         failures: keeps files.
         seeds: suite -> the seed that it was generated from.
+        known_while: requirement -> condition under which its violations are known.
     """
 
     testbench: Testbench
@@ -229,14 +231,20 @@ class Rerunning:
     provenance: Provenance
     failures: Failures
     seeds: Mapping[str, int]
+    known_while: Mapping[str, PastFormula]
 
     def run(self, test: ConcreteTest) -> CaseResult | None:
         """Run a test; None where the run came to no end. What it prints goes nowhere."""
         try:
             with contextlib.redirect_stdout(io.StringIO()):
-                return execute(self.testbench, self.requirements, test, UNMEASURED, "rerun")
+                known = self.known_while
+                return execute(self.testbench, self.requirements, test, UNMEASURED, "rerun", known_while=known)
         except Exception:
             return None
+
+    def is_violated(self, requirement: str, result: RequirementResult | Verdict) -> bool:
+        """Whether it is, and, where its violations are known under a condition only, outside of that."""
+        return result.verdict == "Failed" and (requirement not in self.known_while or result.outside)
 
     def keep(self, case: HriCase, result: CaseResult, nodeid: str, origin: Origin) -> tuple[HriCase, str | None]:
         """Keep a test made from `case` with its result; returns it, and the name of its replay file if it has one."""

@@ -141,7 +141,8 @@ class Reporting:
     def _rerunning(self) -> Rerunning:
         running, seeds = self.running, self.aggregation.seeds
         testbench = self.collection.testbench
-        return Rerunning(testbench, running.requirements, running.provenance, running.failures, seeds)
+        known_while = running.known_while
+        return Rerunning(testbench, running.requirements, running.provenance, running.failures, seeds, known_while)
 
     def _build(self, results: list[TestResult]) -> Report:
         """The report; without the code's coverage, and with a problem, when a waiver in the code is wrong."""

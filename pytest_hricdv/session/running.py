@@ -14,7 +14,14 @@ from msgspec.structs import replace
 from pytest_hricdv.case import CaseResult, HriCase, execute
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
-from pytest_hricdv.monitor import Requirement, RequirementError, load_requirements
+from pytest_hricdv.monitor import (
+    FormulaSource,
+    PastFormula,
+    Requirement,
+    RequirementError,
+    load_requirements,
+    parse_condition,
+)
 from pytest_hricdv.report import ci_formats, explanation
 from pytest_hricdv.results.building import build_result, requirement_texts
 from pytest_hricdv.results.codec import encode
@@ -59,7 +66,24 @@ class Running:
     @property
     def known(self) -> Mapping[str, str]:
         """Requirements with a known violation, with the reasons; none in a strict run."""
-        return {} if self.options.strict else self.options.known
+        return {} if self.options.strict else {name: each.text for name, each in self.options.known.items()}
+
+    @cached_property
+    def known_while(self) -> Mapping[str, PastFormula]:
+        """Requirement -> condition under which its violation is known, where there is one; none in a strict run.
+
+        Raises:
+            pytest.UsageError: a condition that does not parse, or names what the testbench does not declare.
+        """
+        vocabulary, parsed = self.collection.testbench.vocabulary(), {}
+        for name, known in self.options.known.items():
+            if known.condition:
+                source = FormulaSource(known.condition, owner=f"known violation of {name}: condition")
+                try:
+                    parsed[name] = parse_condition(known.condition, vocabulary, source)
+                except RequirementError as error:
+                    raise pytest.UsageError(str(error)) from None
+        return {} if self.options.strict else parsed
 
     @property
     def texts(self) -> dict[str, RequirementText]:
@@ -163,7 +187,10 @@ class Running:
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
         testbench, self._used = self.collection.testbench, self.measurement
         try:
-            return execute(testbench, self.requirements, case.concrete, self._used, f"hricdv|{nodeid}")
+            context = f"hricdv|{nodeid}"
+            return execute(
+                testbench, self.requirements, case.concrete, self._used, context, known_while=self.known_while
+            )
         except Exception as error:
             # The exception of the author's code, with its line, says more than that a node failed.
             failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error
@@ -183,7 +210,7 @@ class Running:
         mismatch = replay_mismatch(self._result(case, nodeid).replayed)
         if not (failed or mismatch or result.faults):
             return
-        if not (mismatch or result.faults) and all(requirement in known for requirement in failed):
+        if not (result.unknown(known) or mismatch or result.faults):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed))
         shown = replace(self._shown_result(case, nodeid), failure=mismatch)
         texts, units = self.texts, self.collection.testbench.units

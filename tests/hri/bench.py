@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
@@ -15,7 +16,8 @@ from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.methods import METHODS
-from pytest_hricdv.monitor import Requirement, load_requirements
+from pytest_hricdv.monitor import PastFormula, Requirement, load_requirements, parse_condition
+from pytest_hricdv.results.gates import KNOWN, parse_exemptions
 from pytest_hricdv.testbench import Testbench
 
 ROOT = Path(conftest.__file__).parent
@@ -71,9 +73,18 @@ def forcing(test: ConcreteTest, forced: Mapping[str, float]) -> ConcreteTest:
     return replace(test, actions=actions, run=changed(test.run))
 
 
+@cache
+def known_while() -> dict[str, PastFormula]:
+    """Requirement -> condition under which its violation is known, of this repository's ini file."""
+    ini = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["pytest"]["ini_options"]
+    known = parse_exemptions(ini["hri_known_violations"], KNOWN)
+    return {name: parse_condition(each.condition, testbench().vocabulary()) for name, each in known.items()}
+
+
 def run(test: ConcreteTest, measurement: Measurement = UNMEASURED) -> CaseResult:
     """Run one test, as the plugin does."""
-    return execute(testbench(), requirements(), test, measurement, f"{test.id} {next(RUNS)}")
+    context = f"{test.id} {next(RUNS)}"
+    return execute(testbench(), requirements(), test, measurement, context, known_while=known_while())
 
 
 def suite(name: str, seed: int = 0) -> Iterator[ConcreteTest]:

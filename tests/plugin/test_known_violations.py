@@ -1,0 +1,189 @@
+"""Known violations with a condition: a violation under it is known, any other fails its test."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import pytest
+
+from tests.plugin.project import change, outcomes, plain_and_slowly_in_other_modes, report
+
+SUITE = "--hri-suite=by-hand"
+KNOWN = "R2: the hall has no dimmer"
+GLARE = "        return GLARE\n"
+
+
+def known(lamps: pytest.Pytester, line: str) -> None:
+    """Write another line for the known violation of R2."""
+    change(lamps.path, "pytest.ini", KNOWN, line)
+
+
+def glare_in_the_cellar(lamps: pytest.Pytester) -> None:
+    """A fault: more light than wished for in the cellar, where R2 held before."""
+    change(lamps.path, "lamps/guide.py", GLARE, "        return 95.0\n")
+
+
+@plain_and_slowly_in_other_modes
+def test_a_violation_where_it_is_known_does_not_fail_and_says_where_it_is_known(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    known(lamps, "R2 while once[0:10](on(wish) & !wish.cellar) until 2999-12-31: the hall: no dimmer")
+    result = lamps.runpytest_inprocess(SUITE, "-rx", *options)
+    assert result.ret == 0
+    result.assert_outcomes(passed=3, xfailed=1)
+    condition = "while once[[]0:10[]](on(wish) & !wish.cellar): the hall: no dimmer"
+    result.stdout.fnmatch_lines(
+        [
+            "  R2 The lamp shall never glare * 1 known *",
+            "  R2 is known to fail: while once[[]0:10[]](on(wish) & !wish.cellar): the hall: no",
+            "  dimmer",
+            f"XFAIL *- known violation of R2 ({condition})",
+        ]
+    )
+    written = report(lamps.path)
+    assert written["known_violations"] == {"R2": "the hall: no dimmer"}
+    assert written["known_while"] == {"R2": "once[0:10](on(wish) & !wish.cellar)"}
+    assert written["known_until"] == {"R2": "2999-12-31"}
+    assert "outside" not in written["suites"][0]["requirements"]["R2"]
+
+
+@plain_and_slowly_in_other_modes
+def test_a_violation_elsewhere_fails_its_test_though_the_requirement_is_known_to_fail(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    glare_in_the_cellar(lamps)
+    assert lamps.runpytest_inprocess(SUITE, *options).ret == 0  # this is what a condition is for
+    known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
+    result = lamps.runpytest_inprocess(SUITE, *options)
+    assert result.ret == 1
+    result.assert_outcomes(passed=2, xfailed=1, failed=1)
+    result.stdout.fnmatch_lines(
+        [
+            "R2 Failed: The lamp shall never glare",
+            "  known only while !wish.cellar: the hall has no dimmer",
+            "  triggered at *: lamp_level = 95 % (margin -15); not known under this condition",
+            "  R2 is known to fail: while !wish.cellar: the hall has no dimmer; 1 test",
+            "  violated it outside of this condition",
+            "tests: 2 passed, 1 failed, 1 known to fail",
+        ]
+    )
+    by_place = {name.split("-")[2]: outcome for name, outcome in outcomes(lamps.path).items() if "polite" in name}
+    assert by_place == {"cellar": "failed", "hall": "known-violation"}
+    written = report(lamps.path)
+    assert written["suites"][0]["requirements"]["R2"]["outside"] == 1
+    violations = {test["id"]: test["requirements"]["R2"]["violations"] for test in written["tests"]}
+    assert [each["outside"] for name, found in violations.items() for each in found if "cellar" in name] == [True]
+    assert not any("outside" in each for name, found in violations.items() for each in found if "hall" in name)
+
+
+def test_one_violation_elsewhere_is_enough_and_is_told_first(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "lamps/guide.py", "        lamp.set(level)\n", "        lamp.set(level)\n        lamp.set(0)\n")
+    change(lamps.path, "lamps/guide.py", "        lamp.set(0)\n", "        clock.sleep(0.1)\n        lamp.set(0)\n")
+    again = "        clock.sleep(SWITCHING_S)\n        lamp.set(95.0)\n        clock.sleep(0.1)\n        lamp.set(0)\n"
+    change(lamps.path, "lamps/guide.py", "        clock.sleep(SWITCHING_S)\n", again)
+    known(lamps, "R2 while lamp_level >= 99: the hall has no dimmer")
+    result = lamps.runpytest_inprocess(SUITE, "-k", "hall-polite")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(
+        ["  *lamp_level = 95 % (margin -15); not known under this condition", "  *lamp_level = 100 % (margin -20)"]
+    )
+
+
+def test_a_strict_run_knows_of_no_condition(lamps: pytest.Pytester) -> None:
+    known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
+    result = lamps.runpytest_inprocess(SUITE, "--hri-strict")
+    result.assert_outcomes(passed=3, failed=1)
+    result.stdout.no_fnmatch_line("*known*while*")
+
+
+def test_the_command_line_may_have_a_condition_and_a_reason_and_repeats_them(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "pytest.ini", f"hri_known_violations =\n    {KNOWN}\n", "")
+    glare_in_the_cellar(lamps)
+    given = ("--hri-known=R2 while !wish.cellar: no dimmer, yet", "--hri-known=R1,R3")
+    result = lamps.runpytest_inprocess(SUITE, *given)
+    result.assert_outcomes(passed=2, xfailed=1, failed=1)
+    result.stdout.fnmatch_lines(["  known only while !wish.cellar: no dimmer, yet"])
+    result.stdout.fnmatch_lines(["*--hri-seed=0 '--hri-known=R2 while !wish.cellar: no dimmer, yet' --hri-known=R1,R3"])
+    known_violations = report(lamps.path)["known_violations"]
+    assert known_violations == {"R2": "no dimmer, yet"} | dict.fromkeys(("R1", "R3"), "named with --hri-known")
+
+
+def test_the_command_line_wins_over_the_ini(lamps: pytest.Pytester) -> None:
+    glare_in_the_cellar(lamps)
+    assert lamps.runpytest_inprocess(SUITE, "--hri-known=R2 while !wish.cellar").ret == 1
+    known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
+    assert lamps.runpytest_inprocess(SUITE).ret == 1
+    assert lamps.runpytest_inprocess(SUITE, "--hri-known=R2").ret == 0
+
+
+FORM = "expected 'REQUIREMENT: reason' or 'REQUIREMENT [[]while CONDITION[]] [[]until YYYY-MM-DD[]]: reason'"
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        (
+            "R2 while wish.celar: dark",
+            "known violation of R2: *, column 1: unknown name 'wish.celar'; nearest: *",
+        ),
+        ("R2 while lamp_level >: dark", "known violation of R2: condition, column 13: the condition ends too early"),
+        ("R2 while lamp_level: dark", "known violation of R2: condition, column 1: *"),
+        ("R2 while always(on(wish) -> on(switched)): dark", "known violation of R2: condition, column 1*"),
+        ("R2 while : dark", f"hri_known_violations: 'R2 while : dark': {FORM}"),
+        ("R2 when lamp_level > 3: dark", f"hri_known_violations: * {FORM}"),
+        ("R2 while once[0:10](on(wish))", f"hri_known_violations: * {FORM}"),
+        ("R2 while lamp_level > 3 until 2020-02-30: dark", "hri_known_violations: * '2020-02-30' is no day*"),
+    ],
+)
+@plain_and_slowly_in_other_modes
+def test_a_condition_that_cannot_be_is_refused_before_anything_runs(
+    lamps: pytest.Pytester, line: str, told: str, options: tuple[str, ...]
+) -> None:
+    known(lamps, line)
+    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", *options)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"ERROR: {told}"])
+
+
+def test_conditions_hold_for_runs_of_own_test_functions(lamps: pytest.Pytester) -> None:
+    known(lamps, "R2 while wish.cellar: the cellar has no dimmer")
+    own = "def test_own(hri_run):\n    hri_run.check(hri_run('enter hall\\nset_lamp level = 100'))\n"
+    (lamps.path / "test_own.py").write_text(own, encoding="utf-8")
+    result = lamps.runpytest_inprocess("test_own.py")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["  known only while wish.cellar: the cellar has no dimmer"])
+    change(lamps.path, "pytest.ini", "while wish.cellar", "while !wish.cellar")
+    lamps.runpytest_inprocess("test_own.py").assert_outcomes(xfailed=1)
+
+
+def test_a_failure_elsewhere_is_shrunk_to_one_that_is_elsewhere(lamps: pytest.Pytester) -> None:
+    glare_in_the_cellar(lamps)
+    known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
+    lamps.runpytest_inprocess("--hri-suite=rl", "--hri-shrink")
+    (shrunk,) = [test for test in report(lamps.path)["tests"] if "shrunk" in test]
+    assert shrunk["outcome"] == "failed"
+    assert shrunk["shrunk"]["R2"]["abstract"] == ["enter cellar", "set_lamp level = 100"]
+
+
+def test_a_search_looks_for_violations_where_they_are_not_known(lamps: pytest.Pytester) -> None:
+    known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
+    options = (SUITE, "--hri-search=5")
+    assert lamps.runpytest_inprocess(*options).ret == 0
+    assert report(lamps.path)["search"]["R2"]["status"] == "not violated"
+    change(lamps.path, "pytest.ini", "R2 while !wish.cellar", "R2")
+    assert lamps.runpytest_inprocess(*options).ret == 0
+    assert report(lamps.path)["search"]["R2"]["status"] == "violated by the suite"
+
+
+def test_a_merged_report_keeps_the_conditions_and_what_was_outside(lamps: pytest.Pytester) -> None:
+    glare_in_the_cellar(lamps)
+    known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
+    for shard in ("1/2", "2/2"):
+        lamps.runpytest_inprocess(SUITE, f"--hri-shard={shard}", f"--hri-report=shard{shard[0]}")
+    merge = lamps.run(sys.executable, "-m", "pytest_hricdv.report", "merge", "shard1", "shard2")
+    assert merge.ret == 1
+    merge.stdout.fnmatch_lines(["FAILED by-hand-cellar-polite-*: failed"])
+    merged = json.loads((lamps.path / "hri-merged" / "report.json").read_text(encoding="utf-8"))
+    assert merged["known_while"] == {"R2": "!wish.cellar"}
+    assert merged["suites"][0]["requirements"]["R2"]["outside"] == 1
