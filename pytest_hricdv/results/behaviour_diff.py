@@ -151,14 +151,16 @@ def _other_fields(old: BusMessage, new: BusMessage) -> Difference:
 def _instead(old: BusMessage, new: BusMessage, names: Sequence[str] | None = None) -> Difference:
     """One message instead of another; where only some fields differ, `names` are these."""
     kind, kind_before = (_said(each, names, words=True) for each in (new, old))
+    said, said_before = (_said(each, names) for each in (new, old))
+    fields = ", ".join(f"`{name}`" for name in names or ())
     if kind != kind_before:
         kind = f"{kind} instead of {kind_before}"
-    elif names:
-        kind = f"`{new.topic}` with another {', '.join(f'`{name}`' for name in names)}"
-    else:
+    elif not names:
         kind = f"{kind} from another sender"
-    said, said_before = (_said(each, names) for each in (new, old))
-    if said == said_before:
+    elif said != said_before:
+        kind = f"`{new.topic}` with another {fields}"
+    else:
+        kind = f"`{new.topic}` with a slightly other {fields}"
         said, said_before = (_said(each, names, exact=True) for each in (new, old))
     before_s = "" if _tenths(old.time_s) == _tenths(new.time_s) else f" at {_tenths(old.time_s)}"
     text = f"at {_tenths(new.time_s)} {said} instead of {said_before}{before_s}"
@@ -195,19 +197,19 @@ def _said(message: BusMessage, names: Sequence[str] | None = None, *, words: boo
         case []:
             return f"`{message.topic}`"
         case [(_, str(only))]:
-            return f"`{message.topic}({_shortened(only)})`"
+            return f"`{message.topic}({_value(only, exact)})`"
         case several:
             return f"`{message.topic}({', '.join(f'{name}={_value(value, exact)}' for name, value in several)})`"
 
 
 def _value(value: object, exact: bool) -> str:
-    if isinstance(value, float) and not exact:
-        return f"{value:.6g}"
-    return _shortened(value if isinstance(value, str) else json.dumps(value))
+    """Numbers with six digits, and texts of at most so many characters, unless they are to be exact."""
+    text = f"{value:.6g}" if isinstance(value, float) and not exact else _text(value)
+    return text if exact or len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
 
 
-def _shortened(text: str) -> str:
-    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
+def _text(value: object) -> str:
+    return value if isinstance(value, str) else json.dumps(value)
 
 
 def _tenths(time_s: float) -> str:

@@ -130,7 +130,16 @@ def test_the_first_message_that_differs_is_named(now: tuple[BusMessage, ...], ki
 def test_values_that_differ_in_the_last_bit_only_are_shown_in_full() -> None:
     level = BusMessage(1, "robot", "poured", {"ml": 152.0})
     found = first_difference(behaviour(level), behaviour(with_fields(level, ml=152.00000000000003)))
+    assert found.kind == "`poured` with a slightly other `ml`"
     assert found.text == "at 1.0 s `poured(ml=152.00000000000003)` instead of `poured(ml=152.0)`"
+
+
+def test_long_texts_are_cut_unless_only_their_ends_differ() -> None:
+    said = BusMessage(1, "robot", "said", {"text": "a" * 50})
+    found = first_difference(behaviour(said), behaviour(with_fields(said, text="b" * 50)))
+    assert found.text == f"at 1.0 s `said({'b' * 37}...)` instead of `said({'a' * 37}...)`"
+    found = first_difference(behaviour(said), behaviour(with_fields(said, text="a" * 49 + "b")))
+    assert found.text.endswith(f"instead of `said({'a' * 50})`")
 
 
 @pytest.mark.parametrize(
