@@ -24,6 +24,8 @@ A requirement is `always(antecedent -> response)`. The antecedent says when the 
 Responses: `f` (while the antecedent is true), `eventually[a:b](f)`, `always[a:b](f)`, and `always(f) until g` (until g
 or the end of the run).
 
+A file of requirements may define names for conditions, numbers and texts that its formulas share.
+
 Outside of requirements, a formula about the present and the past is a condition: `parse_condition` reads it,
 `MonitorSet.watch` says online when it becomes true and false, `watched` does so for a logged run.
 
@@ -67,7 +69,13 @@ A new operator is added in this order; where a `match` has to be complete, mypy 
 from pytest_hricdv.monitor.evaluation_state import Value
 from pytest_hricdv.monitor.formula import Formula, PastFormula
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
-from pytest_hricdv.monitor.loading import check_requirement, load_requirements, parse_condition, parse_formula
+from pytest_hricdv.monitor.loading import (
+    check_requirement,
+    load_definitions,
+    load_requirements,
+    parse_condition,
+    parse_formula,
+)
 from pytest_hricdv.monitor.logged import Log, evaluate, explained, watched
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.requirement import FormulaSource, Requirement, RequirementError
@@ -93,6 +101,7 @@ __all__ = [
     "check_requirement",
     "evaluate",
     "explained",
+    "load_definitions",
     "load_requirements",
     "parse_condition",
     "parse_formula",

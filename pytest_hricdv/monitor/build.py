@@ -196,7 +196,9 @@ def always(
     return ast.AlwaysWithin(condition, *_window(start_s, end_s))
 
 
-def requirement(id: str, title: str, formula: ast.Formula, source: str = "", shows: Sequence[str] = ()) -> Requirement:
+def requirement(
+    id: str, title: str, formula: ast.Formula, source: str = "", shows: Sequence[str] = (), group: str = ""
+) -> Requirement:
     """A requirement as from a table of a TOML file; its text is written from the formula.
 
     Args:
@@ -205,13 +207,14 @@ def requirement(id: str, title: str, formula: ast.Formula, source: str = "", sho
         formula: the result of `always(antecedent >> response)`.
         source: where it comes from; may be empty.
         shows: numeric signals that a violation reports in addition (see `Requirement`).
+        group: what it belongs to, for reports; may be empty.
 
     Raises:
         TypeError: `formula` is not a formula, for instance because the antecedent is missing.
     """
     if not isinstance(formula, ast.Formula):
         raise TypeError(f"{id}: expected always(antecedent >> response), got {formula!r}")
-    return Requirement(id, title, source, str(formula), formula, tuple(shows))
+    return Requirement(id, title, source, str(formula), formula, tuple(shows), group)
 
 
 def _equality(relation: ast.Equality, left: Operand, right: Operand) -> Comparison:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from pytest_hricdv.monitor.formula import Formula, PastFormula
 from pytest_hricdv.monitor.requirement import FormulaSource, Requirement, RequirementError
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 from pytest_hricdv.suggestion import nearest
 
-_KEYS = ("title", "source", "formula", "shows")
+_KEYS = ("title", "source", "formula", "shows", "group")
+_DEFINITIONS = "definitions"
 
 
 def load_requirements(
@@ -30,16 +32,29 @@ def load_requirements(
     """
     if not isinstance(given, str | PathLike):
         return _check_all(given, vocabulary)
-    document = _read(given)
-    try:
-        tables = tomllib.loads(document)
-    except tomllib.TOMLDecodeError as error:
-        raise RequirementError(f"{given}: not TOML: {error}") from None
+    document, tables = _read(given)
+    vocabulary = _defined(str(given), document, tables.pop(_DEFINITIONS, {}), vocabulary)
     if not tables:
         raise RequirementError(
             f'{given}: no requirement in this file\nexpected a table each: [R1], title = "...", formula = "..."'
         )
     return tuple(_requirement(str(given), document, name, table, vocabulary) for name, table in tables.items())
+
+
+def load_definitions(given: str | PathLike[str] | Sequence[Requirement], vocabulary: Vocabulary) -> Vocabulary:
+    """The vocabulary with the definitions of a file of requirements, for conditions outside of the file.
+
+    Args:
+        given: as for `load_requirements`; requirements that were built in Python have no definitions.
+        vocabulary: the signals and messages that definitions may use.
+
+    Raises:
+        RequirementError: the file cannot be read or is not TOML, or a definition is wrong.
+    """
+    if not isinstance(given, str | PathLike):
+        return vocabulary
+    document, tables = _read(given)
+    return _defined(str(given), document, tables.get(_DEFINITIONS, {}), vocabulary)
 
 
 def check_requirement(requirement: Requirement, vocabulary: Vocabulary) -> None:
@@ -72,7 +87,7 @@ def parse_formula(text: str, vocabulary: Vocabulary, source: FormulaSource | Non
     # Imported here because it imports lark, and a test session without requirements should not load it.
     from pytest_hricdv.monitor.parser import parse
 
-    return parse(source or FormulaSource(text), vocabulary)
+    return parse(source or FormulaSource(text), vocabulary)[0]
 
 
 def parse_condition(text: str, vocabulary: Vocabulary, source: FormulaSource | None = None) -> PastFormula:
@@ -110,14 +125,39 @@ def _check_all(built: Sequence[Requirement], vocabulary: Vocabulary) -> tuple[Re
     return tuple(built)
 
 
-def _read(path: str | PathLike[str]) -> str:
+def _read(path: str | PathLike[str]) -> tuple[str, dict[str, Any]]:
+    """The text of a file, and its tables."""
     try:
         # Text mode turns Windows line ends into plain ones, as TOML does within multi-line formulas.
-        return Path(path).read_text(encoding="utf-8")
+        document = Path(path).read_text(encoding="utf-8")
+        return document, tomllib.loads(document)
     except OSError as error:
         raise RequirementError(f"{path}: cannot read the requirements: {error.strerror or error}") from None
     except UnicodeDecodeError as error:
         raise RequirementError(f"{path}: not UTF-8 text (byte {error.start}); TOML files are UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
+        raise RequirementError(f"{path}: not TOML: {error}") from None
+
+
+def _defined(path: str, document: str, table: object, vocabulary: Vocabulary) -> Vocabulary:
+    """The vocabulary with the definitions of a table: name -> text, or a number."""
+    if not isinstance(table, dict):
+        raise RequirementError(f'{path}: {_DEFINITIONS} is no table; expected [{_DEFINITIONS}] with lines name = "..."')
+    sources = {}
+    for name, text in table.items():
+        if isinstance(text, bool) or not isinstance(text, str | int | float):
+            raise RequirementError(f"{path}: definition {name}: expected a text or a number, got {text!r}")
+        sources[name] = FormulaSource(str(text), path=path, document=document, definition=name)
+    if not sources:
+        return vocabulary
+    from pytest_hricdv.monitor.parser import parse_definitions
+
+    try:
+        return parse_definitions(sources, vocabulary)
+    except RequirementError:
+        raise
+    except ValueError as error:
+        raise RequirementError(f"{path}: {error}") from None
 
 
 def _requirement(path: str, document: str, name: str, table: object, vocabulary: Vocabulary) -> Requirement:
@@ -129,12 +169,31 @@ def _requirement(path: str, document: str, name: str, table: object, vocabulary:
     for key in ("title", "formula"):
         if key not in table:
             raise RequirementError(
-                f"{where}: no {key!r}\nexpected the keys title and formula, and source if there is one"
+                f"{where}: no {key!r}\nexpected the keys title and formula, and source and group if there are such"
             )
-    text = table["formula"]
-    formula = parse_formula(text, vocabulary, FormulaSource(text, name, path, document))
-    shows = tuple(table.get("shows", ()))
-    return Requirement(name, table["title"], table.get("source", ""), text.strip(), formula, shows)
+    from pytest_hricdv.monitor.parser import parse
+
+    formula, used = parse(FormulaSource(table["formula"], name, path, document), vocabulary)
+    return Requirement(
+        id=name,
+        title=table["title"],
+        source=table.get("source", ""),
+        text=_explained(table["formula"].strip(), used, vocabulary),
+        formula=formula,
+        shows=tuple(table.get("shows", ())),
+        group=table.get("group", ""),
+    )
+
+
+def _explained(text: str, used: Iterable[str], vocabulary: Vocabulary) -> str:
+    """The text of a formula and, below it, all definitions that explain it."""
+    needed = set(used)
+    while more := {each for name in needed for each in vocabulary.definitions[name].uses} - needed:
+        needed |= more
+    # A definition stands before those that it is made of.
+    names = [name for name in reversed([*vocabulary.definitions]) if name in needed]
+    lines = [f"{name} = {vocabulary.definitions[name].text}" for name in names]
+    return text + "\nwhere " + ";\n      ".join(lines) if lines else text
 
 
 def _check_key(where: str, key: str, value: object, vocabulary: Vocabulary) -> None:

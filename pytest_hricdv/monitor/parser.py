@@ -6,7 +6,7 @@ Imports lark, so this module is imported only when a formula is parsed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import cast
 
 from lark import Token, Tree
@@ -16,20 +16,21 @@ from pytest_hricdv.monitor.analysis import is_instantaneous, leaves
 from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.syntax_tree import syntax_tree
 from pytest_hricdv.monitor.term_parser import Node, TermParser
-from pytest_hricdv.monitor.vocabulary import Vocabulary
+from pytest_hricdv.monitor.vocabulary import Definition, Vocabulary
 from pytest_hricdv.suggestion import nearest
 
 _FLIPPED: dict[str, ast.Relation] = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 
-def parse(source: FormulaSource, vocabulary: Vocabulary) -> ast.Formula:
-    """The formula that a text means.
+def parse(source: FormulaSource, vocabulary: Vocabulary) -> tuple[ast.Formula, tuple[str, ...]]:
+    """The formula that a text means, and the definitions that the text names.
 
     Raises:
         RequirementError: the text is not a formula (the caret marks the first unexpected token); an unknown name, a
             type error, a window that ends before it starts, or a condition that can never hold where it stands.
     """
-    return _FormulaParser(source, vocabulary).formula(syntax_tree(source, "formula"))
+    parser = _FormulaParser(source, vocabulary)
+    return parser.formula(syntax_tree(source, "formula")), tuple(parser.used)
 
 
 def parse_past(source: FormulaSource, vocabulary: Vocabulary) -> ast.PastFormula:
@@ -41,13 +42,44 @@ def parse_past(source: FormulaSource, vocabulary: Vocabulary) -> ast.PastFormula
     return _FormulaParser(source, vocabulary).condition(syntax_tree(source, "condition"))
 
 
+def parse_definitions(sources: Mapping[str, FormulaSource], vocabulary: Vocabulary) -> Vocabulary:
+    """The vocabulary with definitions, name -> text; they may use each other, in any order.
+
+    Raises:
+        RequirementError: as from `parse`; or definitions use each other in a circle.
+        ValueError: a name that no definition can have.
+    """
+    trees = {name: syntax_tree(source, "definition") for name, source in sources.items()}
+    pending: list[str] = []
+
+    def add(name: str, user: Token | None) -> None:
+        nonlocal vocabulary
+        if name in pending and user is not None:
+            circle = " -> ".join([*pending[pending.index(name) :], name])
+            advice = "each has to be explained by others, and in the end by signals and messages"
+            problem = f"definitions use each other in a circle: {circle}"
+            raise sources[pending[-1]].error(user.start_pos or 0, user.end_pos or 0, problem, advice)
+        pending.append(name)
+        for node in trees[name].find_data("name"):
+            token = cast("Token", node.children[0])
+            if token in trees and token not in vocabulary.definitions:
+                add(str(token), token)
+        pending.pop()
+        vocabulary = vocabulary.define(name, _FormulaParser(sources[name], vocabulary).definition(trees[name]))
+
+    for name in trees:
+        if name not in vocabulary.definitions:
+            add(name, None)
+    return vocabulary
+
+
 class _FormulaParser(TermParser):
     """Makes the formula from the syntax tree, with the rule of the same name for each node."""
 
     def __init__(self, source: FormulaSource, vocabulary: Vocabulary) -> None:
         super().__init__(source, vocabulary)
         self._past_rules: dict[str, Callable[[Tree[Token]], ast.PastFormula]] = {
-            "name": lambda tree: ast.BooleanName(self._full_name(tree)),
+            "name": lambda tree: cast("ast.PastFormula", self._meaning(tree) or ast.BooleanName(self._full_name(tree))),
             "last": lambda tree: ast.BooleanName(self._full_name(tree)),
             "on": self._on,
             "comparison": self._comparison,
@@ -61,6 +93,12 @@ class _FormulaParser(TermParser):
 
     def condition(self, tree: Tree[Token]) -> ast.PastFormula:
         return self._past(tree.children[0])
+
+    def definition(self, tree: Tree[Token]) -> Definition:
+        node = tree.children[0]
+        kind = self._kind(node)
+        meaning = self._past(node) if kind is bool else self._term(node) if kind is float else self._text(node)
+        return Definition(self._source.formula.strip(), kind, meaning, frozenset(self.used))
 
     def formula(self, tree: Tree[Token]) -> ast.Formula:
         _, antecedent_node, response_node = tree.children
@@ -100,7 +138,9 @@ class _FormulaParser(TermParser):
     def _on(self, tree: Tree[Token]) -> ast.PastFormula:
         topic = cast("Token", tree.children[0])
         if topic not in self._vocabulary.messages:
-            advice = f"{topic} is a signal; on(...) takes a topic" if topic in self._vocabulary.signals else ""
+            what = "a definition" if topic in self._vocabulary.definitions else "a signal"
+            known = self._vocabulary.kind(topic) is not None
+            advice = f"{topic} is {what}; on(...) takes a topic" if known else ""
             problem = f"unknown topic {str(topic)!r}{nearest(topic, self._vocabulary.messages)}"
             raise self._error(topic, problem, advice)
         return ast.On(str(topic))

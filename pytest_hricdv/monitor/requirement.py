@@ -16,8 +16,9 @@ class Requirement:
         id: the name of its table in the file, such as `R1`.
         title: the requirement in one sentence.
         source: where it comes from (a clause of a standard, a paper); may be empty.
-        text: the formula as written, for reports.
+        text: the formula as written, for reports; below it, the definitions that it uses.
         formula: the formula as data.
+        group: what it belongs to, such as "safety"; reports list the requirements of a group together. May be empty.
         shows: numeric signals that a violation reports in addition to those that the formula reads: while a violation
             lasts, the value with the largest absolute value. They have no effect on verdicts.
     """
@@ -28,6 +29,7 @@ class Requirement:
     text: str
     formula: Formula
     shows: tuple[str, ...] = ()
+    group: str = ""
 
 
 class RequirementError(ValueError):
@@ -52,13 +54,15 @@ class FormulaSource:
         requirement: the requirement's id; empty for a formula without a requirement.
         path: the file, as the user named it; empty for a formula without a file.
         document: the whole text of that file.
-        owner: what the formula belongs to if it is no requirement's; named in errors.
+        definition: the name of the definition that it is the formula of; empty for another formula.
+        owner: what the formula belongs to if it is no requirement's and no definition's; named in errors.
     """
 
     formula: str
     requirement: str = ""
     path: str = ""
     document: str = ""
+    definition: str = ""
     owner: str = "formula"
 
     def error(self, start: int, end: int, problem: str, advice: str = "") -> RequirementError:
@@ -75,6 +79,7 @@ class FormulaSource:
 
     def _place(self, start: int) -> str:
         owner = f"requirement {self.requirement}" if self.requirement else self.owner
+        owner = f"definition {self.definition}" if self.definition else owner
         line, column = _line_and_column(self.formula, start)
         within = f"column {column}" if "\n" not in self.formula else f"line {line}, column {column}"
         offset = self._offset_in_document()
@@ -85,11 +90,12 @@ class FormulaSource:
 
     def _offset_in_document(self) -> int | None:
         """Where the formula starts in the file; None if it is written with escapes and cannot be found."""
-        name = re.escape(self.requirement)
+        name = re.escape("definitions" if self.definition else self.requirement)
+        key = re.escape(self.definition or "formula")
         header = re.search(rf"^[ \t]*\[[ \t]*[\"']?{name}[\"']?[ \t]*\]", self.document, re.MULTILINE)
         if not self.document or header is None:
             return None
-        opening = r"^[ \t]*[\"']?formula[\"']?[ \t]*=[ \t]*(?:\"\"\"\n?|'''\n?|\"|')"
+        opening = rf"^[ \t]*[\"']?{key}[\"']?[ \t]*=[ \t]*(?:\"\"\"\n?|'''\n?|\"|'|)"
         formula = re.compile(f"{opening}({re.escape(self.formula)})", re.MULTILINE)
         match = formula.search(self.document, header.end())
         return match.start(1) if match else None

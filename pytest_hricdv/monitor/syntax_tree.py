@@ -15,7 +15,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 from pytest_hricdv.grammar import lark_parser
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 
-Start = Literal["formula", "condition"]
+Start = Literal["formula", "condition", "definition"]
 
 # Unexpected token -> advice: how other languages write it, or where it is allowed here.
 _COMMON_MISTAKES = {
@@ -50,6 +50,7 @@ _TERMINAL_NAMES = {
 }
 _WHAT_IS_EXPECTED: dict[Start, str] = {
     "formula": "always(antecedent -> response)",
+    "definition": "a condition, a number or a text, for instance arm_speed > 0.001",
     "condition": "a condition about the present and the past, for instance once[0:2](on(topic)) & signal < 0.25",
 }
 
@@ -93,8 +94,8 @@ def _unexpected_token(source: FormulaSource, rule: Start, unexpected: Unexpected
         return source.error(end, end + 1, f"the {rule} ends too early", f"expected {expected}")
     start = token.start_pos or 0
     advice = _COMMON_MISTAKES.get(str(token), "")
-    if rule == "condition" and str(token) in ("always", "eventually", "until"):
-        advice = "a condition is about the present and the past: write once, historically or since"
+    if rule != "formula" and str(token) in ("always", "eventually", "until"):
+        advice = f"a {rule} is about the present and the past: write once, historically or since"
     if unexpected.expected == {"ALWAYS"} or (str(token) == ")" and "->" in expected):
         advice = "a requirement says when it applies: always(antecedent -> response)"
     lines = f"expected {expected}" + (f"\n{advice}" if advice else "")

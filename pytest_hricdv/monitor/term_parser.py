@@ -32,8 +32,9 @@ class TermParser(ABC):
     def __init__(self, source: FormulaSource, vocabulary: Vocabulary) -> None:
         self._source = source
         self._vocabulary = vocabulary
+        self.used: dict[str, None] = {}  # the definitions in the text so far, used as an ordered set
         self._term_rules: dict[str, Callable[[Tree[Token]], ast.Term]] = {
-            "name": lambda tree: ast.FloatName(self._full_name(tree)),
+            "name": lambda tree: cast("ast.Term", self._meaning(tree) or ast.FloatName(self._full_name(tree))),
             "last": lambda tree: ast.FloatName(self._full_name(tree)),
             "count": self._count,
             "time_since": lambda tree: ast.TimeSince(self._past(tree.children[1])),
@@ -65,7 +66,8 @@ class TermParser(ABC):
         kind = self._vocabulary.kind(full_name)
         if kind is not None and tree.data == "last" and "." not in full_name:
             advice = "last(topic.field) is the value in the message before the present one"
-            raise self._error(tree.children[-1], f"expected a field of a message, but {name} is a signal", advice)
+            what = "a definition" if name in self._vocabulary.definitions else "a signal"
+            raise self._error(tree.children[-1], f"expected a field of a message, but {name} is {what}", advice)
         if kind is not None:
             return kind
         if name in self._vocabulary.messages:
@@ -76,6 +78,15 @@ class TermParser(ABC):
     def _full_name(self, tree: Tree[Token]) -> str:
         name = self._vocabulary.full_name(str(tree.children[-1]))
         return last_of(name) if tree.data == "last" else name
+
+    def _meaning(self, tree: Tree[Token]) -> ast.PastFormula | ast.Term | ast.TextTerm | None:
+        """What a name stands for; None if it is no definition."""
+        name = str(tree.children[-1])
+        definition = self._vocabulary.definitions.get(name)
+        if definition is None:
+            return None
+        self.used[name] = None
+        return definition.meaning
 
     def _expect(self, node: Node, expected: Kind) -> Tree[Token]:
         """The node without parentheses; it has to be of a type."""
@@ -143,7 +154,7 @@ class TermParser(ABC):
         tree = self._expect(node, str)
         if tree.data == "text":
             return ast.Text(str(tree.children[0])[1:-1])
-        return ast.TextName(self._full_name(tree))
+        return cast("ast.TextTerm", self._meaning(tree) or ast.TextName(self._full_name(tree)))
 
     def _compares_texts(self, left: Node, right: Node) -> bool:
         for node, other in ((left, right), (right, left)):

@@ -1,11 +1,12 @@
-"""The vocabulary that requirements are written in: signals, messages, and the values of those that are texts."""
+"""The vocabulary that requirements are written in: signals, messages, the values of texts, and definitions."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from pytest_hricdv.monitor.formula import PastFormula, Term, TextTerm
 from pytest_hricdv.suggestion import nearest
 
 Kind = type[bool] | type[float] | type[str]
@@ -13,6 +14,23 @@ Kind = type[bool] | type[float] | type[str]
 _TEMPORAL = ("always", "eventually", "until", "since", "once", "historically", "previously")
 KEYWORDS = frozenset((*_TEMPORAL, "on", "rise", "fall", "not", "hysteresis", "for", "inf"))
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A name for an expression that requirements share.
+
+    Attributes:
+        text: the expression as written.
+        kind: `bool` of a condition, `float` of a number, `str` of a text.
+        meaning: the expression as data, with the definitions in it replaced by their meanings.
+        uses: the definitions in it.
+    """
+
+    text: str
+    kind: Kind
+    meaning: PastFormula | Term | TextTerm
+    uses: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -24,6 +42,7 @@ class Vocabulary:
         messages: topic -> fields, each field -> `bool`, `float` or `str`.
         values: text signal, or text field as `topic.field` -> all values that it can have; absent if unknown. A
             comparison with any other value is an error.
+        definitions: name -> what it stands for; of a file of requirements, see `loading.load_definitions`.
 
     Raises:
         ValueError: a name that a formula cannot contain (no identifier, or a keyword), another type, or values of
@@ -41,6 +60,7 @@ class Vocabulary:
     signals: Mapping[str, Kind] = field(default_factory=dict)
     messages: Mapping[str, Mapping[str, Kind]] = field(default_factory=dict)
     values: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    definitions: Mapping[str, Definition] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name, kind in self.signals.items():
@@ -53,8 +73,10 @@ class Vocabulary:
             self._check_values(name, values)
 
     def kind(self, name: str) -> Kind | None:
-        """The type of a signal, or of a field written as `topic.field`; None for an unknown name."""
+        """The type of a definition, of a signal, or of a field written as `topic.field`; None for an unknown name."""
         topic, dot, member = name.partition(".")
+        if name in self.definitions:
+            return self.definitions[name].kind
         return self.messages.get(topic, {}).get(member) if dot else self.signals.get(name)
 
     def full_name(self, name: str) -> str:
@@ -67,12 +89,25 @@ class Vocabulary:
         return members[0] if len(members) == len(fields) == 1 else name
 
     def names(self) -> list[str]:
-        """All signals, and all fields as `topic.field`."""
-        return [*self.signals, *(f"{topic}.{name}" for topic, fields in self.messages.items() for name in fields)]
+        """All signals, all fields as `topic.field`, and all definitions."""
+        fields = (f"{topic}.{name}" for topic, names in self.messages.items() for name in names)
+        return [*self.signals, *fields, *self.definitions]
+
+    def define(self, name: str, definition: Definition) -> Vocabulary:
+        """The vocabulary with one more definition.
+
+        Raises:
+            ValueError: no identifier, a keyword, or the name of a signal or topic.
+        """
+        _check_declaration(f"definition {name!r}", name, definition.kind)
+        if name in self.signals or name in self.messages:
+            what = "signal" if name in self.signals else "topic"
+            raise ValueError(f"definition {name!r}: there is a {what} of this name; choose another one")
+        return replace(self, definitions={**self.definitions, name: definition})
 
     def _check_values(self, name: str, values: Sequence[str]) -> None:
         if self.kind(name) is not str:
-            texts = [known for known in self.names() if self.kind(known) is str]
+            texts = [known for known in self.names() if self.kind(known) is str and known not in self.definitions]
             raise ValueError(f"values of {name!r}: this is no signal or topic.field of type str{nearest(name, texts)}")
         if isinstance(values, str) or not values or not all(isinstance(value, str) for value in values):
             raise ValueError(f"values of {name!r}: expected its texts, at least one, got {values!r}")

@@ -128,6 +128,7 @@ def _context(report: Report) -> dict[str, Any]:
         "plans_covered": totals.plans_covered,
         "bins_covered": totals.bins_covered,
         "tests_text": totals.tests_text,
+        "by_group": totals.by_group,
         "share": formatting.share,
         "plural": formatting.plural,
         "requirements": [requirement_view(report, name) for name in names],

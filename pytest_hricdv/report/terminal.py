@@ -128,12 +128,15 @@ def _requirements(rows: Sequence[totals.RequirementRow], columns: int) -> Iterat
     room = max(columns - numbers - 2, 4)
     head = f"{'Passed':>7}{'Failed':>8}{'':{marks}}{'NC':>6}{'triggers':>10}{'margin' if margins else '':>10}"
     yield Line(f"  {pad('requirement', room)}{head}".rstrip(), "dim")
-    for row in rows:
-        mark = " known" if row.tolerated else ""
-        margin = "" if row.margin is None else f"{row.margin:.3g}"
-        figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
-        name = pad(visible(f"{row.name} {row.title}"), room)
-        yield Line(f"  {name}{figures}".rstrip(), _verdict_style(row))
+    for group, members in totals.by_group(rows):
+        if group:
+            yield Line(f"  {visible(group)}", "dim")
+        for row in members:
+            mark = " known" if row.tolerated else ""
+            margin = "" if row.margin is None else f"{row.margin:.3g}"
+            figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
+            name = pad(visible(f"{row.name} {row.title}"), room)
+            yield Line(f"  {name}{figures}".rstrip(), _verdict_style(row))
     unchecked = [row for row in rows if row.nc and not row.passed + row.failed]
     for undecided, why in (
         (False, "no test triggered it"),

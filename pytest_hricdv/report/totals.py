@@ -1,8 +1,10 @@
 """Totals over a report, and what no test covers: computed in one place, so that the views cannot disagree."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import groupby
+from operator import attrgetter
 
 from pytest_hricdv.coverage.records import CrossCoverage, WaiverRecord
 from pytest_hricdv.report.formatting import branches, line_ranges, natural, plural, share
@@ -26,6 +28,7 @@ class RequirementRow:
 
     name: str
     title: str
+    group: str
     passed: int
     failed: int
     nc: int
@@ -113,7 +116,7 @@ def failed_gates(report: Report) -> tuple[str, ...]:
 
 
 def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow, ...]:
-    """A suite's requirements, R2 before R10."""
+    """A suite's requirements, R2 before R10; those of a group together, and first those of none."""
     rows = []
     for name in sorted(suite.requirements, key=natural):
         tally = suite.requirements[name]
@@ -122,6 +125,7 @@ def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow
             RequirementRow(
                 name=name,
                 title=report.requirements[name].title if name in report.requirements else "",
+                group=report.requirements[name].group if name in report.requirements else "",
                 passed=tally.passed,
                 failed=tally.failed,
                 nc=tally.nc,
@@ -132,7 +136,13 @@ def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow
                 margin_test=test,
             )
         )
-    return tuple(rows)
+    first = {row.group: place for place, row in reversed([*enumerate(rows)])}
+    return tuple(sorted(rows, key=lambda row: (row.group != "", first[row.group])))
+
+
+def by_group(rows: Iterable[RequirementRow]) -> Iterator[tuple[str, Iterator[RequirementRow]]]:
+    """The groups of requirements, each with its rows; where none was given, a single group without a name."""
+    return groupby(rows, key=attrgetter("group"))
 
 
 def known(report: Report, requirement: str) -> str:

@@ -168,7 +168,10 @@ class SessionInfo:
 
 def requirement_texts(requirements: Sequence[Requirement]) -> dict[str, RequirementText]:
     """Requirement -> its texts for people."""
-    return {each.id: RequirementText(title=each.title, source=each.source, text=each.text) for each in requirements}
+    return {
+        each.id: RequirementText(title=each.title, source=each.source, text=each.text, group=each.group)
+        for each in requirements
+    }
 
 
 def build_report(

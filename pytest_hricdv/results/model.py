@@ -242,11 +242,15 @@ class SuiteResult(Record, frozen=True, kw_only=True):
 
 
 class RequirementText(Record, frozen=True, kw_only=True):
-    """A requirement for people: title, source (a standard, a paper), and the formula that the monitor checks."""
+    """A requirement for people: title, source (a standard, a paper), and the formula that the monitor checks.
+
+    `group` is what it belongs to; empty where nothing was said.
+    """
 
     title: str
     source: str
     text: str
+    group: str = ""
 
 
 class ModelSource(Record, frozen=True, kw_only=True):

@@ -19,6 +19,7 @@ from pytest_hricdv.monitor import (
     PastFormula,
     Requirement,
     RequirementError,
+    load_definitions,
     load_requirements,
     parse_condition,
 )
@@ -72,17 +73,20 @@ class Running:
     def known_while(self) -> Mapping[str, PastFormula]:
         """Requirement -> condition under which its violation is known, where there is one; none in a strict run.
 
+        Conditions may use the definitions of the requirements' file.
+
         Raises:
             pytest.UsageError: a condition that does not parse, or names what the testbench does not declare.
         """
-        vocabulary, parsed = self.collection.testbench.vocabulary(), {}
-        for name, known in self.options.known.items():
-            if known.condition:
-                source = FormulaSource(known.condition, owner=f"known violation of {name}: condition")
-                try:
+        testbench, parsed = self.collection.testbench, {}
+        try:
+            vocabulary = load_definitions(testbench.requirements, testbench.vocabulary())
+            for name, known in self.options.known.items():
+                if known.condition:
+                    source = FormulaSource(known.condition, owner=f"known violation of {name}: condition")
                     parsed[name] = parse_condition(known.condition, vocabulary, source)
-                except RequirementError as error:
-                    raise pytest.UsageError(str(error)) from None
+        except RequirementError as error:
+            raise pytest.UsageError(str(error)) from None
         return {} if self.options.strict else parsed
 
     @property

@@ -16,6 +16,18 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
 
 
+def test_the_definitions_of_the_example_explain_their_requirement(tmp_path: Path) -> None:
+    [document] = blocks("toml definitions")
+    file = tmp_path / "requirements.toml"
+    file.write_text(document, encoding="utf-8")
+    [requirement] = load_requirements(file, TABLE)
+    assert (
+        "where moving = arm_speed > 0.001 [hysteresis 0.004];\n      near = hand_distance < closest;"
+        in requirement.text
+    )
+    assert requirement.group == "safety"
+
+
 def test_the_python_examples_give_what_they_show() -> None:
     # One after the other, as they are read. The blank line ends what the last line of a block is expected to print.
     session = "\n\n".join(blocks("pycon"))

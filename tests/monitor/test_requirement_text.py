@@ -147,6 +147,7 @@ def test_a_formula_written_with_escapes_is_located_by_its_own_columns(tmp_path: 
         ('[R1]\ntitel = "x"', "unknown key 'titel'; nearest: title"),
         ("[R1]\ntitle = 3", "'title' has to be a text, got 3"),
         ('[R1]\ntitle = "x"\nformula = ""', "the formula is empty"),
+        ("[R1]\ngroup = 3", "'group' has to be a text, got 3"),
         ('[R1]\nshows = "x"', "requirement R1: 'shows' has to be a list of signals, got 'x'"),
         ('[R1]\nshows = ["xx"]', "shows 'xx', which is not a numeric signal; nearest: x"),
         ('[R1]\nshows = ["p"]', "shows 'p', which is not a numeric signal"),
@@ -169,6 +170,13 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
     (tmp_path / "latin.toml").write_bytes(b"[R1]\ntitle = '\xe9'\n")
     with pytest.raises(RequirementError, match="not UTF-8"):
         load_requirements(tmp_path / "latin.toml", SMALL)
+
+
+def test_a_requirement_may_belong_to_a_group(tmp_path: Path) -> None:
+    file = tmp_path / "requirements.toml"
+    table = 'title = "x"\nformula = "always(p -> q)"\n'
+    file.write_text(f'[R1]\n{table}group = "safety"\n[R2]\n{table}')
+    assert [requirement.group for requirement in load_requirements(file, SMALL)] == ["safety", ""]
 
 
 def test_a_requirement_keeps_its_text_title_and_source() -> None:

@@ -187,3 +187,13 @@ def test_a_merged_report_keeps_the_conditions_and_what_was_outside(lamps: pytest
     merged = json.loads((lamps.path / "hri-merged" / "report.json").read_text(encoding="utf-8"))
     assert merged["known_while"] == {"R2": "!wish.cellar"}
     assert merged["suites"][0]["requirements"]["R2"]["outside"] == 1
+
+
+def test_a_condition_may_use_the_definitions_of_the_requirements(lamps: pytest.Pytester) -> None:
+    known(lamps, "R2 while in_hall: the hall has no dimmer")
+    change(lamps.path, "requirements.toml", "[R1]\n", '[definitions]\nin_hall = "on(wish) & !wish.cellar"\n\n[R1]\n')
+    lamps.runpytest_inprocess(SUITE).assert_outcomes(passed=3, xfailed=1)
+    change(lamps.path, "requirements.toml", "!wish.cellar", "!wish.celler")
+    result = lamps.runpytest_inprocess(SUITE)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*definition in_hall, column 13 of the formula: unknown name 'wish.celler'*"])

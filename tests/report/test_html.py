@@ -47,6 +47,17 @@ def test_page_shows_verdicts_closure_sources_and_every_test() -> None:
     assert data["triggers"][3]["suites"].keys() == {"by-hand", "rl"}
 
 
+def test_requirements_of_a_group_stand_below_its_name() -> None:
+    report = sample.data(tests=8)
+    assert 'class="group"' not in render(report)
+    report["requirements"]["R4"]["group"] = "speed & <force>"
+    page = render(report)
+    table = page.partition("<h2>Verdicts</h2>")[2].partition("</table>")[0]
+    assert table.count('<tr class="group"><td colspan="6">speed &amp; &lt;force&gt;</td></tr>') == 1
+    assert table.index("#requirement/R3") < table.index('class="group"') < table.index("#requirement/R4")
+    assert '<span class="badge">speed &amp; &lt;force&gt;</span> ISO 13482:2014' in page
+
+
 def test_gaps_come_with_what_may_close_them_and_the_smallest_suite_is_named() -> None:
     report = sample.data(tests=10)
     page = _page(report)

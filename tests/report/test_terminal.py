@@ -67,6 +67,18 @@ def test_known_violations_are_marked_with_their_reason_and_others_are_bad() -> N
     assert _line(report, "R3").style == "bad"
 
 
+def test_requirements_of_a_group_stand_below_its_name_and_those_of_none_come_first() -> None:
+    report = sample.data(tests=20)
+    rows = [
+        line.text.split()[0] for line in _lines(report) if line.text.startswith("  R") and "known to" not in line.text
+    ]
+    assert rows == ["R1", "R2", "R3", "R4"]
+    for name, group in (("R1", "speed"), ("R2", "paper"), ("R4", "speed")):
+        report["requirements"][name]["group"] = group
+    shown = [line.text.split()[0] for line in _lines(report)[2:8]]
+    assert shown == ["R3", "speed", "R1", "R4", "paper", "R2"]
+
+
 def test_unchecked_requirement_is_neither_good_nor_bad() -> None:
     report = sample.data(tests=1)
     report["suites"][0]["requirements"]["R1"] |= {"passed": 0, "failed": 0, "nc": 1, "triggers": 0}

@@ -71,17 +71,18 @@ function sortRows(rows, value, descending) {
   keyed.forEach((each, place) => { rows[place] = each.row; });
 }
 
-/** Makes a table of the page's HTML sortable by a click on a heading. */
+/** Makes a table of the page's HTML sortable by a click on a heading; each of its groups by itself. */
 function makeSortable(table) {
-  const body = table.tBodies[0];
   [...table.tHead.rows[0].cells].forEach((heading, column) => {
     const button = h("button", { type: "button", class: "sort" }, heading.textContent);
     heading.replaceChildren(button);
     button.addEventListener("click", () => {
       const descending = heading.getAttribute("aria-sort") === "ascending";
-      const rows = [...body.rows];
-      sortRows(rows, (row) => cellValue(row.cells[column]), descending);
-      body.replaceChildren(...rows);
+      for (const body of table.tBodies) {
+        const rows = [...body.rows].filter((row) => !row.classList.contains("group"));
+        sortRows(rows, (row) => cellValue(row.cells[column]), descending);
+        body.append(...rows);
+      }
       for (const other of table.tHead.rows[0].cells) other.removeAttribute("aria-sort");
       heading.setAttribute("aria-sort", descending ? "descending" : "ascending");
     });
