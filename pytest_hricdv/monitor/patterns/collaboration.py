@@ -1,0 +1,184 @@
+"""Patterns for robots that work with people, after ISO 10218-1:2025 and ISO 10218-2:2025, which take in
+ISO/TS 15066:2016, and ISO 13482:2014 for personal care robots.
+
+The clauses that are named are those of the editions named with them. A requirement made from a pattern says what a run
+is checked for; it is no evidence of conformity to a standard, which asks for a risk assessment and for measurements.
+No limit is built in: distances, speeds, times, forces and pressures are arguments, and come from the user's own
+assessment.
+
+Speeds are magnitudes, in the unit of their signal (m/s, rad/s); `standstill` is the largest one that counts as standing
+still, in the same unit. Limits may be computed from signals, for instance a distance from the present speed.
+"""
+
+from __future__ import annotations
+
+from pytest_hricdv.monitor.build import always, historically, once, since
+from pytest_hricdv.monitor.dsl import Condition, Quantity
+from pytest_hricdv.monitor.formula import Formula
+from pytest_hricdv.monitor.patterns.pattern import PatternError, beginning, lasting, pattern
+
+
+@pattern
+def speed_and_separation(
+    speed: Quantity,
+    distance: Quantity,
+    *,
+    stop_distance_m: Quantity | float,
+    slow_distance_m: Quantity | float | None = None,
+    slow_speed: Quantity | float | None = None,
+    standstill: float = 0.0,
+) -> Formula:
+    """Nearer to a person than `stop_distance_m`, the robot stands still; nearer than `slow_distance_m`, it is slow.
+
+    Formula: `always(distance < stop_distance_m -> speed <= standstill)`, or with a slow zone
+    `always(distance < slow_distance_m -> distance >= stop_distance_m & speed <= slow_speed | speed <= standstill)`.
+    Scope: while a person is that near. A separation distance that grows with the speed is written as a term, such as
+    `0.2 + 0.3 * arm_speed`. Source: speed and separation monitoring, ISO 10218-2:2025; ISO/TS 15066:2016, 5.5.4.
+
+    Args:
+        speed: of the robot, not negative.
+        distance: between robot and person (m).
+
+    Raises:
+        PatternError: one of `slow_distance_m` and `slow_speed` without the other, a slow zone that is not larger than
+            the other, or an argument of a wrong type.
+
+    >>> from pytest_hricdv.monitor.build import signal
+    >>> speed, distance = signal("arm_speed"), signal("person_distance")
+    >>> print(speed_and_separation(speed, distance, stop_distance_m=0.3, slow_distance_m=1.0, slow_speed=0.25))
+    always(person_distance < 1 -> person_distance >= 0.3 & arm_speed <= 0.25 | arm_speed <= 0)
+    """
+    stands = speed <= standstill
+    if slow_distance_m is None or slow_speed is None:
+        if slow_distance_m is not None or slow_speed is not None:
+            given = "slow_speed" if slow_distance_m is None else "slow_distance_m"
+            raise PatternError(given, "expected both slow_distance_m and slow_speed, or none of them")
+        return always((distance < stop_distance_m) >> stands)
+    near = distance < slow_distance_m
+    slow = (distance >= stop_distance_m) & (speed <= slow_speed)
+    if isinstance(slow_distance_m, Quantity) or isinstance(stop_distance_m, Quantity):
+        # Which zone is the larger one is known during the run only.
+        return always((near | (distance < stop_distance_m)) >> (slow | stands))
+    if slow_distance_m <= stop_distance_m:
+        problem = f"expected more than stop_distance_m, which is {stop_distance_m}, got {slow_distance_m}"
+        raise PatternError("slow_distance_m", problem)
+    return always(near >> (slow | stands))
+
+
+@pattern
+def power_and_force(
+    force: Quantity,
+    *,
+    limit_n: Quantity | float,
+    transient_limit_n: Quantity | float | None = None,
+    transient_s: float | None = None,
+) -> Formula:
+    """While the robot touches a person, the force does not exceed the limit.
+
+    With a transient limit, the force may be between both limits for less than `transient_s` seconds.
+
+    Formula: `always(force > 0 -> force <= limit_n)`, or `always(force > 0 -> force <= transient_limit_n &
+    !(force > limit_n [for transient_s]))`. Scope: while there is contact. Source: power and force limiting,
+    ISO 10218-2:2025; ISO/TS 15066:2016, 5.5.5. The limit depends on the part of the body; the requirement's `source`
+    says where it comes from.
+
+    Args:
+        force: between robot and person (N), not negative.
+
+    Raises:
+        PatternError: one of `transient_limit_n` and `transient_s` without the other, or an argument of a wrong type.
+
+    >>> from pytest_hricdv.monitor.build import signal
+    >>> print(power_and_force(signal("contact_force"), limit_n=signal("force_limit")))
+    always(contact_force > 0 -> contact_force <= force_limit)
+    """
+    return _limited(force, limit_n, transient_limit_n, transient_s, "transient_limit_n")
+
+
+@pattern
+def contact_pressure(
+    pressure: Quantity,
+    *,
+    limit_n_cm2: Quantity | float,
+    transient_limit_n_cm2: Quantity | float | None = None,
+    transient_s: float | None = None,
+) -> Formula:
+    """While the robot touches a person, the pressure does not exceed the limit (N/cm2).
+
+    Formula, with a transient limit or without: as of `power_and_force`. Scope: while there is contact. Source: power
+    and force limiting, ISO 10218-2:2025; ISO/TS 15066:2016, 5.5.5. The requirement's `source` says where the limit
+    comes from.
+
+    Args:
+        pressure: of the contact (N/cm2), not negative.
+
+    Raises:
+        PatternError: as from `power_and_force`.
+
+    >>> from pytest_hricdv.monitor.build import signal
+    >>> limits = {"limit_n_cm2": signal("limit"), "transient_limit_n_cm2": 2 * signal("limit"), "transient_s": 0.5}
+    >>> print(contact_pressure(signal("pressure"), **limits))
+    always(pressure > 0 -> pressure <= 2 * limit & !(pressure > limit [for 0.5]))
+    """
+    return _limited(pressure, limit_n_cm2, transient_limit_n_cm2, transient_s, "transient_limit_n_cm2")
+
+
+@pattern
+def protective_stop(
+    condition: Condition, speed: Quantity, *, within_s: float, until: Condition | None = None, standstill: float = 0.0
+) -> Formula:
+    """Once the condition has held for `within_s` seconds, the robot stands still as long as it holds.
+
+    With `until`, the stop is in force from the condition on until that event, such as a restart; an event, such as
+    `on(stop)`, needs it.
+
+    Formula: `always(historically[0:within_s](condition) -> speed <= standstill)`, with `until` for the condition
+    `!until since condition`. Scope: while the stop is in force, `within_s` excepted; a condition that ends sooner is
+    not checked, and one that is true when the run begins counts as always true before. Source: protective stop,
+    ISO 10218-1:2025 (5.5.3 in the edition of 2011); ISO 13482:2014.
+
+    Raises:
+        PatternError: an event without `until`, or an argument of a wrong type.
+
+    >>> from pytest_hricdv.monitor.build import on, signal
+    >>> print(protective_stop(signal("person_inside"), signal("arm_speed"), within_s=0.5))
+    always(historically[0:0.5](person_inside) -> arm_speed <= 0)
+    >>> print(protective_stop(on("stop"), signal("arm_speed"), within_s=0.5, until=on("restart")))
+    always(historically[0:0.5](!on(restart) since on(stop)) -> arm_speed <= 0)
+    """
+    stopped = lasting(condition, "condition") if until is None else since(~beginning(until), condition)
+    return always(historically(stopped, 0, within_s) >> (speed <= standstill))
+
+
+@pattern
+def hand_guiding(enabled: Condition, moving: Condition, *, within_s: float = 0.0) -> Formula:
+    """The robot moves only while the person holds the enabling device; it stops at most `within_s` after its release.
+
+    Formula: `always(moving -> enabled)`, with a time `always(moving -> once[0:within_s](enabled))`. Scope: while the
+    robot moves; if it has other modes, write `moving & guided`. Source: hand guiding, ISO 10218-1:2025 (5.10.3 in the
+    edition of 2011); ISO/TS 15066:2016, 5.5.3.
+
+    Raises:
+        PatternError: a condition that is true for single instants only, or an argument of a wrong type.
+
+    >>> from pytest_hricdv.monitor.build import signal
+    >>> print(hand_guiding(signal("enabling_device"), (signal("arm_speed") > 0.001).hysteresis(0.004), within_s=0.2))
+    always(arm_speed > 0.001 [hysteresis 0.004] -> once[0:0.2](enabling_device))
+    """
+    lasting(enabled, "enabled")
+    return always(lasting(moving, "moving") >> (once(enabled, 0, within_s) if within_s else enabled))
+
+
+def _limited(
+    value: Quantity,
+    limit: Quantity | float,
+    transient_limit: Quantity | float | None,
+    transient_s: float | None,
+    argument: str,
+) -> Formula:
+    if transient_limit is None and transient_s is None:
+        return always((value > 0) >> (value <= limit))
+    if transient_limit is None or transient_s is None:
+        given = argument if transient_s is None else "transient_s"
+        raise PatternError(given, f"expected both {argument} and transient_s, or none of them")
+    return always((value > 0) >> ((value <= transient_limit) & ~(value > limit).lasting(transient_s)))

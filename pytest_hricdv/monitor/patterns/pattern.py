@@ -1,0 +1,91 @@
+"""What a pattern is: a function from conditions and numbers to a formula; its arguments are checked by their types."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from types import NoneType
+from typing import ParamSpec, get_args
+
+from pytest_hricdv.monitor.analysis import is_instantaneous
+from pytest_hricdv.monitor.build import rise
+from pytest_hricdv.monitor.dsl import Condition, Quantity, as_number
+from pytest_hricdv.monitor.formula import Formula
+
+P = ParamSpec("P")
+
+_EXPECTED = {
+    Condition: "a condition, such as on(topic)",
+    Quantity: "a signal or field that is a number",
+    float: "a number",
+    int: "a whole number",
+}
+
+
+class PatternError(ValueError):
+    """A pattern was used with a wrong argument.
+
+    Attributes:
+        argument: its name; empty if several arguments do not go together.
+        problem: what was expected and what came.
+    """
+
+    def __init__(self, argument: str, problem: str) -> None:
+        super().__init__(f"{argument}: {problem}" if argument else problem)
+        self.argument = argument
+        self.problem = problem
+
+
+def pattern(function: Callable[P, Formula]) -> Callable[P, Formula]:
+    """Decorates a pattern: each call checks that the arguments are of the annotated types.
+
+    The types are Condition, Quantity, float (finite, at least 0) and int; None is allowed where it is the default.
+
+    Raises:
+        PatternError: (of the pattern) an argument is of another type, or a number is negative or not finite.
+    """
+    signature = inspect.signature(function, eval_str=True)
+
+    @functools.wraps(function)
+    def checked(*args: P.args, **kwargs: P.kwargs) -> Formula:
+        for name, value in signature.bind(*args, **kwargs).arguments.items():
+            _check(name, value, argument_types(signature.parameters[name]))
+        return function(*args, **kwargs)
+
+    return checked
+
+
+def argument_types(parameter: inspect.Parameter) -> tuple[type, ...]:
+    """The types that a parameter of a pattern takes, in the order of its annotation."""
+    return get_args(parameter.annotation) or (parameter.annotation,)
+
+
+def _check(name: str, value: object, types: tuple[type, ...]) -> None:
+    if value is None and NoneType in types:
+        return
+    if isinstance(value, int | float) and not isinstance(value, bool) and float in types:
+        try:
+            as_number(value, name)
+        except ValueError:
+            raise PatternError(name, f"expected a finite number of at least 0, got {value}") from None
+    elif not isinstance(value, types) or isinstance(value, bool):
+        expected = " or ".join(_EXPECTED[each] for each in types if each is not NoneType)
+        raise PatternError(name, f"expected {expected}, got {value!r}")
+
+
+def lasting(condition: Condition, argument: str) -> Condition:
+    """The condition, which has to be one that can hold for a length of time.
+
+    Raises:
+        PatternError: it is true for single instants only.
+    """
+    if is_instantaneous(condition.past):
+        problem = f"`{condition.past}` is true for single instants only; expected a condition that lasts"
+        raise PatternError(argument, problem)
+    return condition
+
+
+def beginning(condition: Condition) -> Condition:
+    """The instants at which a condition becomes true: of one that is true for single instants only, these."""
+    return condition if is_instantaneous(condition.past) else rise(condition)
