@@ -41,7 +41,7 @@ Modules, each built on the ones before it:
   `requirement` (requirement, errors in a text)
 - `analysis` (what a formula reads, and when its value can change)
 - `syntax_tree`, `term_parser`, `parser` (text to formula), `loading` (TOML files); `dsl` and `build` (formulas written
-  in Python)
+  in Python), `patterns` (formulas by name)
 - `evaluation_state` (what compiled formulas read), `verdict` (the result as data)
 - `operators` (operators with memory), `compiler` (formula to Python functions and operators), `program` (what monitors
   execute)
