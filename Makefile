@@ -2,6 +2,7 @@
 # make test:  the project's own tests (4 minutes), without the long ones; those are make slow (8 minutes).
 # OPTIONS=... is handed on to pytest by these.
 # make experiment: docs/experiment.md and docs/agreement.md, beside the paper's figures (5 minutes; agreement alone: 2).
+# make adequacy: docs/adequacy.md, seeded faults with each suite (hours; ended at any time, it goes on where it was).
 # make campaign: docs/campaign.md, 6,560 runs (45 minutes; ended at any time, it goes on where it was).
 # Each creates the environment in $(VENV) first, from nothing but Python 3.11, make and a compiler.
 
@@ -11,7 +12,7 @@ BIN = $(VENV)/bin
 # A test that hangs ends after so many seconds, with its worker: where it was is shown.
 PATIENCE = -o faulthandler_exit_on_timeout=true -o faulthandler_timeout
 
-.PHONY: suite test slow lint bench experiment agreement campaign pictures clean
+.PHONY: suite test slow lint bench experiment agreement adequacy campaign pictures clean
 
 suite: $(VENV)/.installed
 	$(BIN)/pytest --hri-suite=rl -n 2
@@ -40,6 +41,9 @@ experiment: $(VENV)/.installed
 agreement: $(VENV)/.installed
 	$(BIN)/python -m studies.agreement
 
+adequacy: $(VENV)/.installed
+	$(BIN)/python -m studies.adequacy
+
 campaign: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.campaign --write
 
@@ -53,4 +57,4 @@ $(VENV)/.installed: pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis hri-report hri-experiment hri-agreement
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis hri-report hri-experiment hri-agreement hri-adequacy

@@ -202,7 +202,8 @@ class _Trials:
 
 def _difference(before: TestResult, now: Behaviour) -> str:
     change = change_of(behaviour_of(before), now)
-    return f"{before.id}: {change.text}" if change else ""
+    # The comparison speaks of a baseline: here it is the same test without the fault.
+    return f"{before.id}: {change.text.replace('in the baseline', 'without the fault')}" if change else ""
 
 
 def _takes_part(result: TestResult) -> bool:

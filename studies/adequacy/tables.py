@@ -1,0 +1,169 @@
+"""The tables of docs/adequacy.md."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import fmean
+from typing import Any
+
+from pytest_hricdv.results.model import Report
+from pytest_hricdv.results.mutation import MutantResult, MutationResult, MutationScore
+from studies import page, session
+
+
+@dataclass(frozen=True)
+class Done:
+    """A session that was run."""
+
+    suite: str
+    seed: int
+    report: Report
+
+    @property
+    def mutation(self) -> MutationResult:
+        """What became of its mutants."""
+        assert self.report.mutation is not None, "it was checked when the report was read"
+        return self.report.mutation
+
+
+def context(done: Sequence[Done]) -> dict[str, Any]:
+    """What the page's template is filled with."""
+    first = done[0].mutation
+    suites = list(dict.fromkeys(each.suite for each in done))
+    by_suite = {name: [each for each in done if each.suite == name] for name in suites}
+    alive = never_killed([each.mutation for each in done])
+    return {
+        "made": first.made,
+        "drawn": len(first.mutants),
+        "tests_per_mutant": first.tests_per_mutant,
+        "code_sha256": done[0].report.code_under_test.sha256,
+        "version": done[0].report.version,
+        "machine": session.machine(),
+        "sessions": sessions(done),
+        "suites": scores(by_suite),
+        "together": together(done),
+        "oracles": oracles(by_suite),
+        "operators": operators(by_suite),
+        "survived": _mutants(each for each in alive if each.status == "survived"),
+        "silent": _mutants(each for each in alive if each.status != "survived"),
+        "left_out": {f"{each.suite} at seed {each.seed}": each.mutation.left_out for each in done},
+    }
+
+
+def sessions(done: Iterable[Done]) -> str:
+    """A row for each session."""
+    rows = []
+    for each in done:
+        score, runs = each.mutation.total, sum(len(mutant.runs) for mutant in each.mutation.mutants)
+        killed = f"{page.percent(score.percent)} ({score.killed})"
+        cost = (page.thousands(runs), page.duration(each.mutation.wall_s))
+        others = (score.survived, score.unchanged, score.not_executed)
+        rows.append([each.suite, each.seed, each.report.reported, killed, *others, *cost])
+    head = ["suite", "seed", "tests", "killed", "survived", "unchanged", "not executed", "runs", "time"]
+    return page.table(head, rows)
+
+
+def scores(by_suite: Mapping[str, Sequence[Done]]) -> str:
+    """A row for each suite: the mean over its seeds, with the least and the greatest, and of those that show at all."""
+    rows = []
+    for name, done in by_suite.items():
+        percents = [each.mutation.total.percent or 0.0 for each in done]
+        noticed = [_of_changed(each.mutation) for each in done]
+        rows.append([name, len(done), _spread(percents), _spread(noticed)])
+    return page.table(["suite", "seeds", "killed", "killed, of those that changed a record"], rows)
+
+
+def together(done: Iterable[Done]) -> str:
+    """A row for each seed: what its suites kill together, and what only one of them kills."""
+    by_seed: dict[int, list[Done]] = {}
+    for each in done:
+        by_seed.setdefault(each.seed, []).append(each)
+    rows = []
+    for seed, sessions_of_seed in by_seed.items():
+        killed = {each.suite: _killed(each.mutation) for each in sessions_of_seed}
+        union = set().union(*killed.values())
+        total = len(sessions_of_seed[0].mutation.mutants)
+        alone = {
+            name: len(mine - set().union(*(other for key, other in killed.items() if key != name)))
+            for name, mine in killed.items()
+        }
+        only = ", ".join(f"{name} {count}" for name, count in alone.items())
+        rows.append([seed, page.percent(100.0 * len(union) / total), len(union), only])
+    return page.table(["seed", "killed by any of its suites", "mutants", "killed by one suite only"], rows)
+
+
+def oracles(by_suite: Mapping[str, Sequence[Done]]) -> str:
+    """A row for each oracle: mutants killed by it and only by it, per suite, means over seeds."""
+    names = dict.fromkeys(name for done in by_suite.values() for each in done for name in each.mutation.oracles)
+    rows = []
+    for name in names:
+        cells = []
+        for done in by_suite.values():
+            found = [each.mutation.oracles[name] for each in done if name in each.mutation.oracles]
+            cells.append(f"{_mean(f.killed for f in found)} ({_mean(f.only for f in found)})" if found else "0 (0)")
+        rows.append([name, *cells])
+    return page.table(["oracle", *by_suite], rows)
+
+
+def operators(by_suite: Mapping[str, Sequence[Done]]) -> str:
+    """A row for each kind of fault: how many mutants, and the share killed, per suite, means over seeds."""
+    found: dict[str, dict[str, list[MutationScore]]] = {}
+    for suite, done in by_suite.items():
+        for each in done:
+            for name, score in each.mutation.operators.items():
+                found.setdefault(name, {}).setdefault(suite, []).append(score)
+    rows = []
+    for name in sorted(found):
+        most = max(score.mutants for each in found[name].values() for score in each)
+        shares = ([score.percent or 0.0 for score in found[name].get(suite, ())] for suite in by_suite)
+        rows.append([name, most, *(page.percent(fmean(each)) if each else "-" for each in shares)])
+    return page.table(["fault", "mutants", *by_suite], rows)
+
+
+def never_killed(results: Sequence[MutationResult]) -> list[MutantResult]:
+    """The mutants that no session killed, each once: as of a session in which it changed a record, if there is one."""
+    killed = set().union(*map(_killed, results))
+    found: dict[str, MutantResult] = {}
+    for mutant in (mutant for result in results for mutant in result.mutants if mutant.id not in killed):
+        if mutant.id not in found or (mutant.status == "survived" != found[mutant.id].status):
+            found[mutant.id] = mutant
+    return sorted(found.values(), key=lambda mutant: (mutant.file, mutant.line, mutant.operator, mutant.id))
+
+
+def _killed(result: MutationResult) -> set[str]:
+    return {mutant.id for mutant in result.mutants if mutant.status == "killed"}
+
+
+def _of_changed(result: MutationResult) -> float:
+    changed = result.total.killed + result.total.survived
+    return 100.0 * result.total.killed / changed if changed else 0.0
+
+
+def _spread(values: Sequence[float]) -> str:
+    low, high = min(values), max(values)
+    return page.percent(fmean(values)) + (f" ({low:.1f} to {high:.1f})" if high > low else "")
+
+
+def _mean(values: Iterable[int]) -> str:
+    return f"{fmean(values):.4g}"
+
+
+def _mutants(mutants: Iterable[MutantResult]) -> str:
+    rows = [
+        [
+            f"{each.file}:{each.line}",
+            each.operator,
+            _code(each.before),
+            _code(each.after),
+            each.difference or each.status,
+        ]
+        for each in mutants
+    ]
+    return page.table(["where", "fault", "before", "after", "what changed"], rows)
+
+
+def _code(text: str, most: int = 3) -> str:
+    """Lines as code in a cell; a bar would end it."""
+    lines = [f"`{line}`".replace("|", "\\|") for line in text.splitlines() if line]
+    return "<br>".join(lines[:most] + (["..."] if len(lines) > most else []))
