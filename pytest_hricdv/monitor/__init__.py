@@ -40,8 +40,8 @@ Modules, each built on the ones before it:
 - `node`, `past_formula`, `formula` (formulas as data, and their text); `vocabulary` (signals, messages, types),
   `requirement` (requirement, errors in a text)
 - `analysis` (what a formula reads, and when its value can change)
-- `syntax_tree`, `term_parser`, `parser` (text to formula), `loading` (TOML files); `dsl` and `build` (formulas written
-  in Python), `patterns` (formulas by name)
+- `syntax_tree`, `term_parser`, `parser` (text to formula); `dsl` and `build` (formulas written in Python); `patterns`
+  (formulas by name), `pattern_parser` (their text); `loading` (TOML files)
 - `evaluation_state` (what compiled formulas read), `verdict` (the result as data)
 - `operators` (operators with memory), `compiler` (formula to Python functions and operators), `program` (what monitors
   execute)

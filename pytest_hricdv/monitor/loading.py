@@ -13,7 +13,7 @@ from pytest_hricdv.monitor.requirement import FormulaSource, Requirement, Requir
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 from pytest_hricdv.suggestion import nearest
 
-_KEYS = ("title", "source", "formula", "shows", "group")
+_KEYS = ("title", "source", "formula", "pattern", "shows", "group")
 _DEFINITIONS = "definitions"
 
 
@@ -166,23 +166,39 @@ def _requirement(path: str, document: str, name: str, table: object, vocabulary:
         raise RequirementError(f"{path}: {name!r} is outside of a requirement; expected a table each, such as [R1]")
     for key, value in table.items():
         _check_key(where, key, value, vocabulary)
-    for key in ("title", "formula"):
+    kind = "pattern" if "pattern" in table and "formula" not in table else "formula"
+    for key in ("title", kind):
         if key not in table:
             raise RequirementError(
-                f"{where}: no {key!r}\nexpected the keys title and formula, and source and group if there are such"
+                f"{where}: no {key!r}\nexpected the keys title and formula, or title and pattern; "
+                "and source and group if there are such"
             )
-    from pytest_hricdv.monitor.parser import parse
-
-    formula, used = parse(FormulaSource(table["formula"], name, path, document), vocabulary)
+    if kind == "formula" and "pattern" in table:
+        raise RequirementError(f"{where}: both 'formula' and 'pattern'\nexpected one of them: a pattern is a formula")
+    text, formula = _formula(FormulaSource(table[kind], name, path, document, key=kind), vocabulary, "source" in table)
     return Requirement(
         id=name,
         title=table["title"],
         source=table.get("source", ""),
-        text=_explained(table["formula"].strip(), used, vocabulary),
+        text=text,
         formula=formula,
         shows=tuple(table.get("shows", ())),
         group=table.get("group", ""),
     )
+
+
+def _formula(source: FormulaSource, vocabulary: Vocabulary, has_source: bool) -> tuple[str, Formula]:
+    """A formula or pattern for reports, with what its definitions or the pattern mean; and as data."""
+    text = source.formula.strip()
+    if source.key == "pattern":
+        from pytest_hricdv.monitor.pattern_parser import parse_pattern
+
+        formula = parse_pattern(source, vocabulary, has_source=has_source)
+        return f"{text}\nmeans {formula}", formula
+    from pytest_hricdv.monitor.parser import parse
+
+    formula, used = parse(source, vocabulary)
+    return _explained(text, used, vocabulary), formula
 
 
 def _explained(text: str, used: Iterable[str], vocabulary: Vocabulary) -> str:
@@ -201,7 +217,7 @@ def _check_key(where: str, key: str, value: object, vocabulary: Vocabulary) -> N
         raise RequirementError(f"{where}: unknown key {key!r}{nearest(key, _KEYS)}")
     if key == "shows":
         _check_shows(where, value, vocabulary)
-    elif not isinstance(value, str) or (not value.strip() and key != "formula"):
+    elif not isinstance(value, str) or (not value.strip() and key not in ("formula", "pattern")):
         raise RequirementError(f"{where}: {key!r} has to be a text, got {value!r}")
 
 

@@ -29,7 +29,7 @@ def parse(source: FormulaSource, vocabulary: Vocabulary) -> tuple[ast.Formula, t
         RequirementError: the text is not a formula (the caret marks the first unexpected token); an unknown name, a
             type error, a window that ends before it starts, or a condition that can never hold where it stands.
     """
-    parser = _FormulaParser(source, vocabulary)
+    parser = FormulaParser(source, vocabulary)
     return parser.formula(syntax_tree(source, "formula")), tuple(parser.used)
 
 
@@ -39,7 +39,7 @@ def parse_past(source: FormulaSource, vocabulary: Vocabulary) -> ast.PastFormula
     Raises:
         RequirementError: as from `parse`.
     """
-    return _FormulaParser(source, vocabulary).condition(syntax_tree(source, "condition"))
+    return FormulaParser(source, vocabulary).condition(syntax_tree(source, "condition"))
 
 
 def parse_definitions(sources: Mapping[str, FormulaSource], vocabulary: Vocabulary) -> Vocabulary:
@@ -65,7 +65,7 @@ def parse_definitions(sources: Mapping[str, FormulaSource], vocabulary: Vocabula
             if token in trees and token not in vocabulary.definitions:
                 add(str(token), token)
         pending.pop()
-        vocabulary = vocabulary.define(name, _FormulaParser(sources[name], vocabulary).definition(trees[name]))
+        vocabulary = vocabulary.define(name, FormulaParser(sources[name], vocabulary).definition(trees[name]))
 
     for name in trees:
         if name not in vocabulary.definitions:
@@ -73,7 +73,7 @@ def parse_definitions(sources: Mapping[str, FormulaSource], vocabulary: Vocabula
     return vocabulary
 
 
-class _FormulaParser(TermParser):
+class FormulaParser(TermParser):
     """Makes the formula from the syntax tree, with the rule of the same name for each node."""
 
     def __init__(self, source: FormulaSource, vocabulary: Vocabulary) -> None:

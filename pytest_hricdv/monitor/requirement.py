@@ -16,7 +16,8 @@ class Requirement:
         id: the name of its table in the file, such as `R1`.
         title: the requirement in one sentence.
         source: where it comes from (a clause of a standard, a paper); may be empty.
-        text: the formula as written, for reports; below it, the definitions that it uses.
+        text: the formula as written, for reports; below it, the definitions that it uses. Or a pattern as written, and
+            below it its formula.
         formula: the formula as data.
         group: what it belongs to, such as "safety"; reports list the requirements of a group together. May be empty.
         shows: numeric signals that a violation reports in addition to those that the formula reads: while a violation
@@ -56,6 +57,7 @@ class FormulaSource:
         document: the whole text of that file.
         definition: the name of the definition that it is the formula of; empty for another formula.
         owner: what the formula belongs to if it is no requirement's and no definition's; named in errors.
+        key: the key of the requirement that has the text in the file.
     """
 
     formula: str
@@ -64,6 +66,7 @@ class FormulaSource:
     document: str = ""
     definition: str = ""
     owner: str = "formula"
+    key: str = "formula"
 
     def error(self, start: int, end: int, problem: str, advice: str = "") -> RequirementError:
         """The error whose caret line marks `formula[start:end]`."""
@@ -85,13 +88,13 @@ class FormulaSource:
         offset = self._offset_in_document()
         if offset is not None:
             file_line, file_column = _line_and_column(self.document, offset + start)
-            return f"{self.path}:{file_line}:{file_column}: {owner}, {within} of the formula"
+            return f"{self.path}:{file_line}:{file_column}: {owner}, {within} of the {self.key}"
         return f"{self.path}: {owner}, {within}" if self.path else f"{owner}, {within}"
 
     def _offset_in_document(self) -> int | None:
         """Where the formula starts in the file; None if it is written with escapes and cannot be found."""
         name = re.escape("definitions" if self.definition else self.requirement)
-        key = re.escape(self.definition or "formula")
+        key = re.escape(self.definition or self.key)
         header = re.search(rf"^[ \t]*\[[ \t]*[\"']?{name}[\"']?[ \t]*\]", self.document, re.MULTILINE)
         if not self.document or header is None:
             return None

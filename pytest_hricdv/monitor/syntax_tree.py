@@ -15,7 +15,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 from pytest_hricdv.grammar import lark_parser
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 
-Start = Literal["formula", "condition", "definition"]
+Start = Literal["formula", "condition", "definition", "pattern"]
 
 # Unexpected token -> advice: how other languages write it, or where it is allowed here.
 _COMMON_MISTAKES = {
@@ -50,6 +50,7 @@ _TERMINAL_NAMES = {
 }
 _WHAT_IS_EXPECTED: dict[Start, str] = {
     "formula": "always(antecedent -> response)",
+    "pattern": "the name of a pattern with its arguments, for instance response(on(topic), signal < 0.25, within_s=3)",
     "definition": "a condition, a number or a text, for instance arm_speed > 0.001",
     "condition": "a condition about the present and the past, for instance once[0:2](on(topic)) & signal < 0.25",
 }
@@ -95,7 +96,10 @@ def _unexpected_token(source: FormulaSource, rule: Start, unexpected: Unexpected
     start = token.start_pos or 0
     advice = _COMMON_MISTAKES.get(str(token), "")
     if rule != "formula" and str(token) in ("always", "eventually", "until"):
-        advice = f"a {rule} is about the present and the past: write once, historically or since"
+        what = "an argument of a pattern" if rule == "pattern" else f"a {rule}"
+        advice = f"{what} is about the present and the past: write once, historically or since"
+    if rule == "pattern" and unexpected.expected == {"NAME"}:
+        advice = "this is the name of a pattern with its arguments; for a formula, write the key formula"
     if unexpected.expected == {"ALWAYS"} or (str(token) == ")" and "->" in expected):
         advice = "a requirement says when it applies: always(antecedent -> response)"
     lines = f"expected {expected}" + (f"\n{advice}" if advice else "")

@@ -68,7 +68,7 @@ def _check(name: str, value: object, types: tuple[type, ...]) -> None:
         try:
             as_number(value, name)
         except ValueError:
-            raise PatternError(name, f"expected a finite number of at least 0, got {value}") from None
+            raise PatternError(name, f"expected a finite number of at least 0, got {value:g}") from None
     elif not isinstance(value, types) or isinstance(value, bool):
         expected = " or ".join(_EXPECTED[each] for each in types if each is not NoneType)
         raise PatternError(name, f"expected {expected}, got {value!r}")

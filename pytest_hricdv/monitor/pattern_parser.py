@@ -1,0 +1,124 @@
+"""Text of a pattern, `response(on(request), on(leg_ready), within_s=30)`, to its formula; errors in the user's terms.
+
+The arguments are conditions and numbers of the requirement language. Imports lark, as `parser` does.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator, Mapping
+from typing import cast
+
+from lark import Token, Tree
+
+from pytest_hricdv.monitor import formula as ast
+from pytest_hricdv.monitor.dsl import Condition, Quantity
+from pytest_hricdv.monitor.parser import FormulaParser
+from pytest_hricdv.monitor.patterns import PATTERNS, SOURCE_NEEDED, PatternError, argument_types
+from pytest_hricdv.monitor.requirement import FormulaSource
+from pytest_hricdv.monitor.syntax_tree import syntax_tree
+from pytest_hricdv.monitor.term_parser import Node
+from pytest_hricdv.monitor.vocabulary import Vocabulary
+from pytest_hricdv.suggestion import nearest
+
+Parameters = Mapping[str, inspect.Parameter]
+
+
+def parse_pattern(source: FormulaSource, vocabulary: Vocabulary, *, has_source: bool = True) -> ast.Formula:
+    """The formula of a pattern.
+
+    Args:
+        source: of the text.
+        vocabulary: the names that it may use.
+        has_source: whether the requirement says where its limits come from.
+
+    Raises:
+        RequirementError: the text is no pattern, an argument is unknown, missing or wrong, or a limit has no source;
+            the caret marks the place.
+    """
+    return _PatternParser(source, vocabulary).formula_of(syntax_tree(source, "pattern"), has_source=has_source)
+
+
+class _PatternParser(FormulaParser):
+    """Makes the arguments from the syntax tree, each as its parameter's type wants it."""
+
+    def formula_of(self, tree: Tree[Token], *, has_source: bool) -> ast.Formula:
+        name = cast("Token", tree.children[0])
+        if name not in PATTERNS:
+            raise self._error(name, f"unknown pattern {str(name)!r}{nearest(name, PATTERNS)}")
+        if name in SOURCE_NEEDED and not has_source:
+            advice = 'expected the key source, which says where the limit comes from: source = "..."'
+            raise self._error(name, f"{name} has a limit, and the requirement no source", advice)
+        parameters = inspect.signature(PATTERNS[name], eval_str=True).parameters
+        nodes = dict(self._nodes(name, parameters, [each for each in tree.children[1:] if each is not None]))
+        for parameter in parameters.values():
+            if parameter.default is inspect.Parameter.empty and parameter.name not in nodes:
+                raise self._error(name, f"{name} needs {parameter.name}", _usage(name, parameters))
+        arguments = {argument: self._argument(parameters[argument], node) for argument, node in nodes.items()}
+        try:
+            return PATTERNS[name](**arguments)
+        except PatternError as error:
+            raise self._error(nodes.get(error.argument, name), str(error)) from None
+
+    def _nodes(self, name: Token, parameters: Parameters, arguments: list[Node]) -> Iterator[tuple[str, Node]]:
+        """Name and syntax tree of each argument."""
+        positional = [each.name for each in parameters.values() if each.kind is not inspect.Parameter.KEYWORD_ONLY]
+        given: set[str] = set()
+        for index, argument in enumerate(cast("list[Tree[Token]]", arguments)):
+            keyword, node = argument.children  # the keyword is None if there is none
+            if keyword is None and index >= len(positional):
+                raise self._error(
+                    node, f"{name} takes {len(positional)} arguments by position", _usage(name, parameters)
+                )
+            parameter = positional[index] if keyword is None else str(keyword)
+            if parameter not in parameters:
+                problem = f"{name} has no argument {parameter!r}{nearest(parameter, parameters)}"
+                raise self._error(keyword, problem, _usage(name, parameters))
+            if parameter in given:
+                raise self._error(keyword or node, f"{parameter} is given twice")
+            given.add(parameter)
+            yield parameter, node
+
+    def _argument(self, parameter: inspect.Parameter, node: Node) -> Condition | Quantity | float:
+        types = argument_types(parameter)
+        if Condition in types:
+            return Condition(self._topic(node) or self._past(node))
+        term = self._operand(node)
+        value = _number(term)
+        if value is None and Quantity in types:
+            return Quantity(term)
+        if value is None or (Quantity in types and float not in types):
+            expected = "a signal or a field" if value is not None else "a number, without signals and fields"
+            raise self._error(node, f"{parameter.name}: expected {expected}")
+        return int(value) if int in types and value.is_integer() else value
+
+    def _topic(self, node: Node) -> ast.On | None:
+        """The arrival of a message, for a topic alone: as an argument it cannot mean anything else."""
+        tree = cast("Tree[Token]", node)
+        name = str(tree.children[0])
+        if tree.data != "name" or self._vocabulary.kind(name) is not None:
+            return None
+        if name not in self._vocabulary.messages:
+            known = [*self._vocabulary.names(), *self._vocabulary.messages]
+            raise self._error(tree, f"unknown name {name!r}{nearest(name, known)}")
+        return ast.On(name)
+
+
+def _number(term: ast.Term) -> float | None:
+    """The value of a number; None if signals or fields decide it."""
+    match term:
+        case ast.Number():
+            return term.value
+        case ast.Negative(operand=ast.Number(value=value)):
+            return -value
+        case _:
+            return None
+
+
+def _usage(name: str, parameters: Parameters) -> str:
+    """How a pattern is written: arguments by position, then by name, those that may be left out in brackets."""
+    texts = []
+    for each in parameters.values():
+        text = f"{each.name}=..." if each.kind is inspect.Parameter.KEYWORD_ONLY else each.name
+        texts.append(text if each.default is inspect.Parameter.empty else f"[{text}]")
+    return f"expected {name}({', '.join(texts)})"
