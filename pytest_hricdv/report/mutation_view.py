@@ -7,7 +7,6 @@ from pytest_hricdv.report.formatting import (
     Line,
     Style,
     and_more,
-    natural,
     pad,
     percent,
     plural,
@@ -38,7 +37,8 @@ def lines(report: Report) -> Iterator[Line]:
     if len(result.suites) > 1:
         for name, score in result.suites.items():
             yield Line(visible(f"  suite {name}: {score_text(score)}"))
-    yield from _oracles(result.oracles)
+    groups = {f"group {name}": score for name, score in result.groups.items()}
+    yield from _oracles({**result.oracles, **groups})
     for status in WHY:
         yield from _examples([mutant for mutant in result.mutants if mutant.status == status], status)
     for text in notes(result):
@@ -91,11 +91,9 @@ def page(report: Report) -> dict[str, Any] | None:
 
 
 def _oracles(oracles: Mapping[str, OracleScore]) -> Iterator[Line]:
-    names = sorted(oracles, key=natural)
-    room = max([9, *(width(visible(name)) for name in names)])
+    room = max([9, *(width(visible(name)) for name in oracles)])
     yield Line(f"  {pad('killed by', room)}{'mutants':>9}{'only by it':>12}", "dim")
-    for name in names:
-        score = oracles[name]
+    for name, score in oracles.items():
         style: Style = "plain" if score.killed else "dim"
         yield Line(f"  {pad(visible(name), room)}{score.killed:>9}{score.only:>12}", style)
 

@@ -159,11 +159,15 @@ def scored(
     processes: int,
     wall_s: float,
     ended: MutationEnd,
-    requirements: Sequence[str],
+    requirements: Mapping[str, str],
 ) -> MutationResult:
-    """The result with its scores; the arguments are its fields, and the ids of all requirements."""
+    """The result with its scores; the arguments are its fields, and the group of each requirement, which may be ""."""
     suites = sorted({suite for mutant in mutants for suite in mutant.executing})
     operators = sorted({mutant.operator for mutant in mutants})
+
+    def members(group: str) -> list[str]:
+        return [name for name, other in requirements.items() if other == group]
+
     others = sorted({oracle for mutant in mutants for oracle in mutant.oracles} - {*requirements})
     return MutationResult(
         mutants=mutants,
@@ -179,7 +183,7 @@ def scored(
         suites={name: _score([mutant.status_in(name) for mutant in mutants]) for name in suites},
         operators={name: _score([each.status for each in mutants if each.operator == name]) for name in operators},
         oracles=_oracles(mutants, {name: [name] for name in (*requirements, *others)}),
-        groups={},
+        groups=_oracles(mutants, {group: members(group) for group in dict.fromkeys(requirements.values()) if group}),
     )
 
 

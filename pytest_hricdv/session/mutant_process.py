@@ -24,7 +24,7 @@ from typing import NoReturn
 import msgspec
 import pytest
 
-from pytest_hricdv.case import CaseResult, HriCase, execute
+from pytest_hricdv.case import CaseResult, HriCase
 from pytest_hricdv.coverage.measurement import NoMeasurement
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest
@@ -200,7 +200,7 @@ class _Trying:
         config._do_configure()  # as pytest's own --help does: the testbench may need what conftest files set up
         running = config.pluginmanager.get_plugin("hricdv-running")
         assert isinstance(running, Running), "the session has a suite"
-        _ = running.collection.testbench, running.requirements, running.known_while
+        _ = running.collection.testbench, running.requirements, running.known_while, running.known_while
         while left := self._job.left(self._trial, self._runs):
             self._limit_time()
             self._run(left[0], running)
@@ -209,12 +209,7 @@ class _Trying:
     def _run(self, name: str, running: Running) -> None:
         test = self._job.tests[name]
         try:
-            testbench, requirements, known_while = (
-                running.collection.testbench,
-                running.requirements,
-                running.known_while,
-            )
-            result = execute(testbench, requirements, test.concrete, UNMEASURED, "mutant", known_while=known_while)
+            result = running.execute(test.concrete, UNMEASURED, "mutant")
         except Exception as error:
             self._tell(name, (EXCEPTION,), f"{type(error).__name__}: {error}")
             return

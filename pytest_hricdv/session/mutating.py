@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 
 import msgspec
 import pytest
@@ -76,7 +77,8 @@ class Mutating:
         order = TrialOrder(self._candidates([*tests.values()]), options.tests)
         trials = _Trials(drawn, order, tests, self.say)
         self.say(f"hricdv: trying {len(drawn)} mutants on {len(tests)} tests, {self.processes} at a time ...")
-        ended = trials.follow(self._job(trials.planned(self.running), tests))
+        directory = self.running.collection.config.invocation_params.dir
+        ended = trials.follow(self._job(trials.planned(self.running), tests), directory)
         return scored(
             mutants=tuple(trials.result(mutant) for mutant in every if mutant.id in trials.runs),
             made=len(every),
@@ -87,7 +89,7 @@ class Mutating:
             processes=self.processes,
             wall_s=round(time.perf_counter() - began_s, 3),
             ended=ended,
-            requirements=[requirement.id for requirement in self.running.requirements],
+            requirements={name: text.group for name, text in self.running.texts.items()},
         )
 
     def _candidates(self, results: Sequence[TestResult]) -> list[Candidate]:
@@ -146,14 +148,14 @@ class _Trials:
         plans = [(mutant, self._order.tests(mutant.statement)) for mutant in self._mutants]
         return [Trial(mutant.id, tests, paths[mutant.file], mutant.text) for mutant, tests in plans if tests]
 
-    def follow(self, job: Job) -> MutationEnd:
-        """Have a job done.
+    def follow(self, job: Job, directory: Path) -> MutationEnd:
+        """Have a job done in a process that starts in this directory.
 
         Raises:
             MutationError: it was not: something is wrong with it.
         """
         try:
-            with _process(job) as lines:
+            with _process(job, directory) as lines:
                 for line in lines:
                     self._note(msgspec.json.decode(line, type=Told), len(job.trials))
         except KeyboardInterrupt:
@@ -219,7 +221,7 @@ def _pytest_arguments(config: pytest.Config) -> tuple[str, ...]:
 
 
 @contextmanager
-def _process(job: Job) -> Iterator[Iterator[str]]:
+def _process(job: Job, directory: Path) -> Iterator[Iterator[str]]:
     """The lines that the process of a job writes. In the end, it and what it started are ended.
 
     Raises:
@@ -234,6 +236,7 @@ def _process(job: Job) -> Iterator[Iterator[str]]:
             stdout=subprocess.PIPE,
             stderr=errors,
             env=environment,
+            cwd=directory,
             start_new_session=True,  # Ctrl-C is for the session, which then ends all of these processes
         )
         assert process.stdin is not None, "it is a pipe"

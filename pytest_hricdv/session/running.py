@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from pytest_hricdv.case import CaseResult, HriCase, execute
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
+from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import (
     FormulaSource,
     PastFormula,
@@ -188,13 +189,15 @@ class Running:
         report.sections.append(("film", film_text(film, Path(folder))))
         return replace(result, film=film)
 
+    def execute(self, test: ConcreteTest, measurement: Measurement, context: str) -> CaseResult:
+        """Run a test as the session judges it. Raises what `pytest_hricdv.case.execute` does."""
+        testbench = self.collection.testbench
+        return execute(testbench, self.requirements, test, measurement, context, known_while=self.known_while)
+
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
-        testbench, self._used = self.collection.testbench, self.measurement
+        self._used = self.measurement
         try:
-            context = f"hricdv|{nodeid}"
-            return execute(
-                testbench, self.requirements, case.concrete, self._used, context, known_while=self.known_while
-            )
+            return self.execute(case.concrete, self._used, f"hricdv|{nodeid}")
         except Exception as error:
             # The exception of the author's code, with its line, says more than that a node failed.
             failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error

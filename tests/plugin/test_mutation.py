@@ -62,6 +62,7 @@ def fates(found: dict[str, Any]) -> dict[str, tuple[str, set[str]]]:
 
 @plain_and_slowly_in_other_modes
 def test_each_fault_is_noticed_or_not_and_the_report_says_why(guide: pytest.Pytester, options: tuple[str, ...]) -> None:
+    change(guide.path, "requirements.toml", "[R1]\n", '[R1]\ngroup = "light"\n')
     result = guide.runpytest_inprocess(*ASKED, *options)
     assert result.ret == 0
     found, loop = mutation(guide), "while (wish := wishes.wait(patience_s"
@@ -77,12 +78,14 @@ def test_each_fault_is_noticed_or_not_and_the_report_says_why(guide: pytest.Pyte
     }
     score = {"mutants": 8, "killed": 3, "survived": 3, "unchanged": 1, "not_executed": 1, "not_tried": 0}
     assert found["total"] == found["suites"]["by-hand"] == score | {"percent": 37.5}
-    assert found["oracles"]["R1"] == {"killed": 2, "only": 2}
+    assert found["oracles"]["R1"] == found["groups"]["light"] == {"killed": 2, "only": 2}
     result.stdout.fnmatch_lines(
         [
             "hricdv: trying 8 mutants on 4 tests, *",
             "mutants: 37.5 % killed (3 of 8), 20 runs in *",
             "  R1 *2 *2",
+            "  ending *1 *1",
+            "  group light *2 *2",
             "  3 survived: a record changed, and nothing failed: an oracle is missing",
             "    lamps/guide.py:11  call repeated: bus.publish(Switched(wish.level)) -> *",
             "      by-hand-cellar-polite-*: at * `switched(level=100)` is extra",
