@@ -1,23 +1,28 @@
-"""The examples of docs/requirements.md do what the page says."""
+"""The examples of docs/requirements.md and docs/patterns.md do what the pages say."""
 
 from __future__ import annotations
 
 import doctest
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from pytest_hricdv.monitor import load_requirements
+from pytest_hricdv.monitor.patterns import PATTERNS
 from tests.monitor.vocabulary import R1, R3, TABLE
 
-PAGE = (Path(__file__).parents[2] / "docs" / "requirements.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
 
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+def blocks(page: str, language: str) -> list[str]:
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
 
 
 def test_the_definitions_of_the_example_explain_their_requirement(tmp_path: Path) -> None:
-    [document] = blocks("toml definitions")
+    [document] = blocks("requirements.md", "toml definitions")
     file = tmp_path / "requirements.toml"
     file.write_text(document, encoding="utf-8")
     [requirement] = load_requirements(file, TABLE)
@@ -28,21 +33,34 @@ def test_the_definitions_of_the_example_explain_their_requirement(tmp_path: Path
     assert requirement.group == "safety"
 
 
-def test_the_python_examples_give_what_they_show() -> None:
+@pytest.mark.parametrize(("page", "least"), [("requirements.md", 20), ("patterns.md", 15)])
+def test_the_python_examples_give_what_they_show(page: str, least: int) -> None:
     # One after the other, as they are read. The blank line ends what the last line of a block is expected to print.
-    session = "\n\n".join(blocks("pycon"))
-    example = doctest.DocTestParser().get_doctest(session, {"__name__": __name__}, "requirements.md", None, None)
+    session = "\n\n".join(blocks(page, "pycon"))
+    example = doctest.DocTestParser().get_doctest(session, {"__name__": __name__}, page, None, None)
     output: list[str] = []
     failed, attempted = doctest.DocTestRunner().run(example, out=output.append)
     assert not failed, "".join(output)
-    assert attempted > 20
+    assert attempted > least
 
 
 def test_the_requirements_of_the_example_are_those_of_the_table_assembly(tmp_path: Path) -> None:
-    [document] = blocks("toml")
+    [document] = blocks("requirements.md", "toml")
     file = tmp_path / "requirements.toml"
     file.write_text(document, encoding="utf-8")
     shown = load_requirements(file, TABLE)
     assert [(each.id, each.title, each.formula) for each in shown] == [
         (each.id, each.title, each.formula) for each in (R1, R3)
     ]
+
+
+def test_the_patterns_of_the_examples_are_read_from_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "requirements.toml"
+    file.write_text("\n".join(blocks("patterns.md", "toml")), encoding="utf-8")
+    table = replace(TABLE, messages={**TABLE.messages, "leg_ready": {}})
+    assert [each.id for each in load_requirements(file, table)] == ["P1", "P2", "P3", "P5"]
+
+
+def test_the_page_of_patterns_has_them_all() -> None:
+    text = (DOCS / "patterns.md").read_text(encoding="utf-8")
+    assert [name for name in PATTERNS if f"| `{name}(" not in text] == []
