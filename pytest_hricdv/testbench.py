@@ -116,7 +116,8 @@ class Testbench:
         signals: physical signals that the world records, name -> bool, float or str.
         values: the values that a text signal, or a text field named `topic.field`, can have: a requirement that
             compares it with another text is refused. Those of Literal and Enum fields are known without this.
-        units: the units of float signals, name -> for instance "m/s"; reports write them at axes and margins.
+        units: the units of numeric signals, and of numeric fields named `topic.field`, for instance "m/s": reports
+            write them at axes and margins, and numbers in requirements may have one (`hand_distance < 50 mm`).
         code: importable names of the packages under test.
         run: builds world, human, sensors and controller around the given `Run`, runs it, and says how it went.
         by_hand: TOML file of belief subsets for the suite `by-hand`; None where there is none.
@@ -168,7 +169,7 @@ class Testbench:
         """The names that requirements may use: signals, topics, and those fields of messages that can be compared.
 
         Raises:
-            ValueError: a name that no requirement can contain, or values of what is no text.
+            ValueError: a name that no requirement can contain, values of what is no text, or a unit of an unknown name.
         """
         topics: dict[str, dict[str, Kind]] = {}
         values: dict[str, tuple[str, ...]] = {}
@@ -181,7 +182,7 @@ class Testbench:
                     topics[topic][name] = kind
                 if texts:
                     values[f"{topic}.{name}"] = texts
-        return Vocabulary(signals=dict(self.signals), messages=topics, values={**values, **self.values})
+        return Vocabulary(dict(self.signals), topics, {**values, **self.values}, dict(self.units))
 
 
 def _film_faults(testbench: Testbench) -> list[str]:
@@ -245,8 +246,6 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, product in testbench.cross.items():
         if not isinstance(product, CrossProduct):
             raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
-    if unknown := sorted(set(testbench.units) - set(testbench.signals)):
-        raise TestbenchError(f"{where}: units has {unknown[0]!r}, which is no signal; there are {[*testbench.signals]}")
     if not callable(testbench.run):
         raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
     for end in testbench.may_end:

@@ -24,6 +24,8 @@ A requirement is `always(antecedent -> response)`. The antecedent says when the 
 Responses: `f` (while the antecedent is true), `eventually[a:b](f)`, `always[a:b](f)`, and `always(f) until g` (until g
 or the end of the run).
 
+A number may have a unit, `0.25 rad/s`: it is converted to the declared unit of what it is compared with.
+
 A file of requirements may define names for conditions, numbers and texts that its formulas share.
 
 Outside of requirements, a formula about the present and the past is a condition: `parse_condition` reads it,
@@ -37,11 +39,11 @@ read.
 
 Modules, each built on the ones before it:
 
-- `node`, `past_formula`, `formula` (formulas as data, and their text); `vocabulary` (signals, messages, types),
-  `requirement` (requirement, errors in a text)
+- `node`, `past_formula`, `formula` (formulas as data, and their text), `units` (units of measurement)
+- `vocabulary` (signals, messages, types), `requirement` (requirement, errors in a text)
 - `analysis` (what a formula reads, and when its value can change)
-- `syntax_tree`, `term_parser`, `parser` (text to formula); `dsl` and `build` (formulas written in Python); `patterns`
-  (formulas by name), `pattern_parser` (their text); `loading` (TOML files)
+- `syntax_tree`, `term_parser`, `number_parser`, `parser` (text to formula); `dsl` and `build` (formulas written in
+  Python); `patterns` (formulas by name), `pattern_parser` (their text); `loading` (TOML files)
 - `evaluation_state` (what compiled formulas read), `verdict` (the result as data)
 - `operators` (operators with memory), `compiler` (formula to Python functions and operators), `program` (what monitors
   execute)
@@ -55,8 +57,9 @@ A new operator is added in this order; where a `match` has to be complete, mypy 
    `TextTerm` or `PastFormula`; a response in `formula`.
 2. `requirement.lark`: the rule of the syntax; with a new word, `vocabulary.KEYWORDS`; with a new terminal,
    `syntax_tree._TERMINAL_NAMES`.
-3. `parser`, `term_parser`: the rule's entry in `_past_rules` or `_term_rules`, with the checks that a user needs.
-4. `analysis`: what it reads (`children`, `term_names`, `names_of`), whether it can be true only at isolated instants
+3. `parser`: the rule's entry in `_past_rules`, or `number_parser`: in `_number_rules` (and in
+   `term_parser._NUMERIC_RULES`), with the checks that a user needs.
+4. `analysis`: what it reads (`children`, `leaves`, `names_of`), whether it can be true only at isolated instants
    (`is_instantaneous`), and whether its value right after an instant can differ (`is_right_continuous`).
 5. `operators`: an `Operator`, if it has memory. `compiler`: its expression, or the operator's constructor. For a
    response: a monitor in `requirement_monitor`.

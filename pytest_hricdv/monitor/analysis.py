@@ -35,24 +35,9 @@ from pytest_hricdv.monitor.formula import (
     TextTerm,
     TimeSince,
 )
-from pytest_hricdv.monitor.vocabulary import Kind
+from pytest_hricdv.monitor.vocabulary import Kind, field_of, last_of
 
 Leaf = Number | FloatName | Count | TimeSince | Text | TextName
-
-
-def last_of(field: str) -> str:
-    """The name of the value that a field, `topic.field`, had in the message before the present one."""
-    return f"last({field})"
-
-
-def field_of(name: str) -> str:
-    """`topic.field` of a field, or of its value in the message before; empty for a signal."""
-    return name.removeprefix("last(").removesuffix(")") if "." in name else ""
-
-
-def is_optional(name: str, kind: Kind) -> bool:
-    """Whether there may be no value without an error: of the text of a message, and of the message before."""
-    return "." in name and (kind is str or name != field_of(name))
 
 
 def source_of(name: str) -> str:

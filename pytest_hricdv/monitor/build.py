@@ -18,7 +18,6 @@ from collections.abc import Sequence
 from typing import overload
 
 from pytest_hricdv.monitor import formula as ast
-from pytest_hricdv.monitor.analysis import last_of
 from pytest_hricdv.monitor.dsl import (
     Comparison,
     Condition,
@@ -32,7 +31,7 @@ from pytest_hricdv.monitor.dsl import (
     as_text,
 )
 from pytest_hricdv.monitor.requirement import Requirement
-from pytest_hricdv.monitor.vocabulary import IDENTIFIER
+from pytest_hricdv.monitor.vocabulary import IDENTIFIER, last_of
 
 __all__ = [
     "always",

@@ -13,7 +13,7 @@ from enum import Enum, auto
 from functools import partial
 from typing import Any
 
-from pytest_hricdv.monitor.analysis import is_optional, names_compared, sources
+from pytest_hricdv.monitor.analysis import names_compared, sources
 from pytest_hricdv.monitor.evaluation_state import Condition, nanoseconds
 from pytest_hricdv.monitor.formula import (
     And,
@@ -52,6 +52,7 @@ from pytest_hricdv.monitor.operators import (
     SinceOperator,
     TimeSinceOperator,
 )
+from pytest_hricdv.monitor.vocabulary import is_optional
 
 _Stateful = Rise | Once | Previously | Since | Comparison | TextComparison | Count
 

@@ -15,15 +15,7 @@ from numbers import Real
 from operator import itemgetter
 from typing import Protocol, cast
 
-from pytest_hricdv.monitor.analysis import (
-    conjuncts,
-    fields_read,
-    last_of,
-    names_of,
-    names_read,
-    topics_of,
-    topics_read,
-)
+from pytest_hricdv.monitor.analysis import conjuncts, fields_read, names_of, names_read, topics_of, topics_read
 from pytest_hricdv.monitor.compiler import ExpressionCompiler, HysteresisScope, function_of
 from pytest_hricdv.monitor.evaluation_state import (
     NO_MESSAGE,
@@ -43,7 +35,7 @@ from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.verdict import NearestMiss, Verdict
-from pytest_hricdv.monitor.vocabulary import Kind
+from pytest_hricdv.monitor.vocabulary import Kind, last_of
 
 Series = tuple[Sequence[float], Sequence[float] | Sequence[str]]
 Update = tuple[str, "Value | Mapping[str, object]"]

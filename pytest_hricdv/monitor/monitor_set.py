@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 
-from pytest_hricdv.monitor.analysis import field_of, fields_read
+from pytest_hricdv.monitor.analysis import fields_read
 from pytest_hricdv.monitor.evaluation_state import (
     NS_PER_S,
     EvaluationState,
@@ -21,7 +21,7 @@ from pytest_hricdv.monitor.program import compile_condition
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.requirement_monitor import RequirementMonitor, monitor_of
 from pytest_hricdv.monitor.verdict import Outcome, Verdict
-from pytest_hricdv.monitor.vocabulary import Kind
+from pytest_hricdv.monitor.vocabulary import Kind, field_of
 
 
 class MonitorError(RuntimeError):

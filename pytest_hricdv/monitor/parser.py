@@ -6,16 +6,18 @@ Imports lark, so this module is imported only when a formula is parsed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import cast
 
 from lark import Token, Tree
 
 from pytest_hricdv.monitor import formula as ast
 from pytest_hricdv.monitor.analysis import is_instantaneous, leaves
+from pytest_hricdv.monitor.number_parser import NumberParser
 from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.syntax_tree import syntax_tree
-from pytest_hricdv.monitor.term_parser import Node, TermParser
+from pytest_hricdv.monitor.term_parser import Node
+from pytest_hricdv.monitor.units import Measured, constant
 from pytest_hricdv.monitor.vocabulary import Definition, Vocabulary
 from pytest_hricdv.suggestion import nearest
 
@@ -73,7 +75,7 @@ def parse_definitions(sources: Mapping[str, FormulaSource], vocabulary: Vocabula
     return vocabulary
 
 
-class FormulaParser(TermParser):
+class FormulaParser(NumberParser):
     """Makes the formula from the syntax tree, with the rule of the same name for each node."""
 
     def __init__(self, source: FormulaSource, vocabulary: Vocabulary) -> None:
@@ -97,7 +99,7 @@ class FormulaParser(TermParser):
     def definition(self, tree: Tree[Token]) -> Definition:
         node = tree.children[0]
         kind = self._kind(node)
-        meaning = self._past(node) if kind is bool else self._term(node) if kind is float else self._text(node)
+        meaning = self._past(node) if kind is bool else self._measured(node) if kind is float else self._text(node)
         return Definition(self._source.formula.strip(), kind, meaning, frozenset(self.used))
 
     def formula(self, tree: Tree[Token]) -> ast.Formula:
@@ -146,21 +148,32 @@ class FormulaParser(TermParser):
         return ast.On(str(topic))
 
     def _comparison(self, tree: Tree[Token]) -> ast.PastFormula:
-        left, relation, right, *qualifiers = tree.children
+        left, relation, right, *qualifier_nodes = tree.children
         of_texts = self._compares_texts(left, right)
         if of_texts and str(relation) not in ("==", "!="):
             raise self._error(relation, "texts are compared with == or !=")
-        hysteresis, for_s = self._qualifiers(qualifiers)
-        if hysteresis is not None and str(relation) in ("==", "!="):
+        qualifiers = self._qualifiers(qualifier_nodes)
+        for_s = self._seconds(qualifiers["for"]) if "for" in qualifiers else 0.0
+        if "hysteresis" in qualifiers and str(relation) in ("==", "!="):
             raise self._error(relation, "a hysteresis needs a bound with two sides: < <= > >=")
         if of_texts:
             return ast.TextComparison(cast("ast.Equality", str(relation)), *self._texts(left, right), for_s)
-        sides = self._term(left), self._term(right)
-        if any(isinstance(side, ast.TimeSince) for side in sides):
-            return self._elapsed(tree, *sides)
-        if hysteresis is not None and _counts(sides):
-            raise self._error(qualifiers[0], "a hysteresis is for measured numbers; a count has no noise")
-        return ast.Comparison(cast("ast.Relation", str(relation)), *sides, hysteresis or 0.0, for_s)
+        sides = self._in_one_unit(left, self._measured(left), right, self._measured(right))
+        terms = sides[0].term, sides[1].term
+        if any(isinstance(term, ast.TimeSince) for term in terms):
+            return self._elapsed(tree, *terms)
+        width = self._width(qualifiers["hysteresis"], (left, right), sides) if "hysteresis" in qualifiers else 0.0
+        return ast.Comparison(cast("ast.Relation", str(relation)), *terms, width, for_s)
+
+    def _width(self, node: Node, nodes: tuple[Node, Node], sides: tuple[Measured, Measured]) -> float:
+        """The width of a hysteresis, in the unit of the comparison."""
+        if any(isinstance(leaf, ast.Count) for side in sides for leaf in leaves(side.term)):
+            raise self._error(node, "a hysteresis is for measured numbers; a count has no noise")
+        width = self._constant(node)
+        if width.unit is not None:
+            side = max((0, 1), key=lambda n: (sides[n].unit is not None, sides[n].origin == "value"))
+            width = self._in_unit_of(nodes[side], sides[side], node, width)
+        return float(constant(width.term))
 
     def _elapsed(self, tree: Tree[Token], left: ast.Term, right: ast.Term) -> ast.PastFormula:
         """A comparison of `time_since`, which is written on the left."""
@@ -176,15 +189,15 @@ class FormulaParser(TermParser):
             raise self._error(node, "a time_since is compared with a number of seconds", advice)
         return ast.Comparison(cast("ast.Relation", relation), left, right)
 
-    def _qualifiers(self, qualifiers: Sequence[Node]) -> tuple[float | None, float]:
-        """The hysteresis of a comparison, None if there is none, and its minimum duration (s)."""
-        values: dict[str, float] = {}
-        for qualifier in qualifiers:
-            word, number = cast("Tree[Token]", qualifier).children
-            if str(word) in values:
-                raise self._error(qualifier, f"`{word!s}` is given twice")
-            values[str(word)] = self._number(number)
-        return values.get("hysteresis"), values.get("for", 0.0)
+    def _qualifiers(self, nodes: Sequence[Node]) -> dict[str, Node]:
+        """The qualifiers of a comparison: word -> its number."""
+        given: dict[str, Node] = {}
+        for node in nodes:
+            word, number = cast("Tree[Token]", node).children
+            if str(word) in given:
+                raise self._error(node, f"`{word!s}` is given twice")
+            given[str(word)] = number
+        return given
 
     def _unary_operator(self, tree: Tree[Token]) -> ast.PastFormula:
         word, operand_node = tree.children
@@ -217,7 +230,3 @@ class FormulaParser(TermParser):
 
 def _is_keyword(node: Node) -> bool:
     return isinstance(node, Token)
-
-
-def _counts(terms: Iterable[ast.Term]) -> bool:
-    return any(isinstance(leaf, ast.Count) for term in terms for leaf in leaves(term))

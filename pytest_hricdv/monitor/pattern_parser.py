@@ -18,8 +18,12 @@ from pytest_hricdv.monitor.patterns import PATTERNS, SOURCE_NEEDED, PatternError
 from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.syntax_tree import syntax_tree
 from pytest_hricdv.monitor.term_parser import Node
+from pytest_hricdv.monitor.units import Measured, unit_of
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 from pytest_hricdv.suggestion import nearest
+
+# What the end of a parameter's name says about its unit, the longest first.
+_UNITS = {"_n_cm2": "N/cm^2", "_n": "N", "_m": "m", "_s": "s"}
 
 Parameters = Mapping[str, inspect.Parameter]
 
@@ -83,7 +87,7 @@ class _PatternParser(FormulaParser):
         types = argument_types(parameter)
         if Condition in types:
             return Condition(self._topic(node) or self._past(node))
-        term = self._operand(node)
+        term = self._in_unit_of_parameter(parameter, node).term
         value = _number(term)
         if value is None and Quantity in types:
             return Quantity(term)
@@ -91,6 +95,16 @@ class _PatternParser(FormulaParser):
             expected = "a signal or a field" if value is not None else "a number, without signals and fields"
             raise self._error(node, f"{parameter.name}: expected {expected}")
         return int(value) if int in types and value.is_integer() else value
+
+    def _in_unit_of_parameter(self, parameter: inspect.Parameter, node: Node) -> Measured:
+        """A number of an argument; one with a unit in that which the end of the parameter's name says."""
+        number = self._operand(node)
+        if number.origin != "quantity":
+            return number
+        unit = next((unit for end, unit in _UNITS.items() if parameter.name.endswith(end)), None)
+        if unit is None:
+            raise self._error(node, f"{parameter.name}: expected a number without a unit, in that of its signal")
+        return self._converted(node, number, unit_of(unit))
 
     def _topic(self, node: Node) -> ast.On | None:
         """The arrival of a message, for a topic alone: as an argument it cannot mean anything else."""

@@ -36,6 +36,7 @@ _COMMON_MISTAKES = {
 _TERMINAL_NAMES = {
     "NAME": "a name",
     "NUMBER": "a number",
+    "QUANTITY": "a number",
     "RELATION": "a comparison",
     "SIGN": "+ or -",
     "FACTOR": "* or /",

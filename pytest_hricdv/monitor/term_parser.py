@@ -1,28 +1,27 @@
-"""Syntax tree of a term to the term: numbers, texts and names, with their types; errors in the user's terms."""
+"""Types of expressions, names and texts in a syntax tree; errors in the user's terms."""
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from typing import cast
 
 from lark import Token, Tree
 
 from pytest_hricdv.monitor import formula as ast
-from pytest_hricdv.monitor.analysis import field_of, last_of
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
-from pytest_hricdv.monitor.vocabulary import Kind, Vocabulary
+from pytest_hricdv.monitor.units import Measured
+from pytest_hricdv.monitor.vocabulary import Kind, Vocabulary, field_of, last_of
 from pytest_hricdv.suggestion import nearest
 
 Node = Tree[Token] | Token
 
 _NOUNS: dict[Kind, str] = {bool: "a condition", float: "a number", str: "a text"}
+_NUMERIC_RULES = ("number", "signed", "arithmetic", "count", "time_since")
 _EXAMPLES: dict[Kind, str] = {float: "`... < 0.25`", str: '`... == "..."`'}
 
 
 class TermParser(ABC):
-    """Makes terms from syntax trees, with the rule of the same name for each node.
+    """Resolves the names in a syntax tree, and makes its texts.
 
     Args:
         source: of the text.
@@ -33,15 +32,6 @@ class TermParser(ABC):
         self._source = source
         self._vocabulary = vocabulary
         self.used: dict[str, None] = {}  # the definitions in the text so far, used as an ordered set
-        self._term_rules: dict[str, Callable[[Tree[Token]], ast.Term]] = {
-            "name": lambda tree: cast("ast.Term", self._meaning(tree) or ast.FloatName(self._full_name(tree))),
-            "last": lambda tree: ast.FloatName(self._full_name(tree)),
-            "count": self._count,
-            "time_since": lambda tree: ast.TimeSince(self._past(tree.children[1])),
-            "number": lambda tree: ast.Number(self._number(tree.children[0])),
-            "signed": self._signed,
-            "arithmetic": self._arithmetic,
-        }
 
     @abstractmethod
     def _past(self, node: Node) -> ast.PastFormula:
@@ -58,7 +48,7 @@ class TermParser(ABC):
             case "text":
                 return str
             case rule:
-                return float if rule in self._term_rules else bool
+                return float if rule in _NUMERIC_RULES else bool
 
     def _kind_of_name(self, tree: Tree[Token]) -> Kind:
         name = str(tree.children[-1])
@@ -79,7 +69,7 @@ class TermParser(ABC):
         name = self._vocabulary.full_name(str(tree.children[-1]))
         return last_of(name) if tree.data == "last" else name
 
-    def _meaning(self, tree: Tree[Token]) -> ast.PastFormula | ast.Term | ast.TextTerm | None:
+    def _meaning(self, tree: Tree[Token]) -> ast.PastFormula | Measured | ast.TextTerm | None:
         """What a name stands for; None if it is no definition."""
         name = str(tree.children[-1])
         definition = self._vocabulary.definitions.get(name)
@@ -106,47 +96,6 @@ class TermParser(ABC):
         else:
             advice = "a number is compared with a number, a text with a text"
         raise self._error(tree, problem, advice)
-
-    # --- numbers
-
-    def _term(self, node: Node) -> ast.Term:
-        tree = self._expect(node, float)
-        return self._term_rules[tree.data](tree)
-
-    def _signed(self, tree: Tree[Token]) -> ast.Term:
-        sign, operand = tree.children
-        return ast.Negative(self._operand(operand)) if str(sign) == "-" else self._operand(operand)
-
-    def _arithmetic(self, tree: Tree[Token]) -> ast.Term:
-        left, operator, right = tree.children
-        terms = self._operand(left), self._operand(right)
-        return ast.Arithmetic(cast("ast.ArithmeticOperator", str(operator)), *terms)
-
-    def _operand(self, node: Node) -> ast.Term:
-        """A term that can be a part of others."""
-        term = self._term(node)
-        if isinstance(term, ast.TimeSince):
-            raise self._error(node, "a time_since is compared with a number of seconds, as in `time_since(f) < 3`")
-        return term
-
-    def _count(self, tree: Tree[Token]) -> ast.Term:
-        _, window, operand = tree.children
-        start_s, end_s = (0.0, math.inf) if window is None else self._window(cast("Tree[Token]", window))
-        return ast.Count(self._past(operand), start_s, end_s)
-
-    def _window(self, tree: Tree[Token]) -> tuple[float, float]:
-        first, second = (cast("Token", child) for child in tree.children)
-        start_s = self._number(first)
-        end_s = math.inf if second.type == "INF" else self._number(second)
-        if end_s < start_s:
-            raise self._error(tree, f"a window [a:b] needs a <= b, got [{first}:{second}]", "times are in seconds")
-        return start_s, end_s
-
-    def _number(self, node: Node) -> float:
-        value = float(cast("Token", node))
-        if not math.isfinite(value):
-            raise self._error(node, "this number is too large for a float")
-        return value
 
     # --- texts
 

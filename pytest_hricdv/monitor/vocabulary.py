@@ -6,7 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from pytest_hricdv.monitor.formula import PastFormula, Term, TextTerm
+from pytest_hricdv.monitor.formula import PastFormula, TextTerm
+from pytest_hricdv.monitor.units import Measured, Unit, unit_of
 from pytest_hricdv.suggestion import nearest
 
 Kind = type[bool] | type[float] | type[str]
@@ -14,6 +15,21 @@ Kind = type[bool] | type[float] | type[str]
 _TEMPORAL = ("always", "eventually", "until", "since", "once", "historically", "previously")
 KEYWORDS = frozenset((*_TEMPORAL, "on", "rise", "fall", "not", "hysteresis", "for", "inf"))
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+def last_of(field: str) -> str:
+    """The name of the value that a field, `topic.field`, had in the message before the present one."""
+    return f"last({field})"
+
+
+def field_of(name: str) -> str:
+    """`topic.field` of a field, or of its value in the message before; empty for a signal."""
+    return name.removeprefix("last(").removesuffix(")") if "." in name else ""
+
+
+def is_optional(name: str, kind: Kind) -> bool:
+    """Whether there may be no value without an error: of the text of a message, and of the message before."""
+    return "." in name and (kind is str or name != field_of(name))
 
 
 @dataclass(frozen=True)
@@ -29,7 +45,7 @@ class Definition:
 
     text: str
     kind: Kind
-    meaning: PastFormula | Term | TextTerm
+    meaning: PastFormula | Measured | TextTerm
     uses: frozenset[str] = frozenset()
 
 
@@ -42,11 +58,12 @@ class Vocabulary:
         messages: topic -> fields, each field -> `bool`, `float` or `str`.
         values: text signal, or text field as `topic.field` -> all values that it can have; absent if unknown. A
             comparison with any other value is an error.
+        units: numeric signal, or numeric field as `topic.field` -> its unit, such as "m/s"; absent if not declared.
         definitions: name -> what it stands for; of a file of requirements, see `loading.load_definitions`.
 
     Raises:
-        ValueError: a name that a formula cannot contain (no identifier, or a keyword), another type, or values of
-            what is no text.
+        ValueError: a name that a formula cannot contain (no identifier, or a keyword), another type, values of what is
+            no text, or a unit of an unknown name.
 
     >>> vocabulary = Vocabulary(
     ...     signals={"arm_speed": float},
@@ -60,6 +77,7 @@ class Vocabulary:
     signals: Mapping[str, Kind] = field(default_factory=dict)
     messages: Mapping[str, Mapping[str, Kind]] = field(default_factory=dict)
     values: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     definitions: Mapping[str, Definition] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -71,6 +89,10 @@ class Vocabulary:
                 _check_declaration(f"field {name!r} of topic {topic!r}", name, kind)
         for name, values in self.values.items():
             self._check_values(name, values)
+        for name in self.units:
+            if self.kind(name) is None:
+                known = nearest(name, self.names())
+                raise ValueError(f"units has {name!r}, which is no signal and no topic.field{known}")
 
     def kind(self, name: str) -> Kind | None:
         """The type of a definition, of a signal, or of a field written as `topic.field`; None for an unknown name."""
@@ -78,6 +100,11 @@ class Vocabulary:
         if name in self.definitions:
             return self.definitions[name].kind
         return self.messages.get(topic, {}).get(member) if dot else self.signals.get(name)
+
+    def unit(self, name: str) -> Unit | None:
+        """The declared unit of a signal or field, or of `last(topic.field)`; None if there is none."""
+        declared = self.units.get(name) or self.units.get(field_of(name))
+        return unit_of(declared) if declared else None
 
     def full_name(self, name: str) -> str:
         """The name with the field that it leaves out: a topic with one field, a number or a text, means that field.

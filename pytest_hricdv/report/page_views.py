@@ -84,7 +84,7 @@ def margin_unit(report: Report, name: str) -> str:
     if "eventually" in response:
         return "s"
     units = report.units or {}
-    named = {units[word] for word in re.findall(r"[A-Za-z_]\w*", response) if word in units}
+    named = {units[word] for word in re.findall(r"[A-Za-z_][\w.]*", response) if word in units}
     return named.pop() if len(named) == 1 else ""
 
 

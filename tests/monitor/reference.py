@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 
 from pytest_hricdv.monitor import Violation
-from pytest_hricdv.monitor.analysis import conditions, is_optional, leaves, names_compared, names_of, names_read, walk
+from pytest_hricdv.monitor.analysis import conditions, leaves, names_compared, names_of, names_read, walk
 from pytest_hricdv.monitor.formula import (
     AlwaysWithin,
     And,
@@ -44,6 +44,7 @@ from pytest_hricdv.monitor.formula import (
     TextTerm,
     TimeSince,
 )
+from pytest_hricdv.monitor.vocabulary import is_optional
 
 TICK_S = 0.25
 Value = float | bool | str

@@ -53,6 +53,11 @@ def load(tmp_path: Path, document: str) -> Requirement:
             "speed_and_separation(x, y, stop_distance_m=0.2 + x, slow_distance_m=1, slow_speed=.25)",
             speed_and_separation(x, y, stop_distance_m=0.2 + x, slow_distance_m=1, slow_speed=0.25),
         ),
+        ("response(a, b, within_s=250 ms)", response(a, b, within_s=0.25)),
+        (
+            "power_and_force(x, limit_n=0.14 kN, transient_limit_n=280, transient_s=500 ms)",
+            power_and_force(x, limit_n=140, transient_limit_n=280, transient_s=0.5),
+        ),
         ("power_and_force(x, limit_n=y)", power_and_force(x, limit_n=y)),
         ("protective_stop(p, x + y, within_s=0)", protective_stop(p, x + y, within_s=0)),
         ("hand_guiding(p,\n  q)", hand_guiding(p, q)),
@@ -70,6 +75,12 @@ def test_a_pattern_in_a_file_is_that_of_python(text: str, built: Formula | None)
     ("text", "mark", "says"),
     [
         ("", "", "the pattern is empty"),
+        ("response(a, b, within_s=3 m)", "3 m", "expected a number in s, got one in m"),
+        (
+            "protective_stop(p, x, within_s=0, standstill=3 mm/s)",
+            "3 mm/s",
+            "standstill: expected a number without a unit",
+        ),
         ("respons(a, b, within_s=3)", "respons", "unknown pattern 'respons'; nearest: response"),
         ("response", "", "the pattern ends too early"),
         ("response()", "response", "response needs trigger\n"),

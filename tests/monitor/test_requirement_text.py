@@ -73,7 +73,7 @@ def marked(text: str) -> str:
         ("always(count(p) -> q)", "count(p)", "expected a condition, but this is a number"),
         ("always(count(x) < 1 -> q)", "x", "expected a condition, but x is a float"),
         ("always(count[2:1](p) < 1 -> q)", "[2:1]", "needs a <= b"),
-        ("always(count(p) < 1 [hysteresis 1] -> q)", "[hysteresis 1]", "a count has no noise"),
+        ("always(count(p) < 1 [hysteresis 1] -> q)", "1", "a count has no noise"),
         ("always(x < count(p) [for 1 -> q)", "->", "expected ]"),
         ("always(count < 1 -> q)", "count", "unknown name 'count'"),
         ("always(time_since(p) -> q)", "time_since(p)", "expected a condition, but this is a number"),

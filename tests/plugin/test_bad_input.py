@@ -103,6 +103,12 @@ def test_options(lamps: pytest.Pytester, mode: tuple[str, ...], options: list[st
         (
             "requirements.toml",
             "lamp_level <= 80",
+            "lamp_level <= 80 lx",
+            "column 40 of the formula: unknown unit 'lx'",
+        ),
+        (
+            "requirements.toml",
+            "lamp_level <= 80",
             "lamp_levle <= 80",
             "unknown name 'lamp_levle'; nearest: lamp_level\n    always(lamp_level > 0 -> lamp_levle <= 80)\n"
             "                             ^^^^^^^^^^",
@@ -185,7 +191,7 @@ def test_files(lamps: pytest.Pytester, mode: tuple[str, ...], name: str, old: st
         (
             'units={"lamp_level": "%"}',
             'units={"lamp": "%"}',
-            "units has 'lamp', which is no signal; there are ['lamp_level']",
+            "units has 'lamp', which is no signal and no topic.field; nearest: lamp_level",
         ),
         (
             '{"lamp_level": float}',

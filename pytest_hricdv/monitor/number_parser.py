@@ -1,0 +1,193 @@
+"""Syntax tree of a number to the term: constants, arithmetic, counts, and units; errors in the user's terms."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from typing import cast
+
+from lark import Token, Tree
+
+from pytest_hricdv.monitor import formula as ast
+from pytest_hricdv.monitor.requirement import FormulaSource
+from pytest_hricdv.monitor.term_parser import Node, TermParser
+from pytest_hricdv.monitor.units import (
+    NO_UNIT,
+    SECOND,
+    Measured,
+    Unit,
+    constant,
+    constant_term,
+    known_units,
+    unit_of,
+)
+from pytest_hricdv.monitor.vocabulary import Vocabulary
+from pytest_hricdv.suggestion import nearest
+
+_QUANTITY = re.compile(r"([\d.]+(?:[eE][+-]?\d+)?)\s*(.*)")
+
+
+class NumberParser(TermParser):
+    """Makes terms from syntax trees, with the rule of the same name for each node.
+
+    A number with a unit is converted to the unit of what it is compared with or added to, so that a formula has plain
+    numbers only. Where a unit is written, both sides need one; elsewhere, signals of different units are not compared.
+    """
+
+    def __init__(self, source: FormulaSource, vocabulary: Vocabulary) -> None:
+        super().__init__(source, vocabulary)
+        self._number_rules: dict[str, Callable[[Tree[Token]], Measured]] = {
+            "name": self._named,
+            "last": self._named,
+            "count": lambda tree: Measured(self._count(tree), NO_UNIT, "value"),
+            "time_since": lambda tree: Measured(ast.TimeSince(self._past(tree.children[1])), SECOND, "value"),
+            "number": lambda tree: self._constant(tree.children[0]),
+            "signed": self._signed,
+            "arithmetic": self._arithmetic,
+        }
+
+    def _measured(self, node: Node) -> Measured:
+        """The term of a number, with its unit."""
+        tree = self._expect(node, float)
+        return self._number_rules[tree.data](tree)
+
+    def _named(self, tree: Tree[Token]) -> Measured:
+        meaning, name = self._meaning(tree), self._full_name(tree)
+        if meaning is not None:
+            return cast("Measured", meaning)
+        return Measured(ast.FloatName(name), self._vocabulary.unit(name), "value")
+
+    def _count(self, tree: Tree[Token]) -> ast.Term:
+        _, window, operand = tree.children
+        start_s, end_s = (0.0, math.inf) if window is None else self._window(cast("Tree[Token]", window))
+        return ast.Count(self._past(operand), start_s, end_s)
+
+    # --- constants
+
+    def _constant(self, node: Node) -> Measured:
+        """A number as it is written, with or without a unit."""
+        token = cast("Token", node)
+        written = cast("re.Match[str]", _QUANTITY.fullmatch(token))
+        value = float(written[1])
+        if not math.isfinite(value):
+            raise self._error(node, "this number is too large for a float")
+        if not written[2]:
+            return Measured(ast.Number(value), None, "number")
+        unit = unit_of(written[2])
+        if not unit.is_known and unit.text not in self._vocabulary.units.values():
+            advice = "a product of a number and a name is written with `*`"
+            known = nearest(unit.text, [*known_units(), *self._vocabulary.units.values()])
+            raise self._error(node, f"unknown unit {unit.text!r}{known}", advice)
+        return Measured(ast.Number(value), unit, "quantity")
+
+    def _seconds(self, node: Node) -> float:
+        """A time that is written without a unit, in seconds, or with one."""
+        time = self._constant(node)
+        return float(constant(self._converted(node, time, SECOND).term if time.unit else time.term))
+
+    def _window(self, tree: Tree[Token]) -> tuple[float, float]:
+        first, second = (cast("Token", child) for child in tree.children)
+        start_s = self._seconds(first)
+        end_s = math.inf if second.type == "INF" else self._seconds(second)
+        if end_s < start_s:
+            raise self._error(tree, f"a window [a:b] needs a <= b, got [{first}:{second}]", "times are in seconds")
+        return start_s, end_s
+
+    # --- arithmetic
+
+    def _operand(self, node: Node) -> Measured:
+        """A number that can be a part of others."""
+        measured = self._measured(node)
+        if isinstance(measured.term, ast.TimeSince):
+            raise self._error(node, "a time_since is compared with a number of seconds, as in `time_since(f) < 3`")
+        return measured
+
+    def _signed(self, tree: Tree[Token]) -> Measured:
+        sign, node = tree.children
+        operand = self._operand(node)
+        if str(sign) == "+":
+            return operand
+        return Measured(ast.Negative(operand.term), operand.unit, operand.origin, operand.exact)
+
+    def _arithmetic(self, tree: Tree[Token]) -> Measured:
+        left_node, operator, right_node = tree.children
+        left, right = self._operand(left_node), self._operand(right_node)
+        symbol = cast("ast.ArithmeticOperator", str(operator))
+        if symbol in ("+", "-"):
+            left, right = self._in_one_unit(left_node, left, right_node, right)
+            unit, exact = left.unit or right.unit, left.exact and right.exact
+        else:
+            # A quantity is a factor in its base units, so that the unit of a product needs no numbers of its own.
+            left, right = self._in_base_unit(left_node, left), self._in_base_unit(right_node, right)
+            unit, exact = _product_unit(left, right, symbol)
+        term, origins = ast.Arithmetic(symbol, left.term, right.term), (left.origin, right.origin)
+        if "value" in origins:
+            return Measured(term, unit, "value", exact)
+        return Measured(self._computed(tree, term), unit, "quantity") if unit else Measured(term, None, "number")
+
+    def _computed(self, tree: Tree[Token], term: ast.Term) -> ast.Term:
+        """The constant that a computation with quantities makes, so that it can be converted."""
+        try:
+            return constant_term(constant(term))
+        except (ZeroDivisionError, OverflowError) as error:
+            raise self._error(tree, f"this is no finite number: {error}") from None
+
+    # --- units
+
+    def _in_one_unit(
+        self, left_node: Node, left: Measured, right_node: Node, right: Measured
+    ) -> tuple[Measured, Measured]:
+        """Both sides of a comparison or of a sum, quantities in the unit of the other side."""
+        if right.origin == "quantity":
+            return left, self._in_unit_of(left_node, left, right_node, right)
+        if left.origin == "quantity":
+            return self._in_unit_of(right_node, right, left_node, left), right
+        units = left.unit, right.unit
+        if all(unit is not None and unit.is_known for unit in units) and left.exact and right.exact:
+            self._require_equal(right_node, cast("Unit", left.unit), cast("Unit", right.unit))
+        return left, right
+
+    def _in_unit_of(self, node: Node, measure: Measured, quantity_node: Node, quantity: Measured) -> Measured:
+        if measure.unit is None:
+            number = measure.origin == "number"
+            problem = "this number has no unit, and the other one has" if number else "no unit is declared for this"
+            advice = "write a unit for both" if number else "declare it in the testbench's units, or write no unit"
+            raise self._error(node, problem, advice)
+        return self._converted(quantity_node, quantity, measure.unit)
+
+    def _converted(self, node: Node, quantity: Measured, unit: Unit) -> Measured:
+        assert quantity.unit is not None
+        if quantity.unit.dimension != unit.dimension:
+            expected = f"expected a number in {unit.text}" if unit.text else "expected a number without a unit"
+            raise self._error(node, f"{expected}, got one in {quantity.unit.text}")
+        try:
+            return quantity.converted(unit)
+        except OverflowError:
+            raise self._error(node, f"this number is too large for a float in {unit.text}") from None
+
+    def _in_base_unit(self, node: Node, measured: Measured) -> Measured:
+        if measured.origin != "quantity" or measured.unit is None:
+            return measured
+        return self._converted(node, measured, measured.unit.base)
+
+    def _require_equal(self, node: Node, left: Unit, right: Unit) -> None:
+        if left.dimension != right.dimension:
+            raise self._error(node, f"this is in {right.text or 'no unit'}, the other side in {left.text or 'no unit'}")
+        if left.scale != right.scale:
+            factor = float(right.scale / left.scale)
+            advice = f"signals are not converted: multiply it by {factor:g}"
+            raise self._error(node, f"this is in {right.text}, the other side in {left.text}", advice)
+
+
+def _product_unit(left: Measured, right: Measured, symbol: str) -> tuple[Unit | None, bool]:
+    """The unit of a product or quotient, and whether it is exact: a plain factor may have a unit of its own."""
+    exact = left.exact and right.exact and "number" not in (left.origin, right.origin)
+    units = [NO_UNIT if each.origin == "number" else each.unit for each in (left, right)]
+    if left.origin == right.origin == "number" or units[0] is None or units[1] is None:
+        return None, exact
+    if right.origin == "number":
+        return units[0], exact
+    if left.origin == "number" and symbol == "*":
+        return units[1], exact
+    return units[0].times(units[1], 1 if symbol == "*" else -1), exact
