@@ -81,6 +81,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "leg_offset": float,
             "leg_height": float,
             "leg_in_bin": bool,
+            "leg_taken": bool,
             "arm_home": bool,
             "hand_place": str,
             "hand_closing": bool,

@@ -31,7 +31,7 @@ Signal = Callable[[str, float | bool | str], None]
 
 
 class Whereabouts:
-    """Records the signals `arm_home`, `hand_place`, `leg_offset`, `leg_height` and `leg_in_bin`."""
+    """Records the signals `arm_home`, `hand_place`, `leg_offset`, `leg_height`, `leg_in_bin`, `leg_taken`."""
 
     def __init__(self, torso: Torso, legs: LegSupply, signal: Signal) -> None:
         self._torso = torso
@@ -47,6 +47,7 @@ class Whereabouts:
         self._signal("leg_offset", offset_of(leg))
         self._signal("leg_height", round(place[2], HEIGHT_DIGITS))
         self._signal("leg_in_bin", in_bin(place))
+        self._signal("leg_taken", self._legs.carried is not None)
 
     def _grasp_point(self) -> Vector:
         point: Vector = bullet.multiplyTransforms(*self._torso.palm_pose(), GRASP_POINT_M, (0.0, 0.0, 0.0, 1.0))[0]

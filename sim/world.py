@@ -48,7 +48,8 @@ class World:
             opening), `hand_closing`, and each physics step while closing `hand_distance` (m, the person's hand to the
             robot's palm and fingers) and `hand_contact_force` (N, with which the fingers press on the person's hand);
             and each control tick `leg_offset` (m, leg's middle to the handover place), `leg_height` (m, leg's middle
-            above the floor), `leg_in_bin`, `hand_place` (see `sim.whereabouts`) and `arm_home`.
+            above the floor), `leg_in_bin`, `leg_taken` (the person carries it), `hand_place` (see `sim.whereabouts`)
+            and `arm_home`.
         freeze: skip steps while nothing can move. Messages and verdicts are the same without.
         fidelity: "dynamic" or "kinematic" (see `sim.mechanics`).
 

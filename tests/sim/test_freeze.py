@@ -32,6 +32,7 @@ SIGNALS = (
     "leg_height",
     "leg_in_bin",
     "leg_offset",
+    "leg_taken",
     "leg_torn",
 )
 
