@@ -37,7 +37,7 @@ def testbench() -> Testbench:
 
 @cache
 def requirements() -> tuple[Requirement, ...]:
-    """R1 to R5."""
+    """The requirements of the table."""
     return load_requirements(testbench().requirements, testbench().vocabulary())
 
 

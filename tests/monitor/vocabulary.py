@@ -26,7 +26,7 @@ TABLE = Vocabulary(
     },
 )
 
-REQUIREMENTS_FILE = Path(__file__).parents[1] / "hri" / "requirements.toml"
+REQUIREMENTS_FILE = Path(__file__).parent / "case_study.toml"
 R1, R2, R3, R4, R5 = load_requirements(REQUIREMENTS_FILE, TABLE)
 
 # p, q: conditions; x, y: numbers; s: a text; a, b: events; m: a message with fields; n, w: such with a single one.
