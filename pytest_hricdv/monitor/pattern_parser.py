@@ -18,12 +18,13 @@ from pytest_hricdv.monitor.patterns import PATTERNS, SOURCE_NEEDED, PatternError
 from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.syntax_tree import syntax_tree
 from pytest_hricdv.monitor.term_parser import Node
-from pytest_hricdv.monitor.units import Measured, unit_of
+from pytest_hricdv.monitor.units import NO_UNIT, Measured, unit_of
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 from pytest_hricdv.suggestion import nearest
 
-# What the end of a parameter's name says about its unit, the longest first.
-_UNITS = {"_n_cm2": "N/cm^2", "_n": "N", "_m": "m", "_s": "s"}
+# What the end of a parameter's name says about its unit, the longest first. A speed has the unit of its signal.
+_UNITS = {"_n_cm2": "N/cm^2", "_n": "N", "_m": "m", "_s": "s", "distance": "m", "force": "N", "pressure": "N/cm^2"}
+_SPEEDS = ("slow_speed", "standstill")
 
 Parameters = Mapping[str, inspect.Parameter]
 
@@ -58,7 +59,7 @@ class _PatternParser(FormulaParser):
         for parameter in parameters.values():
             if parameter.default is inspect.Parameter.empty and parameter.name not in nodes:
                 raise self._error(name, f"{name} needs {parameter.name}", _usage(name, parameters))
-        arguments = {argument: self._argument(parameters[argument], node) for argument, node in nodes.items()}
+        arguments = {each: self._argument(parameters[each], nodes) for each in nodes}
         try:
             return PATTERNS[name](**arguments)
         except PatternError as error:
@@ -83,11 +84,11 @@ class _PatternParser(FormulaParser):
             given.add(parameter)
             yield parameter, node
 
-    def _argument(self, parameter: inspect.Parameter, node: Node) -> Condition | Quantity | float:
-        types = argument_types(parameter)
+    def _argument(self, parameter: inspect.Parameter, nodes: Mapping[str, Node]) -> Condition | Quantity | float:
+        types, node = argument_types(parameter), nodes[parameter.name]
         if Condition in types:
             return Condition(self._topic(node) or self._past(node))
-        term = self._in_unit_of_parameter(parameter, node).term
+        term = self._in_unit_of_parameter(parameter.name, nodes).term
         value = _number(term)
         if value is None and Quantity in types:
             return Quantity(term)
@@ -96,15 +97,15 @@ class _PatternParser(FormulaParser):
             raise self._error(node, f"{parameter.name}: expected {expected}")
         return int(value) if int in types and value.is_integer() else value
 
-    def _in_unit_of_parameter(self, parameter: inspect.Parameter, node: Node) -> Measured:
-        """A number of an argument; one with a unit in that which the end of the parameter's name says."""
-        number = self._operand(node)
-        if number.origin != "quantity":
+    def _in_unit_of_parameter(self, name: str, nodes: Mapping[str, Node]) -> Measured:
+        """A number in the unit of its parameter: a quantity is converted, a signal in another unit is an error."""
+        node, number = nodes[name], self._operand(nodes[name])
+        if name == "speed":
             return number
-        unit = next((unit for end, unit in _UNITS.items() if parameter.name.endswith(end)), None)
-        if unit is None:
-            raise self._error(node, f"{parameter.name}: expected a number without a unit, in that of its signal")
-        return self._converted(node, number, unit_of(unit))
+        if name in _SPEEDS:
+            return self._in_one_unit(nodes["speed"], self._operand(nodes["speed"]), node, number)[1]
+        unit = next((unit_of(unit) for end, unit in _UNITS.items() if name.endswith(end)), NO_UNIT)
+        return self._in_one_unit(node, Measured(ast.Number(0.0), unit, "value"), node, number)[1]
 
     def _topic(self, node: Node) -> ast.On | None:
         """The arrival of a message, for a topic alone: as an argument it cannot mean anything else."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,6 +15,7 @@ from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.pattern_parser import parse_pattern
 from pytest_hricdv.monitor.patterns import (
     absence,
+    contact_pressure,
     existence,
     hand_guiding,
     power_and_force,
@@ -25,6 +29,10 @@ from tests.monitor.vocabulary import SMALL
 
 p, q, x, y = signal("p"), signal("q"), signal("x"), signal("y")
 a, b, m = on("a"), on("b"), on("m")
+v, d = signal("v"), signal("d")
+MEASURED = replace(
+    SMALL, signals={**SMALL.signals, "v": float, "d": float, "mm": float}, units={"v": "rad/s", "d": "m", "mm": "mm"}
+)
 
 
 def read(text: str) -> Formula:
@@ -53,11 +61,6 @@ def load(tmp_path: Path, document: str) -> Requirement:
             "speed_and_separation(x, y, stop_distance_m=0.2 + x, slow_distance_m=1, slow_speed=.25)",
             speed_and_separation(x, y, stop_distance_m=0.2 + x, slow_distance_m=1, slow_speed=0.25),
         ),
-        ("response(a, b, within_s=250 ms)", response(a, b, within_s=0.25)),
-        (
-            "power_and_force(x, limit_n=0.14 kN, transient_limit_n=280, transient_s=500 ms)",
-            power_and_force(x, limit_n=140, transient_limit_n=280, transient_s=0.5),
-        ),
         ("power_and_force(x, limit_n=y)", power_and_force(x, limit_n=y)),
         ("protective_stop(p, x + y, within_s=0)", protective_stop(p, x + y, within_s=0)),
         ("hand_guiding(p,\n  q)", hand_guiding(p, q)),
@@ -75,12 +78,6 @@ def test_a_pattern_in_a_file_is_that_of_python(text: str, built: Formula | None)
     ("text", "mark", "says"),
     [
         ("", "", "the pattern is empty"),
-        ("response(a, b, within_s=3 m)", "3 m", "expected a number in s, got one in m"),
-        (
-            "protective_stop(p, x, within_s=0, standstill=3 mm/s)",
-            "3 mm/s",
-            "standstill: expected a number without a unit",
-        ),
         ("respons(a, b, within_s=3)", "respons", "unknown pattern 'respons'; nearest: response"),
         ("response", "", "the pattern ends too early"),
         ("response()", "response", "response needs trigger\n"),
@@ -133,6 +130,43 @@ def test_arguments_may_be_definitions(tmp_path: Path) -> None:
     definitions = '[definitions]\nhot = "x > limit"\nlimit = 3\n'
     requirement = load(tmp_path, f'{definitions}[P]\ntitle = "One"\npattern = "response(hot, q, within_s=limit)"\n')
     assert requirement.formula == response(x > 3, q, within_s=3)
+
+
+@pytest.mark.parametrize(
+    ("text", "built"),
+    [
+        ("response(a, b, within_s=250 ms)", response(a, b, within_s=0.25)),
+        ("universality(q, after=a, for_s=2 min)", universality(q, after=a, for_s=120)),
+        (
+            "speed_and_separation(v, d, stop_distance_m=50 mm, slow_distance_m=d, slow_speed=10 deg/s * 18)",
+            speed_and_separation(v, d, stop_distance_m=0.05, slow_distance_m=d, slow_speed=math.pi),
+        ),
+        ("protective_stop(p, v, within_s=1, standstill=1 mrad/s)", protective_stop(p, v, within_s=1, standstill=0.001)),
+        (
+            "power_and_force(x, limit_n=0.14 kN, transient_limit_n=280, transient_s=500 ms)",
+            power_and_force(x, limit_n=140, transient_limit_n=280, transient_s=0.5),
+        ),
+        ("contact_pressure(x, limit_n_cm2=1.9 MPa)", contact_pressure(x, limit_n_cm2=190)),
+    ],
+)
+def test_an_argument_with_a_unit_is_converted(text: str, built: Formula) -> None:
+    assert parse_pattern(FormulaSource(text), MEASURED) == built
+
+
+@pytest.mark.parametrize(
+    ("text", "mark", "says"),
+    [
+        ("response(a, b, within_s=3 m)", "3 m", "expected a number in s, got one in m"),
+        ("existence(a, at_most=3 s)", "3 s", "expected a number without a unit, got one in s"),
+        ("speed_and_separation(v, mm, stop_distance_m=1)", "mm", "multiply it by 0.001"),
+        ("speed_and_separation(v, d, stop_distance_m=1, slow_distance_m=2, slow_speed=1 m/s)", "1 m/s", "in rad/s"),
+        ("protective_stop(p, x, within_s=1, standstill=1 m/s)", "x", "no unit is declared for this"),
+    ],
+)
+def test_an_argument_in_another_unit_is_refused(text: str, mark: str, says: str) -> None:
+    with pytest.raises(RequirementError, match=re.escape(says)) as caught:
+        parse_pattern(FormulaSource(text), MEASURED)
+    assert text[caught.value.position or 0 :].startswith(mark)
 
 
 def test_an_error_in_a_file_names_line_and_column_of_the_pattern(tmp_path: Path) -> None:

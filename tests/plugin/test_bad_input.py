@@ -98,7 +98,7 @@ def test_options(lamps: pytest.Pytester, mode: tuple[str, ...], options: list[st
             "requirements.toml",
             "lamp_level > 0 ->",
             "lamp_level > 0 =>",
-            "requirements.toml:8:34: requirement R2, column 23 of the formula: the character '=' has no meaning",
+            "requirements.toml:8:34: requirement R2, column 23 of the formula: unexpected '='",
         ),
         (
             "requirements.toml",
