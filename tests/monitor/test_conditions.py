@@ -7,7 +7,15 @@ import math
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from pytest_hricdv.monitor import Log, MonitorError, MonitorSet, RequirementError, parse_condition, watched
+from pytest_hricdv.monitor import (
+    ConditionMonitor,
+    Log,
+    MonitorError,
+    MonitorSet,
+    RequirementError,
+    parse_condition,
+    watched,
+)
 from pytest_hricdv.monitor.build import equal, field, on
 from pytest_hricdv.monitor.formula import PastFormula
 from tests.monitor.logs import Logged, feed_trace, log_of
@@ -69,6 +77,29 @@ def test_all_conditions_of_a_run_are_told_in_the_order_of_time() -> None:
     monitors.message(1.0, "a", {})
     monitors.finish(9.0)
     assert told[3:] == ["2.0 once[0:1](on(a))", "4.0 once[0:3](on(a))", "6.0 once[0:5](on(a))"]
+
+
+def test_counts_and_times_are_evaluated_only_when_they_can_change(monkeypatch: pytest.MonkeyPatch) -> None:
+    evaluated: list[float] = []
+    evaluate = ConditionMonitor.evaluate
+
+    def noted(monitor: ConditionMonitor, now_ns: float, *, last: bool, first: bool = False) -> None:
+        evaluated.append(now_ns / 1e9)
+        evaluate(monitor, now_ns, last=last, first=first)
+
+    monkeypatch.setattr(ConditionMonitor, "evaluate", noted)
+    monitors = MonitorSet([requirement("always(p -> x < 9)")])
+    monitors.watch(parse_condition("count[0:2](on(a)) > 1 & time_since(on(b)) < 0.505", SMALL))
+    monitors.signal(0.0, "p", True)
+    for step in range(1000):
+        monitors.signal(step / 100, "x", step / 1000)
+        if step in (100, 150):
+            monitors.message(step / 100, "a", {})
+        if step == 200:
+            monitors.message(step / 100, "b", {})
+    monitors.finish(10.0)
+    # At the start, at messages, and when one is too old: for the window of 2 s, and for the bound of 0.505 s.
+    assert evaluated == [0.0, 1.0, 1.5, 2.0, 2.505, 3.0, 3.5]
 
 
 def test_what_reads_a_value_that_is_not_there_yet_is_false() -> None:
