@@ -160,6 +160,8 @@ def test_a_verdict_is_plain_data_in_json() -> None:
                     "leg_offset": 0.5,
                 },
                 "margin": 0.0,
+                "text": "",
+                "signature": [],
             }
         ],
         "margin": 0.0,
