@@ -113,7 +113,7 @@ class Verdict:
     def to_json(self) -> dict[str, Any]:
         """The verdict as plain data for JSON: dicts, lists, numbers, strings."""
         plain = asdict(self)
-        plain["violations"] = [{**each, "signature": list(each["signature"])} for each in plain["violations"]]
+        plain["violations"] = list(plain["violations"])
         plain["history"] = list(plain["history"])
         if self.nearest_miss is not None:
             plain["nearest_miss"]["missing"] = list(self.nearest_miss.missing)

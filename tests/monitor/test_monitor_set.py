@@ -160,8 +160,7 @@ def test_a_verdict_is_plain_data_in_json() -> None:
                     "leg_offset": 0.5,
                 },
                 "margin": 0.0,
-                "text": "",
-                "signature": [],
+                "outside": False,
             }
         ],
         "margin": 0.0,
