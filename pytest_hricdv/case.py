@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from pytest_hricdv import faults
 from pytest_hricdv.coverage.code_map import Bits
@@ -17,6 +18,7 @@ from pytest_hricdv.faults import CodeUnderTest
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, Concretization, concretize
 from pytest_hricdv.monitor import (
+    Criterion,
     Log,
     MonitorSet,
     PastFormula,
@@ -30,13 +32,16 @@ from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
 from pytest_hricdv.runtime.bus import Value
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
 
+if TYPE_CHECKING:
+    from pytest_hricdv.conformance.conformance_monitor import ConformanceMonitor
+
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 
 class MonitorFeed:
     """Forwards events of the record to the monitors: those that the vocabulary names, numbers as floats."""
 
-    def __init__(self, monitors: MonitorSet, vocabulary: Vocabulary) -> None:
+    def __init__(self, monitors: MonitorSet | ConformanceMonitor, vocabulary: Vocabulary) -> None:
         self._monitors = monitors
         self._fields = {topic: dict(fields) for topic, fields in vocabulary.messages.items()}
         self._signals = frozenset(vocabulary.signals)
@@ -95,7 +100,7 @@ class CaseResult:
 
 def execute(
     testbench: Testbench,
-    requirements: tuple[Requirement, ...],
+    requirements: tuple[Criterion, ...],
     test: ConcreteTest,
     measurement: Measurement,
     context: str,
@@ -105,7 +110,7 @@ def execute(
     """Run one concrete test: a pure function of the test and the code.
 
     Args:
-        requirements: of the testbench, loaded.
+        requirements: of the testbench, loaded, and the agent that each run is compared with, if there is one.
         measurement: measures the code under test.
         context: name of this test's share of the measurement.
         filming: see `Run`.
@@ -116,8 +121,11 @@ def execute(
         NodeError: a node failed, and after that the testbench or the monitors could not finish the run.
     """
     recorder = Recorder()
-    monitors = MonitorSet(requirements)
-    recorder.listeners.append(MonitorFeed(monitors, testbench.vocabulary()))
+    monitors = MonitorSet(_formulas(requirements))
+    followers = _followers(requirements, test)
+    vocabulary = testbench.vocabulary()
+    watching: tuple[MonitorSet | ConformanceMonitor, ...] = (monitors, *followers)
+    recorder.listeners += [MonitorFeed(each, vocabulary) for each in watching]
     # Disable the watchdog while debugging.
     kernel = Kernel(stuck_after_s=math.inf if debugger() else None)
     code = CodeUnderTest(kernel, lambda body: measurement.measured(context, body))
@@ -132,7 +140,7 @@ def execute(
         fidelity=testbench.fidelity,
     )
     try:
-        outcome, verdicts, record = _finished(testbench, requirements, run, known_while)
+        outcome, verdicts, record = _finished(testbench, requirements, followers, run, known_while)
     except Exception:
         if run.ending is not None and run.ending.error is not None:
             raise run.ending.error from run.ending.error.__cause__  # what fails after it may be its consequence
@@ -154,8 +162,41 @@ def execute(
     )
 
 
+def oracles(testbench: Testbench) -> tuple[Criterion, ...]:
+    """The agent that each run of a testbench is compared with, ready for it; none if it declares none.
+
+    Raises:
+        ConformanceError: a correspondence names what the model, or the run, does not have.
+        RequirementError: a condition of it does not parse.
+    """
+    if testbench.conformance is None:
+        return ()
+    from pytest_hricdv.conformance.oracle import load_oracle
+
+    vocabulary, parameters = testbench.vocabulary(), testbench.concretization.run
+    return (load_oracle(testbench.conformance, testbench.model, vocabulary, parameters),)
+
+
+def _formulas(requirements: Iterable[Criterion]) -> tuple[Requirement, ...]:
+    return tuple(each for each in requirements if isinstance(each, Requirement))
+
+
+def _followers(requirements: Sequence[Criterion], test: ConcreteTest) -> tuple[ConformanceMonitor, ...]:
+    others = [each for each in requirements if not isinstance(each, Requirement)]
+    if not others:
+        return ()
+    from pytest_hricdv.conformance.conformance_monitor import ConformanceMonitor  # loads the BDI engine
+    from pytest_hricdv.conformance.oracle import Oracle
+
+    return tuple(ConformanceMonitor(each, test.run) for each in others if isinstance(each, Oracle))
+
+
 def _finished(
-    testbench: Testbench, requirements: tuple[Requirement, ...], run: Run, known_while: Mapping[str, PastFormula]
+    testbench: Testbench,
+    requirements: tuple[Criterion, ...],
+    followers: tuple[ConformanceMonitor, ...],
+    run: Run,
+    known_while: Mapping[str, PastFormula],
 ) -> tuple[Outcome, tuple[Verdict, ...], Record]:
     """Run it to its end: what the testbench says of it, the verdicts, and the record."""
     outcome = testbench.run(run)
@@ -163,7 +204,8 @@ def _finished(
         raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
     record, end_s = run.recorder.finish(), run.kernel.now_s
     log = Log({**record.signals, **record.texts}, record.messages, end_s)
-    verdicts = explained(run.monitors.finish(end_s), requirements, log)
+    verdicts = explained(run.monitors.finish(end_s), _formulas(requirements), log)
+    verdicts += tuple(follower.finish(end_s) for follower in followers)
     return outcome, tuple(_marked(verdict, known_while, log) for verdict in verdicts), record
 
 

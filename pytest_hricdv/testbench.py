@@ -11,6 +11,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
+from pytest_hricdv.conformance.declaration import Conformance, ConformanceError, Does, Hears
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.film.film import Camera, Film
 from pytest_hricdv.generate.beliefs import BeliefSpace
@@ -31,10 +32,14 @@ __all__ = [
     "Camera",
     "Chance",
     "Concretization",
+    "Conformance",
+    "ConformanceError",
     "Constant",
     "CrossProduct",
+    "Does",
     "Ending",
     "Film",
+    "Hears",
     "Model",
     "Outcome",
     "QLearning",
@@ -128,6 +133,8 @@ class Testbench:
         learning: the constants of Q-learning, for the suite `rl`.
         lengths: fewest and most actions of a test of the suite `pseudorandom`.
         outcome_label: the name in reports of a run's interactions, listed by their outcomes; for instance "legs".
+        conformance: the agent of the model that each run is compared with, and what corresponds to what; None where
+            there is none.
         may_end: how a run may end beside a stop (`kernel.stop`), which is else a fault that fails its test: "limit" (at
             its time limit), "idle" (nothing is left to do), "early" (the code under test has returned before).
         fidelities: ways to simulate the world, of which `--hri-fidelity` chooses one; empty where there is one only.
@@ -153,6 +160,7 @@ class Testbench:
     lengths: tuple[int, int] = PSEUDORANDOM_LENGTHS
     units: Mapping[str, str] = field(default_factory=dict, hash=False)
     outcome_label: str = "interactions"
+    conformance: Conformance | None = None
     may_end: tuple[str, ...] = ()
     fidelities: tuple[str, ...] = ()
     fidelity: str = ""
@@ -246,6 +254,10 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, product in testbench.cross.items():
         if not isinstance(product, CrossProduct):
             raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
+    if unknown := sorted(set(testbench.units) - set(testbench.signals)):
+        raise TestbenchError(f"{where}: units has {unknown[0]!r}, which is no signal; there are {[*testbench.signals]}")
+    if not isinstance(testbench.conformance, Conformance | None):
+        raise TestbenchError(f"{where}: conformance is {testbench.conformance!r}; expected Conformance(...) or None")
     if not callable(testbench.run):
         raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
     for end in testbench.may_end:

@@ -127,6 +127,7 @@ class ReportedViolation(Record, frozen=True, kw_only=True):
     """One violation of a requirement: when it was triggered and violated (s), with the values at that time.
 
     `outside`: violations of the requirement are known, but under a condition that did not hold then.
+    `text` says what was expected and observed, where the values do not.
     """
 
     trigger_s: Number | None
@@ -134,6 +135,7 @@ class ReportedViolation(Record, frozen=True, kw_only=True):
     values: Mapping[str, bool | int | float | str]
     margin: Number | None
     outside: bool = False
+    text: str = ""
 
 
 class ReportedNearMiss(Record, frozen=True, kw_only=True):

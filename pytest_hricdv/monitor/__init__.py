@@ -81,13 +81,14 @@ from pytest_hricdv.monitor.loading import (
 )
 from pytest_hricdv.monitor.logged import Log, evaluate, explained, watched
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
-from pytest_hricdv.monitor.requirement import FormulaSource, Requirement, RequirementError
+from pytest_hricdv.monitor.requirement import Criterion, FormulaSource, Requirement, RequirementError
 from pytest_hricdv.monitor.verdict import Attempt, NearestMiss, Verdict, Violation
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 __all__ = [
     "Attempt",
     "ConditionMonitor",
+    "Criterion",
     "Formula",
     "FormulaSource",
     "Log",

@@ -4,8 +4,28 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import Protocol
 
 from pytest_hricdv.monitor.formula import Formula
+
+
+class Criterion(Protocol):
+    """What runs are judged by, one verdict each: a requirement, or an agent of the model (`conformance.oracle`)."""
+
+    @property
+    def id(self) -> str: ...
+
+    @property
+    def title(self) -> str: ...
+
+    @property
+    def source(self) -> str: ...
+
+    @property
+    def text(self) -> str: ...
+
+    @property
+    def group(self) -> str: ...
 
 
 @dataclass(frozen=True)

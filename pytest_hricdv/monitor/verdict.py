@@ -25,6 +25,9 @@ class Violation:
             for a missed `eventually`; None if the violated condition compares nothing.
         outside: violations of this requirement are known under a condition that did not hold at `time_s` (added by
             whoever knows of such conditions).
+        text: what was expected and observed, for people, if the values do not say it.
+        signature: what was violated, without times and values, if no formula says it: violations with the same one
+            are of one kind.
     """
 
     trigger_s: float
@@ -32,6 +35,8 @@ class Violation:
     values: Mapping[str, Value]
     margin: float | None
     outside: bool = False
+    text: str = ""
+    signature: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -105,6 +105,8 @@ def violation(found: ReportedViolation, units: Mapping[str, str]) -> str:
         text += ": " + ", ".join(
             f"{name} = {quantity(found.values[name])} {units.get(name, '')}".rstrip() for name in names
         )
+    if found.text:
+        text += f": {found.text}"
     if found.margin is not None:
         text += f" (margin {quantity(found.margin)})"
     return f"{text}; not known under this condition" if found.outside else text

@@ -13,7 +13,7 @@ from pytest_hricdv.coverage.records import CodeUnderTest, ReportedNearMiss, Repo
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.suite import Suite, diagnose
-from pytest_hricdv.monitor import Requirement, Verdict
+from pytest_hricdv.monitor import Criterion, Verdict
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
 from pytest_hricdv.results.gates import Exemption
@@ -53,7 +53,7 @@ def build_result(
     result: CaseResult | None,
     *,
     code: CodeMap | None = None,
-    requirements: Sequence[Requirement],
+    requirements: Sequence[Criterion],
     unmeasured: str = "",
     ending: Ending = NOT_RUN,
 ) -> TestResult:
@@ -97,7 +97,7 @@ def build_result(
     )
 
 
-def _requirements(result: CaseResult | None, requirements: Sequence[Requirement]) -> dict[str, RequirementResult]:
+def _requirements(result: CaseResult | None, requirements: Sequence[Criterion]) -> dict[str, RequirementResult]:
     if result is None:
         return {requirement.id: UNCHECKED for requirement in requirements}
     return {verdict.requirement: requirement_result(verdict) for verdict in result.verdicts}
@@ -126,7 +126,12 @@ def requirement_result(verdict: Verdict) -> RequirementResult:
         else ReportedNearMiss(time_s=miss.time_s, missing=tuple(miss.missing), distance=miss.distance),
         violations=tuple(
             ReportedViolation(
-                trigger_s=v.trigger_s, time_s=v.time_s, values=dict(v.values), margin=v.margin, outside=v.outside
+                trigger_s=v.trigger_s,
+                time_s=v.time_s,
+                values=dict(v.values),
+                margin=v.margin,
+                outside=v.outside,
+                text=v.text,
             )
             for v in verdict.violations
         ),
@@ -147,7 +152,7 @@ class SessionInfo:
     """What a report is made of, beside the results of the tests."""
 
     testbench: Testbench
-    requirements: tuple[Requirement, ...]
+    requirements: tuple[Criterion, ...]
     suites: tuple[GeneratedSuite, ...]
     code: CodeMap | None
     unmeasured: str
@@ -166,7 +171,7 @@ class SessionInfo:
     made_with: Mapping[str, str] = field(default_factory=dict)
 
 
-def requirement_texts(requirements: Sequence[Requirement]) -> dict[str, RequirementText]:
+def requirement_texts(requirements: Sequence[Criterion]) -> dict[str, RequirementText]:
     """Requirement -> its texts for people."""
     return {
         each.id: RequirementText(title=each.title, source=each.source, text=each.text, group=each.group)

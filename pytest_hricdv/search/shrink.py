@@ -18,7 +18,7 @@ from typing import TypeVar
 
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Chance, Range, Sampler
-from pytest_hricdv.monitor import Requirement, Value, Verdict, Violation
+from pytest_hricdv.monitor import Criterion, Requirement, Value, Verdict, Violation
 from pytest_hricdv.monitor.analysis import conjuncts
 from pytest_hricdv.monitor.formula import (
     And,
@@ -257,12 +257,15 @@ def _rounded(value: float, sampler: Sampler) -> Iterator[float]:
             yield rounded
 
 
-def failure_signature(requirement: Requirement, violation: Violation) -> FailureSignature:
+def failure_signature(requirement: Criterion, violation: Violation) -> FailureSignature:
     """The conjuncts of the requirement's condition that were false when it was violated.
 
     They are evaluated on the values of the violation. A conjunct that depends on more than these (on an event or on
-    the past) counts as false only if no other one is. A missed deadline has the whole condition as its signature.
+    the past) counts as false only if no other one is. A missed deadline has the whole condition as its signature. A
+    violation of what is no requirement has its own signature.
     """
+    if not isinstance(requirement, Requirement):
+        return violation.signature
     response = requirement.formula.response
     parts = tuple(conjuncts(response.condition))
     if isinstance(response, Eventually):
@@ -273,7 +276,7 @@ def failure_signature(requirement: Requirement, violation: Violation) -> Failure
 
 
 def has_signature(
-    requirement: Requirement, signature: FailureSignature, verdict: Verdict, *, outside: bool = False
+    requirement: Criterion, signature: FailureSignature, verdict: Verdict, *, outside: bool = False
 ) -> bool:
     """Whether the verdict is a failure with a violation of this signature that is, or is not, `Violation.outside`."""
     return verdict.verdict == "Failed" and any(

@@ -19,7 +19,7 @@ from pytest_hricdv.coverage.records import ReportedViolation
 from pytest_hricdv.film.film import Film, Schedule, key_moments, schedule
 from pytest_hricdv.film.recorder import Alarm, FilmedWorld, FilmRecorder
 from pytest_hricdv.film.video import FRAMES_PER_S, Video, video
-from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
+from pytest_hricdv.monitor import Criterion, MonitorSet, Verdict
 from pytest_hricdv.report.explanation import violation
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import FilmResult
@@ -54,7 +54,7 @@ class Filming:
         folder: of the report; films go into a folder inside.
     """
 
-    def __init__(self, testbench: Testbench, requirements: tuple[Requirement, ...], folder: Path) -> None:
+    def __init__(self, testbench: Testbench, requirements: tuple[Criterion, ...], folder: Path) -> None:
         self._testbench = testbench
         self._requirements = requirements
         self._folder = folder

@@ -13,7 +13,7 @@ from pytest_hricdv.case import CaseResult, HriCase
 from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import make_rng
-from pytest_hricdv.monitor import Requirement, Verdict
+from pytest_hricdv.monitor import Criterion, Verdict
 from pytest_hricdv.results.model import SearchResult, ShrunkTest, TestResult
 from pytest_hricdv.search import Budget
 from pytest_hricdv.search.evolution_strategy import Evaluation, SearchOutcome, search_violation
@@ -30,7 +30,7 @@ STARTS = 5
 """So many tests are varied: few, or the runs are spread too thin; more than one, for the nearest may be a dead end."""
 
 
-def shortest_failures(results: Iterable[TestResult], requirements: Iterable[Requirement]) -> dict[str, TestResult]:
+def shortest_failures(results: Iterable[TestResult], requirements: Iterable[Criterion]) -> dict[str, TestResult]:
     """Requirement -> the shortest test that failed it, by actions and then by id; where one did.
 
     A test that is outside of the condition under which violations are known comes before the others.
@@ -59,7 +59,7 @@ class Shrinking:
     """
 
     rerunning: Rerunning
-    requirement: Requirement
+    requirement: Criterion
     case: HriCase
     nodeid: str
 
@@ -139,7 +139,7 @@ class Searching:
     seed: int
 
     def search(
-        self, requirement: Requirement, results: Iterable[TestResult], budget: Budget
+        self, requirement: Criterion, results: Iterable[TestResult], budget: Budget
     ) -> tuple[SearchResult, HriCase | None]:
         """Search for one requirement.
 
@@ -170,7 +170,7 @@ class Searching:
         )
         return self._kept(requirement, start, found, record) if found.evaluation.violated else (record, None)
 
-    def _search(self, requirement: Requirement, starts: Iterable[TestResult], budget: Budget) -> SearchOutcome:
+    def _search(self, requirement: Criterion, starts: Iterable[TestResult], budget: Budget) -> SearchOutcome:
         def run(test: ConcreteTest) -> Evaluation:
             result = self.rerunning.run(_named(test, requirement))
             if result is None:
@@ -183,11 +183,11 @@ class Searching:
         rng = make_rng(SEARCH, self.seed, requirement.id)
         return search_violation(tests, cases[0][0].ranges, run, budget, rng)
 
-    def _violated(self, requirement: Requirement, result: RequirementResult | Verdict) -> bool:
+    def _violated(self, requirement: Criterion, result: RequirementResult | Verdict) -> bool:
         return self.rerunning.is_violated(requirement.id, result)
 
     def _kept(
-        self, requirement: Requirement, start: TestResult, found: SearchOutcome, record: SearchResult
+        self, requirement: Criterion, start: TestResult, found: SearchOutcome, record: SearchResult
     ) -> tuple[SearchResult, HriCase | None]:
         """The record with the test that was found, which is kept as a replay file."""
         result = self.rerunning.run(_named(found.test, requirement))
@@ -198,7 +198,7 @@ class Searching:
         return replace(record, id=made.abstract.id, replay=replay, abstract=made.abstract.lines), made
 
 
-def _named(test: ConcreteTest, requirement: Requirement) -> ConcreteTest:
+def _named(test: ConcreteTest, requirement: Criterion) -> ConcreteTest:
     return named(test, f"{requirement.id}-{SEARCH}")
 
 
@@ -254,7 +254,7 @@ class PostSession:
                 by_nodeid[failed.nodeid] = replace(result, shrunk={**result.shrunk, name: shrunk})
         return [*by_nodeid.values()]
 
-    def _shrunk(self, requirement: Requirement, case: HriCase, nodeid: str) -> ShrunkTest:
+    def _shrunk(self, requirement: Criterion, case: HriCase, nodeid: str) -> ShrunkTest:
         self.say(f"hricdv: shrinking {case.abstract.id}, which failed {requirement.id} ...")
         budget = Budget(self.options.shrink_runs, self.options.shrink_seconds)
         shrunk = Shrinking(self.rerunning, requirement, case, nodeid).shrink(budget)

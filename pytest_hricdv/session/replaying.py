@@ -25,7 +25,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.generate.suite import Generation, Suite
-from pytest_hricdv.monitor import PastFormula, Requirement, Verdict
+from pytest_hricdv.monitor import Criterion, PastFormula, Verdict
 from pytest_hricdv.results.building import GeneratedSuite, build_result
 from pytest_hricdv.results.model import ReplayComparison, TestResult
 from pytest_hricdv.search.replay import Origin, Replay, ReplayError, differences, read, write
@@ -227,7 +227,7 @@ class Rerunning:
     """
 
     testbench: Testbench
-    requirements: tuple[Requirement, ...]
+    requirements: tuple[Criterion, ...]
     provenance: Provenance
     failures: Failures
     seeds: Mapping[str, int]

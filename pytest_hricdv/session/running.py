@@ -11,14 +11,14 @@ from typing import TypedDict
 import pytest
 from msgspec.structs import replace
 
-from pytest_hricdv.case import CaseResult, HriCase, execute
+from pytest_hricdv.case import CaseResult, HriCase, execute, oracles
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import (
+    Criterion,
     FormulaSource,
     PastFormula,
-    Requirement,
     RequirementError,
     load_definitions,
     load_requirements,
@@ -32,6 +32,7 @@ from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.session.collection import Collection, case_of
 from pytest_hricdv.session.films import Filming, film_text
 from pytest_hricdv.session.replaying import Failures, Provenance, replay_mismatch
+from pytest_hricdv.testbench import ConformanceError
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -57,12 +58,16 @@ class Running:
         self._built: tuple[HriCase, CaseResult | None, TestResult] | None = None
 
     @cached_property
-    def requirements(self) -> tuple[Requirement, ...]:
-        """The testbench's requirements. Raises pytest.UsageError, located, when a text does not parse."""
+    def requirements(self) -> tuple[Criterion, ...]:
+        """What runs are judged by: the testbench's requirements, then its model, if runs are compared with one.
+
+        Raises pytest.UsageError, located, when a text does not parse, or a correspondence names what does not exist.
+        """
         testbench = self.collection.testbench
         try:
-            return load_requirements(testbench.requirements, testbench.vocabulary())
-        except (RequirementError, ValueError) as error:
+            requirements = load_requirements(testbench.requirements, testbench.vocabulary())
+            return (*requirements, *oracles(testbench))
+        except (RequirementError, ConformanceError, ValueError) as error:
             raise pytest.UsageError(str(error)) from None
 
     @property

@@ -1,0 +1,106 @@
+"""Which declared events happen with a message, or with changes of signals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
+from typing import NamedTuple
+
+from pytest_hricdv.monitor import MonitorSet, PastFormula, Value
+from pytest_hricdv.monitor.analysis import names_of, sources, topics_of
+
+ORDER_S = 1e-9
+"""Events with one time stamp are kept apart by this much: the resolution of the monitors."""
+
+
+class Happening(NamedTuple):
+    """An instant at which declared events happened.
+
+    Args:
+        time_s: when (s).
+        name: the topic of the message, or the signals that changed.
+        text: the same with values, for people.
+        numbers: of the conditions that are true with it.
+    """
+
+    time_s: float
+    name: str
+    text: str
+    numbers: tuple[int, ...]
+
+
+class Events:
+    """Evaluates conditions at each message, in their order, and at each instant at which signals change.
+
+    For a requirement, all updates with one time stamp are one instant, and of several messages of a topic the last one
+    counts. Here each message is an instant of its own: a controller that reports three states without time passing has
+    been in three states. Changes of signals with one time stamp are one instant still.
+
+    Args:
+        conditions: formulas that are true only at isolated instants (`analysis.is_instantaneous`).
+    """
+
+    def __init__(self, conditions: Iterable[PastFormula]) -> None:
+        given = tuple(conditions)
+        self._monitors = MonitorSet()
+        for number, condition in enumerate(given):
+            self._monitors.watch(condition, partial(self._changed, number))
+        self.topics = topics_of(given)
+        """The topics whose messages are read."""
+        self.signals = frozenset(name for name in names_of(given) if "." not in name)
+        """The signals that are read."""
+        self._sources = frozenset().union(*map(sources, given))
+        self.values: dict[str, Value] = {}
+        """The last value of each signal, and of each field as `topic.field`."""
+        self._numbers: list[int] = []
+        self._now_s = -math.inf
+        self._signals_s = -math.inf
+        self._changes: dict[str, Value] = {}
+        """Signals that have changed at the instant `_signals_s`, which is not judged yet."""
+
+    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> Iterator[Happening]:
+        """A message of a topic in `topics` has arrived: what has happened up to it."""
+        yield from self.flush()
+        self.values.update((f"{topic}.{name}", value) for name, value in fields.items())
+        self._now_s = max(time_s, self._now_s)
+        self._monitors.message(self._now_s, topic, fields)
+        yield from self._judge(time_s, topic, _message_text(topic, fields))
+
+    def signal(self, time_s: float, name: str, value: Value) -> Iterator[Happening]:
+        """A signal in `signals` has a new value: what has happened before this instant."""
+        if time_s > self._signals_s:
+            yield from self.flush()
+        self.values[name] = value
+        self._signals_s, self._now_s = time_s, max(time_s, self._now_s)
+        self._monitors.signal(self._now_s, name, value)
+        if name in self._sources:
+            self._changes[name] = value
+
+    def flush(self) -> Iterator[Happening]:
+        """What has happened with the last changes of signals."""
+        if self._changes:
+            text = ", ".join(f"{name} = {_value_text(value)}" for name, value in self._changes.items())
+            names = " ".join(self._changes)
+            self._changes.clear()
+            yield from self._judge(self._signals_s, names, text)
+
+    def _judge(self, time_s: float, name: str, text: str) -> Iterator[Happening]:
+        self._now_s += ORDER_S
+        self._monitors.advance(self._now_s)
+        if self._numbers:
+            yield Happening(time_s, name, text, tuple(sorted(self._numbers)))
+            self._numbers.clear()
+
+    def _changed(self, number: int, time_s: float, holds: bool) -> None:
+        if holds:
+            self._numbers.append(number)
+
+
+def _message_text(topic: str, fields: Mapping[str, Value]) -> str:
+    values = ", ".join(f"{name}={_value_text(value)}" for name, value in fields.items())
+    return f"{topic}({values})" if fields else topic
+
+
+def _value_text(value: Value) -> str:
+    return f'"{value}"' if isinstance(value, str) else str(value) if isinstance(value, bool) else f"{value:g}"
