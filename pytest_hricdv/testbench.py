@@ -254,8 +254,6 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, product in testbench.cross.items():
         if not isinstance(product, CrossProduct):
             raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
-    if unknown := sorted(set(testbench.units) - set(testbench.signals)):
-        raise TestbenchError(f"{where}: units has {unknown[0]!r}, which is no signal; there are {[*testbench.signals]}")
     if not isinstance(testbench.conformance, Conformance | None):
         raise TestbenchError(f"{where}: conformance is {testbench.conformance!r}; expected Conformance(...) or None")
     if not callable(testbench.run):
