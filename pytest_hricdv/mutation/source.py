@@ -12,11 +12,10 @@ from pytest_hricdv.coverage.code_map import SourceFile
 NOTES = frozenset({"note", "log", "debug", "info", "warn", "warning", "error", "critical", "exception", "print"})
 """Names of functions that write remarks for people: what they are called with changes nothing that a robot does."""
 
-_COMPOUND = (
-    cst.BaseCompoundStatement,
-    cst.ExceptHandler,
-    cst.MatchCase,
-)
+TYPES = frozenset({"TypeVar", "TypeVarTuple", "ParamSpec", "NewType"})
+"""Names of functions whose result only type checkers read."""
+
+_COMPOUND = (cst.BaseCompoundStatement, cst.ExceptHandler, cst.MatchCase)
 _DECLARING = (cst.Annotation, cst.Decorator, cst.Import, cst.ImportFrom)
 
 
@@ -101,4 +100,6 @@ def _walk(node: cst.CSTNode) -> Iterator[cst.CSTNode]:
 def _is_left_out(node: cst.CSTNode) -> bool:
     if isinstance(node, cst.Expr):
         return isinstance(node.value, cst.BaseString) or called_name(node.value) in NOTES
+    if isinstance(node, cst.Assign):
+        return called_name(node.value) in TYPES
     return isinstance(node, _DECLARING) or (isinstance(node, cst.If) and last_name(node.test) == "TYPE_CHECKING")

@@ -112,10 +112,11 @@ def test_states_are_swapped_within_their_table_function_enumeration_and_group(
 
 LEFT_ALONE = '''
     """Three things: 1, 2, 3."""
-    from typing import TYPE_CHECKING, Literal
+    from typing import TYPE_CHECKING, Literal, TypeVar
     from dataclasses import dataclass
     if TYPE_CHECKING:
         WIDTH = 3
+    T = TypeVar("T", covariant=True)
 
     @dataclass(frozen=True)
     class Pose:
