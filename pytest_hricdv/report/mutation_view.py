@@ -7,6 +7,7 @@ from pytest_hricdv.report.formatting import (
     Line,
     Style,
     and_more,
+    natural,
     pad,
     percent,
     plural,
@@ -38,7 +39,7 @@ def lines(report: Report) -> Iterator[Line]:
         for name, score in result.suites.items():
             yield Line(visible(f"  suite {name}: {score_text(score)}"))
     groups = {f"group {name}": score for name, score in result.groups.items()}
-    yield from _oracles({**result.oracles, **groups})
+    yield from _oracles({**_in_order(report, result.oracles), **groups})
     for status in WHY:
         yield from _examples([mutant for mutant in result.mutants if mutant.status == status], status)
     for text in notes(result):
@@ -84,10 +85,17 @@ def page(report: Report) -> dict[str, Any] | None:
         "result": result,
         "headline": headline(result),
         "notes": [*notes(result)],
+        "oracles": _in_order(report, result.oracles),
         "alive": {status: (why, by_status[status]) for status, why in WHY.items() if by_status[status]},
         "killed": by_status["killed"],
         "tests": {test.id: test for test in report.tests},
     }
+
+
+def _in_order(report: Report, oracles: Mapping[str, OracleScore]) -> dict[str, OracleScore]:
+    """Requirements first, then what else can fail."""
+    names = sorted(oracles, key=lambda name: (name not in report.requirements, natural(name)))
+    return {name: oracles[name] for name in names}
 
 
 def _oracles(oracles: Mapping[str, OracleScore]) -> Iterator[Line]:

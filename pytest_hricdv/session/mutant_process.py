@@ -44,8 +44,8 @@ PRELOADED = (
 """What the plugin imports when pytest is configured: done once here, and not again for each mutant. By name, because
 what starts this process is among them."""
 
-SILENT_S = 300.0
-"""A mutant that gives no sign of life for so long (s of wall time) waits for something that never comes."""
+SILENCE = 30
+"""A mutant that gives no sign of life for so many times the processor time of a run waits for what never comes."""
 
 UNMEASURED = NoMeasurement("a mutant")
 _ADDRESS = re.compile(r"\b0x[0-9a-f]+")
@@ -146,7 +146,7 @@ def _tried(job: Job, trials: Sequence[Trial]) -> Iterator[RunTold | TrialTold]:
     began_s = time.monotonic()
     runs: dict[str, list[MutantRun]] = {trial.mutant: [] for trial in trials}
     queue = deque(trials)
-    pool = ProcessPool[Trial](lambda trial, send: _Trying(job, trial, send).run(), job.processes, SILENT_S)
+    pool = ProcessPool[Trial](lambda trial, send: _Trying(job, trial, send).run(), job.processes, SILENCE * job.run_s)
     for event in pool.run(queue):
         trial = event.item
         if isinstance(event, Line):

@@ -69,6 +69,7 @@ class Mutating:
             MutationError: no test can take part, or tests run otherwise than in the session.
         """
         began_s, options = time.perf_counter(), self.running.options.mutation
+        results = sorted(results, key=lambda result: (result.suite, result.id, result.nodeid))  # workers finish anyhow
         tests = {result.id: result for result in results if _takes_part(result)}
         if not tests:
             raise MutationError("no mutant was tried: expected tests that pass and that were measured")
@@ -85,7 +86,7 @@ class Mutating:
             seed=self.running.options.seed,
             tests_per_mutant=options.tests,
             matrix=options.matrix,
-            left_out=tuple(sorted(result.id for result in results if not _takes_part(result))),
+            left_out=tuple(result.id for result in results if not _takes_part(result)),
             processes=self.processes,
             wall_s=round(time.perf_counter() - began_s, 3),
             ended=ended,

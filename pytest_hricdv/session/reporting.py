@@ -134,6 +134,9 @@ class Reporting:
         except MutationError as error:
             self.problems.append(f"--hri-mutate: {error}")
             return None
+        except KeyboardInterrupt:  # before the first mutant
+            self.interrupted = True
+            return None
         self.interrupted = found.ended == "interrupted"
         return found
 
