@@ -93,13 +93,17 @@ def _add_gates(parser: argparse.ArgumentParser) -> None:
         metavar="KIND=PCT",
         help=f"KIND: {', '.join(THRESHOLDS)}",
     )
-    add("--fail-on-nc", action="store_true", help="fail when no test triggered a requirement")
+    add(
+        "--fail-on-nc",
+        action="store_true",
+        help="fail when no test triggered a requirement; reports of whole suites always do",
+    )
     add(
         "--allow-nc",
         action="append",
         default=[],
         metavar="REQUIREMENT",
-        help="--fail-on-nc lets it pass; repeatable",
+        help="a requirement that need not be triggered; repeatable",
     )
     add("--baseline", type=Path, metavar="FILE", help="new failures, lost coverage and lost triggers fail")
     add("--update-baseline", action="store_true", help="write the file of --baseline anew")
@@ -198,23 +202,27 @@ def _baseline(report: Report, options: argparse.Namespace) -> Baseline | None:
 
 
 def _gates(report: Report, options: argparse.Namespace) -> Gates:
-    try:
-        days = {name: datetime.date.fromisoformat(day) for name, day in report.known_until.items()}
-    except ValueError as error:
-        raise ReportError(f"known violations of the report: {error}") from None
     known = {
         name: Exemption(
             name,
             report.known_violations.get(name, "no longer known"),
-            days.get(name),
+            _day(report.known_until.get(name, "")),
             report.known_while.get(name, ""),
         )
-        for name in ({} if report.strict else dict.fromkeys([*report.known_violations, *days]))
+        for name in ({} if report.strict else dict.fromkeys([*report.known_violations, *report.known_until]))
     }
     may_be_nc = {
-        name: Exemption(name, "named with --allow-nc") for each in options.allow_nc for name in each.split(",")
-    }
+        name: Exemption(name, each.reason, _day(each.until), suites=each.suites)
+        for name, each in report.may_be_nc.items()
+    } | {name: Exemption(name, "named with --allow-nc") for each in options.allow_nc for name in each.split(",")}
     return Gates(tuple(options.fail_under), options.fail_on_nc, may_be_nc, known, options.fail_on_change)
+
+
+def _day(text: str) -> datetime.date | None:
+    try:
+        return datetime.date.fromisoformat(text) if text else None
+    except ValueError as error:
+        raise ReportError(f"an exemption of the report: {error}") from None
 
 
 def _relocated(report: Report, path: Path, output: Path) -> Report:

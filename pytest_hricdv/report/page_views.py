@@ -12,7 +12,7 @@ from pytest_hricdv.coverage.records import MappedFile, ReportedNearMiss, Require
 from pytest_hricdv.report.formatting import natural
 from pytest_hricdv.report.tests_view import code_bits, plan_bits, plan_names
 from pytest_hricdv.report.totals import known
-from pytest_hricdv.results.model import ModelSource, Report, RequirementText, SearchResult, TestResult
+from pytest_hricdv.results.model import ModelSource, NcExemption, Report, RequirementText, SearchResult, TestResult
 
 SHOWN = 25
 """At most so many failures, tight passes and near misses are listed; the table of tests has the others."""
@@ -34,6 +34,7 @@ class RequirementView:
         known: why, and under which condition, its violation is known; empty if it is not.
         outside: how many tests violated it outside of this condition.
         until: the last day on which it is; empty if that is not limited.
+        may_be_nc: why no test need trigger it; None where one must.
         counts: verdict -> number of tests.
         triggers: over all tests.
         tight: tests that passed with the least margins.
@@ -47,6 +48,7 @@ class RequirementView:
     known: str
     outside: int
     until: str
+    may_be_nc: NcExemption | None
     counts: Mapping[str, int]
     triggers: int
     failures: tuple[Judged, ...]
@@ -68,6 +70,7 @@ def requirement_view(report: Report, name: str) -> RequirementView:
         known=known(report, name),
         outside=sum(result.outside for _, result in by_verdict["Failed"]),
         until=report.known_until.get(name, ""),
+        may_be_nc=report.may_be_nc.get(name),
         counts={word: len(found) for word, found in by_verdict.items()},
         triggers=sum(result.triggers for _, result in pairs),
         failures=tuple(sorted(by_verdict["Failed"], key=_margin)[:SHOWN]),

@@ -142,9 +142,12 @@ def _requirements(rows: Sequence[totals.RequirementRow], columns: int) -> Iterat
         (False, "no test triggered it"),
         (True, "triggered, but never decided before the run ended"),
     ):
-        names = [row.name for row in unchecked if bool(row.triggers) == undecided]
+        names = [row.name for row in unchecked if bool(row.triggers) == undecided and not row.may_be_nc]
         if names:
             yield from _row("NC: not checked", f"{listing(names, columns // 3)}: {why}", columns, "warn")
+    for row in unchecked:
+        if row.may_be_nc:
+            yield from _row("NC: allowed", f"{row.name}: {row.may_be_nc}", columns, "dim")
     for row in rows:
         if row.failed and row.known:
             note = visible(f"{row.name} is known to fail: {row.known_note}")

@@ -22,7 +22,8 @@ class RequirementRow:
     """One requirement over one suite: tests by verdict, triggers over all tests, and the least margin.
 
     `known` is the reason why its violation is known, with its condition; empty if it is not, or if the run is strict.
-    `outside` counts failed tests with a violation outside of that condition.
+    `outside` counts failed tests with a violation outside of that condition. `may_be_nc` is the reason why no test of
+    this suite need trigger it; empty if one must.
     `margin` is the least over the suite's tests, in the requirement's own unit; `margin_test` is the test that had it.
     """
 
@@ -35,6 +36,7 @@ class RequirementRow:
     triggers: int
     known: str
     outside: int
+    may_be_nc: str
     margin: float | None
     margin_test: str
 
@@ -132,6 +134,7 @@ def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow
                 triggers=tally.triggers,
                 known=known(report, name),
                 outside=tally.outside,
+                may_be_nc=may_be_nc(report, name, frozenset({suite.name})),
                 margin=margin,
                 margin_test=test,
             )
@@ -150,6 +153,12 @@ def known(report: Report, requirement: str) -> str:
     if report.strict or requirement not in report.known_violations:
         return ""
     return known_text(report.known_violations[requirement] or "known", report.known_while.get(requirement, ""))
+
+
+def may_be_nc(report: Report, requirement: str, suites: frozenset[str]) -> str:
+    """Why a requirement need not be triggered in any of these suites; empty if it must be."""
+    exemption = report.may_be_nc.get(requirement)
+    return exemption.reason if exemption and suites.issubset(exemption.suites or suites) else ""
 
 
 def is_tolerated(report: Report, requirement: str, test: TestResult) -> bool:

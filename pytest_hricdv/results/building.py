@@ -25,6 +25,7 @@ from pytest_hricdv.results.model import (
     GenerationResult,
     LastNewPlan,
     ModelSource,
+    NcExemption,
     Report,
     RequirementText,
     RerunOptions,
@@ -157,6 +158,7 @@ class SessionInfo:
     code: CodeMap | None
     unmeasured: str
     known: Mapping[str, Exemption]
+    may_be_nc: Mapping[str, Exemption]
     until: Mapping[str, str]
     strict: bool
     version: str
@@ -205,6 +207,10 @@ def build_report(
         wall_s=round(session.wall_s, 3),
         workers=session.workers,
         known_violations={name: each.reason for name, each in session.known.items()},
+        may_be_nc={
+            name: NcExemption(reason=each.reason, suites=each.suites, until=str(each.until or ""))
+            for name, each in session.may_be_nc.items()
+        },
         known_while={name: each.condition for name, each in session.known.items() if each.condition},
         known_until=dict(session.until),
         strict=session.strict,

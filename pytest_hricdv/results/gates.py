@@ -15,11 +15,14 @@ THRESHOLDS = (*KINDS, MUTANTS)
 """What thresholds can be given for: coverage, and the share of mutants that the tests notice."""
 
 KNOWN = "REQUIREMENT [while CONDITION] [until YYYY-MM-DD]: reason"
-MAY_BE_NC = "REQUIREMENT [until YYYY-MM-DD]: reason"
+MAY_BE_NC = "REQUIREMENT [in SUITE,...] [until YYYY-MM-DD]: reason"
 """The forms of a line with an exemption."""
 
 _BEFORE_COLON = re.compile(r"""(?:"[^"]*"|'[^']*'|\[[^\]]*\]|[^:])*""")
-_HEAD = re.compile(r"(?P<requirement>\S+)(?:\s+while\s+(?P<while>.+?))?(?:\s+until\s+(?P<until>\S+))?\s*\Z", re.DOTALL)
+_HEAD = re.compile(
+    r"(?P<requirement>\S+)(?:\s+in\s+(?P<in>\S+))?(?:\s+while\s+(?P<while>.+?))?(?:\s+until\s+(?P<until>\S+))?\s*\Z",
+    re.DOTALL,
+)
 
 
 class ThresholdError(ValueError):
@@ -64,12 +67,14 @@ class Exemption:
         until: the last day; None for ever.
         condition: text of a condition; a violation is tolerated where it holds at the time of the violation. Empty for
             everywhere.
+        suites: where it is tolerated; empty for all.
     """
 
     requirement: str
     reason: str
     until: datetime.date | None = None
     condition: str = ""
+    suites: tuple[str, ...] = ()
 
     def expired(self, today: datetime.date) -> bool:
         """Whether its last day is over."""
@@ -117,11 +122,12 @@ def parse_exemption(line: str, form: str, reason: str = "") -> Exemption:
     head, colon, given = _split(line.strip())
     match = _HEAD.match(head)
     reason = given.strip() or reason
-    refused = match is not None and any(match[name] and f"[{name} " not in form for name in ("while", "until"))
+    refused = match is not None and any(match[name] and f"[{name} " not in form for name in ("in", "while", "until"))
     if match is None or refused or not reason or (colon and not given.strip()):
         raise ExemptionError(f"{line!r}: expected 'REQUIREMENT: reason' or '{form}'")
     until = None if match["until"] is None else _day(match["until"], line)
-    return Exemption(match["requirement"], reason, until, match["while"] or "")
+    suites = tuple(filter(None, (match["in"] or "").split(",")))
+    return Exemption(match["requirement"], reason, until, match["while"] or "", suites)
 
 
 def _split(line: str) -> tuple[str, str, str]:
@@ -146,7 +152,8 @@ class Gates:
 
     Args:
         thresholds: of coverage.
-        fail_on_nc: fail when no test triggered a requirement, unless `may_be_nc` exempts it.
+        fail_on_nc: fail when no test triggered a requirement, unless `may_be_nc` exempts it, also where a number of
+            tests was asked for; whole suites always do.
         may_be_nc: requirements that need not be triggered.
         known: exemptions for violations; one that has expired fails the session.
         fail_on_change: fail when a test behaves otherwise than in the baseline.

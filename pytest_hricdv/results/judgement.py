@@ -121,7 +121,7 @@ def judge(report: Report, gates: Gates, baseline: Baseline | None, today: dateti
             exemptions of violations that occurred, new failures, and changes of behaviour are checked.
     """
     failed = [*_expired(report, gates, today, whole=whole), *_below(report, gates.thresholds, whole=whole)]
-    if whole and gates.fail_on_nc:
+    if whole and (gates.fail_on_nc or is_whole(report)):
         failed += _unchecked(report, gates.may_be_nc, today)
     if gates.fail_on_change and report.changes is not None:
         failed += _changed(report, report.changes)
@@ -131,6 +131,14 @@ def judge(report: Report, gates: Gates, baseline: Baseline | None, today: dateti
         failed += comparison.worse
         improved += comparison.better
     return Judgement(tuple(failed), tuple(improved))
+
+
+def is_whole(report: Report) -> bool:
+    """Whether it is of suites as they are generated: no replays, no part, and no number of tests was asked for."""
+    tests = {(test.suite, test.id) for test in report.tests}
+    limited = any(option.startswith("--hri-tests=") for option in report.rerun.options)
+    complete = len(tests) == sum(suite.size for suite in report.suites) and not report.not_run
+    return bool(report.rerun.suite) and complete and not limited
 
 
 def _below(report: Report, thresholds: tuple[Threshold, ...], *, whole: bool) -> Iterator[str]:
@@ -156,13 +164,14 @@ def _expired(report: Report, gates: Gates, today: datetime.date, *, whole: bool)
 
 
 def _unchecked(report: Report, exemptions: Mapping[str, Exemption], today: datetime.date) -> Iterator[str]:
+    suites = {suite.name for suite in report.suites}
     for name in _untriggered(report):
         exemption = exemptions.get(name)
-        if exemption is None:
+        if exemption is None or (exemption.suites and not suites.issubset(exemption.suites)):
             results = ((test.id, test.requirements[name]) for test in report.tests if name in test.requirements)
             test, missing = nearest_miss(results)
             near = f"nearest was {test}, which lacked {' & '.join(missing)}" if test else "nor came near"
-            yield f"{name} was not checked: no test triggered it; {near}"
+            yield f"{name} was not checked: no test triggered it; {near}; if it may be so, say why in hri_allow_nc"
         elif exemption.expired(today):
             yield f"{name} was not checked, which was accepted until {exemption.until} ({exemption.reason})"
 
@@ -180,12 +189,12 @@ def _untriggered(report: Report) -> list[str]:
 
 def _needless(report: Report, gates: Gates) -> Iterator[str]:
     """Exemptions that are no longer needed."""
-    untriggered = _untriggered(report)
+    untriggered, suites = _untriggered(report), {suite.name for suite in report.suites}
     for name, known in gates.known.items():
         if not _violations(report, name) and name not in untriggered and known.reason:
             yield f"{name} is a known violation ({known.text}), but no test violated it"
     for name, exemption in gates.may_be_nc.items():
-        if gates.fail_on_nc and name not in untriggered:
+        if name not in untriggered and suites.issubset(exemption.suites or suites):
             yield f"{name} need not be checked ({exemption.reason}), but was"
 
 

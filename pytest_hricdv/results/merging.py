@@ -31,7 +31,7 @@ from pytest_hricdv.results.model import (
 
 _EQUAL = (
     *("version", "testbench", "requirements", "state", "outcome_label"),
-    *("known_violations", "known_while", "known_until", "strict"),
+    *("known_violations", "known_while", "known_until", "may_be_nc", "strict"),
 )
 _WORST_FIRST = ("failed", "error", "known-violation", "passed", "not-run")
 

@@ -279,6 +279,14 @@ class SessionSummary(Record, frozen=True, kw_only=True):
     shard: str
 
 
+class NcExemption(Record, frozen=True, kw_only=True):
+    """Why a requirement need not be triggered, in which suites (empty: in all), and up to which day (YYYY-MM-DD)."""
+
+    reason: str
+    suites: Names = ()
+    until: str = ""
+
+
 class GateResult(Record, frozen=True, kw_only=True):
     """What failed the session beside its tests, and what improved on the baseline, a sentence each."""
 
@@ -315,6 +323,7 @@ class Report(Record, frozen=True, kw_only=True):
     Args:
         known_violations: requirement -> the reason why its violation is known.
         known_while: requirement -> the condition under which its violation is known; the others are known everywhere.
+        may_be_nc: requirement -> why it need not be triggered.
         known_until: requirement -> the last day (YYYY-MM-DD) on which its violation is known.
         strict: the list of known violations was ignored.
         state: the message and field that tell the robot's state, as `topic.field`.
@@ -361,6 +370,7 @@ class Report(Record, frozen=True, kw_only=True):
     search: Mapping[str, SearchResult] = {}
     gates: GateResult | None = None
     known_while: Mapping[str, str] = {}
+    may_be_nc: Mapping[str, NcExemption] = {}
     made_with: Mapping[str, str] = {}
     changes: BehaviourChanges | None = None
     mutation: MutationResult | None = None

@@ -118,7 +118,6 @@ LEARNING = (
     Value("rl-save", "FILE", "save the learned table of Q"),
 )
 
-UNTIL = "or 'R3 until 2027-01-31: reason'"
 WHILE = "'R3 while CONDITION: reason' where a condition holds at the violation, each also with 'until 2027-01-31'"
 GATES = (
     Repeatable(
@@ -136,12 +135,16 @@ GATES = (
         key="hri_known_violations",
     ),
     Flag("strict", "let known violations fail, too"),
-    Flag("fail-on-nc", "fail when no test triggered a requirement (verdict NC in all tests)"),
+    Flag(
+        "fail-on-nc",
+        "with --hri-tests, too, fail when no test triggered a requirement (verdict NC in all tests); a whole suite "
+        "always does",
+    ),
     Repeatable(
         "allow-nc",
         "REQUIREMENT",
-        "a requirement that may be NC with --hri-fail-on-nc",
-        f"one a line, 'R5: reason' {UNTIL}: may be NC with hri_fail_on_nc",
+        "a requirement that no test need trigger, or 'REQUIREMENT in SUITE,...'",
+        "one a line, 'R5: reason', or 'R5 in SUITE,... until 2027-01-31: reason': no test need trigger it",
     ),
     Value(
         "baseline",

@@ -267,13 +267,13 @@ def _exemptions(config: pytest.Config, option: str, ini: str, form: str) -> dict
     name = f"--hri-{option.replace('_', '-')}"
     for given in config.getoption(f"hri_{option}") or ():
         # Several names are separated by commas; conditions and reasons may have commas of their own.
-        for text in [given] if re.search(r":|\s(?:while|until)\s", given) else given.split(","):
+        for text in [given] if re.search(r":|\s(?:in|while|until)\s", given) else given.split(","):
             try:
                 exemption = parse_exemption(text, form, reason=f"named with {name}")
             except ExemptionError as error:
                 raise pytest.UsageError(f"{name}={error}") from None
             before = found.get(exemption.requirement)
-            if before is None or before.condition != exemption.condition:
+            if before is None or (before.condition, before.suites) != (exemption.condition, exemption.suites):
                 found[exemption.requirement] = exemption
     return found
 

@@ -184,6 +184,7 @@ class Reporting:
             code=self.running.code,
             unmeasured=reasons[0] if reasons else "no test was measured" if measured else "switched off",
             known=self.options.known,
+            may_be_nc=self.options.gates.may_be_nc,
             until={name: str(each.until) for name, each in self.options.gates.known.items() if each.until},
             strict=self.options.strict,
             version=version("pytest-hricdv"),

@@ -68,20 +68,45 @@ SILENT = ("--hri-suite=by-hand", "-k", "curt")  # nobody greets, so R3 is never 
 
 
 @plain_and_slowly_in_other_modes
-def test_a_requirement_that_nobody_triggers_fails_the_run_when_asked(
+def test_a_requirement_that_no_test_of_a_suite_triggers_fails_the_run(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
     change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "bright"')
-    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_on_nc = true")
     result = lamps.runpytest_inprocess(*SUITE, *options)
     assert result.ret == 1
     result.stdout.fnmatch_lines(
-        ["FAILED R3 was not checked: no test triggered it; nearest was by-hand-*, which lacked *"]
+        ["FAILED R3 was not checked: no test triggered it; nearest was by-hand-*, which lacked *in hri_allow_nc"]
     )
     (failed,) = report(lamps.path)["gates"]["failed"]
     assert failed.startswith("R3 was not checked")
     assert lamps.runpytest_inprocess(*SUITE, "--hri-allow-nc=R3", *options).ret == 0
-    assert lamps.runpytest_inprocess(*SUITE, "-k", "cellar", *options).ret == 0
+
+
+def test_of_a_part_of_a_suite_nothing_need_be_triggered(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "bright"')
+    for part in (("-k", "cellar"), ("--hri-tests=2",), ("--hri-shard=1/1",)):
+        assert lamps.runpytest_inprocess(*SUITE, *part).ret == 0, part
+    change(lamps.path, "lamps/guide.py", "        level = level_for(wish)\n", "        raise OSError\n")
+    stopped = lamps.runpytest_inprocess(*SUITE, "-x")
+    assert report(lamps.path)["not_run"]
+    stopped.stdout.no_fnmatch_line("FAILED R* was not checked*")
+    asked = lamps.runpytest_inprocess(*SUITE, "--hri-tests=2", "--hri-fail-on-nc")
+    assert asked.ret == 1
+    asked.stdout.fnmatch_lines(["FAILED R3 was not checked: *"])
+
+
+def test_what_need_not_be_triggered_is_allowed_by_name_in_some_suites_or_in_all(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "bright"')
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_allow_nc = R3 in by-hand,rl: nobody greets")
+    result = lamps.runpytest_inprocess(*SUITE)
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["  NC: allowed           R3: nobody greets"])
+    result.stdout.no_fnmatch_line("*NC: not checked*")
+    assert report(lamps.path)["may_be_nc"] == {"R3": {"reason": "nobody greets", "suites": ["by-hand", "rl"]}}
+    assert "need not be triggered in by-hand, rl: nobody greets." in (lamps.path / "hri-report/index.html").read_text()
+    change(lamps.path, "pytest.ini", "by-hand,rl", "rl")
+    assert lamps.runpytest_inprocess(*SUITE).ret == 1
+    assert lamps.runpytest_inprocess(*SUITE, "--hri-allow-nc=R3 in by-hand").ret == 0
 
 
 def test_what_need_not_be_checked_is_said_with_a_reason_and_may_end(lamps: pytest.Pytester) -> None:
@@ -272,6 +297,6 @@ def test_gates_hold_for_a_run_without_results(lamps: pytest.Pytester) -> None:
     result.stdout.fnmatch_lines(
         [
             "FAILED suite by-hand: statements unmeasured, at least 1 % asked for",
-            "FAILED R1 was not checked: no test triggered it; nor came near",
+            "FAILED R1 was not checked: no test triggered it; nor came near; *",
         ]
     )

@@ -36,7 +36,9 @@ def serviced():
 
 @pytest.fixture
 def guide(lamps: pytest.Pytester) -> pytest.Pytester:
-    """The project with a smaller guide."""
+    """The project with a smaller guide, which has no lamp to glare with."""
+    allow = "pythonpath = .\nhri_allow_nc = R2: it has no lamp"
+    change(lamps.path, "pytest.ini", "pythonpath = .", allow)
     (lamps.path / "lamps" / "guide.py").write_text(GUIDE, encoding="utf-8")
     return lamps
 

@@ -33,7 +33,7 @@ def test_a_learned_suite(lamps: pytest.Pytester) -> None:
 
 
 def test_a_shard_that_was_stopped_by_an_error(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "lamps/guide.py", "return 10.0", 'raise ConnectionError("lamp unplugged")')
+    change(lamps.path, "conftest.py", "ended = run.go(", "ended = run.stay(")
     lamps.runpytest_inprocess(SUITE, "-x", "--hri-shard=1/1", "--hri-no-cov")
     report = reread(lamps)
     assert report.shard == "1/1"

@@ -102,6 +102,18 @@ def test_gates_are_for_the_merged_report(lamps: pytest.Pytester) -> None:
     assert "lines=98: expected KIND=PCT with KIND in statements," in unknown.stderr
 
 
+def test_a_merged_report_of_whole_suites_fails_where_nothing_triggers_a_requirement(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "requirements.toml", "on(greeting)", "on(greeting) & lamp_level > 200")
+    parts = shards(lamps, 2)
+    merged = command(lamps.path, "merge", *parts)
+    assert merged.returncode == 1
+    assert "FAILED R3 was not checked: no test triggered it" in merged.stdout
+    assert "was not checked" not in command(lamps.path, "gate", parts[0]).stdout
+    assert command(lamps.path, "gate", "hri-merged", "--allow-nc=R3").returncode == 0
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_allow_nc = R3 in rl: nobody greets so")
+    assert command(lamps.path, "merge", *shards(lamps, 2)).returncode == 0
+
+
 def test_a_merged_report_is_a_baseline_and_is_held_against_one(lamps: pytest.Pytester) -> None:
     parts = shards(lamps, 2)
     assert command(lamps.path, "merge", *parts, "--baseline=base.json", "--update-baseline").returncode == 0
