@@ -116,7 +116,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
                 Does("@p3", "on(state) & state == 'Move_hand'", within_s=(0.0, 0.1)),
                 Does("close_hand", "rise(hand_closing)", within_s=(0.0, 15.0)),
                 Does("hold_leg", "rise(leg_held)", within_s=(0.5, 4.0), fails="fall(hand_closing) & !leg_held"),
-                Does("leg_ready", "on(leg_ready)", within_s=(3.0, 10.0)),
+                Does("offer(Turn)", "on(leg_ready)", within_s=(3.0, 10.0)),
                 Does("@p5", "on(state) & state == 'Wait0'", within_s=(0.0, 0.3)),
                 Does("@p6", "on(state) & state == 'Timeout2'", within_s=(0.0, 0.1)),
                 Does("reading_wanted", "on(state) & state == 'Sensing'", within_s=(1.9, 2.1)),
@@ -126,8 +126,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
                 Does("@p12", "on(state) & state == 'Discard'", within_s=(0.0, 1.0)),
                 Does("release", "fall(leg_held)", within_s=(0.0, 20.0)),
                 Does("drop", "fall(leg_held)", within_s=(3.0, 8.0)),
-                Does("leg_released", "on(turn_done) & turn_done.outcome == 'released'", within_s=(3.0, 15.0)),
-                Does("leg_discarded", "on(turn_done) & turn_done.outcome != 'released'", within_s=(3.0, 15.0)),
+                Does("report_turn(Turn, Outcome)", "on(turn_done)", within_s=(3.0, 15.0)),
                 Does("report_table", "on(table_done)", within_s=(0.0, 0.1)),
             ),
             # A person has 60 polls of 0.25 s to say "ready".

@@ -30,6 +30,7 @@ sensing_step(20).           // s, the same while it waits for the sensors
 @p2 +leg_wanted[source(human)]
    <- -leg_wanted[source(human)];
       +at_work;
+      -+outcome(discarded);
       !fetch.
 
 // --- to the handover place
@@ -58,6 +59,8 @@ sensing_step(20).           // s, the same while it waits for the sensors
 @p4 +!announce : clock(S)
    <- -+clock(S + 2);
       -+listening_since(S + 2);
+      ?turns(N);
+      offer(N + 1);
       .send(human, tell, leg_ready);
       .abolish(human_ready);
       !hear_ready.
@@ -73,7 +76,8 @@ sensing_step(20).           // s, the same while it waits for the sensors
 
 // Timeout2: the human does not say that it is ready.
 @p6 +!hear_ready : clock(S) & listening_since(Since) & patience_for_human(Limit) & S - Since >= Limit
-   <- !discard.
+   <- -+outcome("no-human-ready");
+      !discard.
 
 // Not yet: listen for another twenty seconds. (A second is a millisecond for the agents.)
 +!hear_ready : clock(S)
@@ -87,7 +91,8 @@ sensing_step(20).           // s, the same while it waits for the sensors
 // Timeout3: no reading came.
 @p7 +!sense : not reading(_, _, _)
             & clock(S) & listening_since(Since) & patience_for_sensors(Limit) & S - Since >= Limit
-   <- !discard.
+   <- -+outcome("sensing-timeout");
+      !discard.
 
 @p8 +!sense : reading(Gaze, Pressure, Location)[source(sensors)]
    <- -reading(Gaze, Pressure, Location)[source(sensors)];
@@ -105,7 +110,8 @@ sensing_step(20).           // s, the same while it waits for the sensors
 
 // The human is ready: open the hand.
 @p10 +!decide(1, 1, 1)
-   <- release;
+   <- -+outcome(released);
+      release;
       !leg_done(leg_released).
 
 // --- the end of a turn
@@ -116,6 +122,8 @@ sensing_step(20).           // s, the same while it waits for the sensors
    <- -+turns(N + 1);
       -+clock(0);
       if (N == 3) { !reset };
+      ?outcome(Reported);
+      report_turn(N + 1, Reported);
       .send(human, tell, Outcome);
       if (N == 3) { report_table };
       -at_work.

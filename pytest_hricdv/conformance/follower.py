@@ -24,7 +24,7 @@ from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Number
 from pytest_hricdv.bdi.logic.unify import unify
 from pytest_hricdv.bdi.run.system import AgentTemplate
 from pytest_hricdv.bdi.run.system_run import SystemRun
-from pytest_hricdv.conformance.oracle import CONTENT, Oracle
+from pytest_hricdv.conformance.oracle import CONTENT, Oracle, comparable
 
 MS_PER_S = 1000
 TICKS_PER_S = TICKS_PER_MS * MS_PER_S
@@ -168,7 +168,7 @@ class FollowedAgent(Agent):
             literal = self.value(written, means.unifier)  # type: ignore[arg-type]
         except EvaluationError:
             return None  # executing it fails in the same way
-        return literal.without_annotations() if isinstance(literal, Structure) else None
+        return comparable(literal) if isinstance(literal, Structure) else None
 
 
 class Follower:

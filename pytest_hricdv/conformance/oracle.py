@@ -164,9 +164,17 @@ def _read_agent(name: str, model: Model) -> tuple[AgentTemplate, tuple[str, ...]
 
 def term_of(value: Value) -> Term:
     """A value of a run as a term: True is 1; a text is an atom if it can be one, else a string."""
-    if isinstance(value, str):
-        return Structure(value) if _ATOM.fullmatch(value) else String(value)
-    return Number(value)
+    return _text_term(value) if isinstance(value, str) else Number(value)
+
+
+def _text_term(text: str) -> Term:
+    return Structure(text) if _ATOM.fullmatch(text) else String(text)
+
+
+def comparable(literal: Structure) -> Structure:
+    """The literal with texts as `term_of` gives them, without annotations: `turn("released")` is `turn(released)`."""
+    args = (_text_term(arg.value) if isinstance(arg, String) else arg for arg in literal.args)
+    return Structure(literal.functor, tuple(args), (), literal.negated)
 
 
 class _Names:
@@ -199,7 +207,7 @@ class _Names:
                     f"{owner}: {self._agent} has no plan {does.act}{nearest(does.act[1:], self._labels)}"
                 )
             return None
-        literal = _literal(owner, does.act)
+        literal = comparable(_literal(owner, does.act))
         self._require(owner, literal, "action or message", self._acts)
         return literal
 
