@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 
 from pytest_hricdv.bdi import BdiError
-from pytest_hricdv.conformance.declaration import ConformanceError
+from pytest_hricdv.conformance.declaration import MODEL, ConformanceError
 from pytest_hricdv.conformance.events import Events, Happening
-from pytest_hricdv.conformance.oracle import MODEL, Bindings, Event, Oracle
+from pytest_hricdv.conformance.oracle import Bindings, Event, Oracle
 from pytest_hricdv.conformance.product import NOTHING, Deviation, Heard, Observation, Product
 from pytest_hricdv.monitor import Attempt, Value, Verdict, Violation
 

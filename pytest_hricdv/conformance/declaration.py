@@ -6,6 +6,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+MODEL = "MODEL"
+"""The id of the verdict."""
+
 PERCEPT = "percept"
 """The source of what an agent perceives, as opposed to what it is told."""
 

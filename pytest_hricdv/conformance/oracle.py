@@ -16,14 +16,11 @@ from pytest_hricdv.bdi.language.syntax_tree import parts_of, variables_of
 from pytest_hricdv.bdi.language.terms import Call, Key
 from pytest_hricdv.bdi.logic.substitution import substitute_only
 from pytest_hricdv.bdi.run.system import AgentTemplate, read_templates
-from pytest_hricdv.conformance.declaration import PERCEPT, Conformance, ConformanceError, Does, Hears
+from pytest_hricdv.conformance.declaration import MODEL, PERCEPT, Conformance, ConformanceError, Does, Hears
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import FormulaSource, PastFormula, Value, Vocabulary, parse_condition
 from pytest_hricdv.monitor.analysis import is_instantaneous, topics_of
 from pytest_hricdv.suggestion import nearest
-
-MODEL = "MODEL"
-"""The id of the verdict."""
 
 Bindings = dict[Variable, Term]
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pytest_hricdv.coverage.records import CodeCoverage, CrossCoverage, PlanCoverage
 from pytest_hricdv.report import behaviour_view, mutation_view, totals
 from pytest_hricdv.report.explanation import instructions_of, violation
-from pytest_hricdv.report.formatting import fit, natural, percent, plural, seconds, share, visible
+from pytest_hricdv.report.formatting import by_requirement, fit, percent, plural, seconds, share, visible
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 MAX_ANNOTATIONS = 10
@@ -77,7 +77,7 @@ def junit_properties(test: TestResult, outcome_label: str) -> tuple[tuple[str, s
         ("hri.suite", test.suite),
         ("hri.id", test.id),
         ("hri.seed", test.seed),
-        *((f"hri.{name}", test.requirements[name].verdict) for name in sorted(test.requirements, key=natural)),
+        *((f"hri.{name}", test.requirements[name].verdict) for name in sorted(test.requirements, key=by_requirement)),
         ("hri.statements_percent", _tenths(test.code.percent if test.code else None)),
         ("hri.simulated_s", _tenths(test.sim_s)),
         ("hri.fidelity", test.fidelity or None),
@@ -184,7 +184,8 @@ def _failures(report: Report) -> Iterator[str]:
 
 
 def _failure(report: Report, test: TestResult) -> Iterator[str]:
-    names = sorted((name for name, result in test.requirements.items() if result.verdict == "Failed"), key=natural)
+    failed = (name for name, result in test.requirements.items() if result.verdict == "Failed")
+    names = sorted(failed, key=by_requirement)
     what = ", ".join([*names, *(["fault"] if test.faults else [])]) or "in error"
     yield f"<details><summary><b>{_escaped(test.id)}</b>: {_escaped(what)}</summary>"
     yield ""
@@ -232,7 +233,7 @@ def _escaped(text: str) -> str:
 
 
 def _violation_annotations(report: Report, places: Mapping[str, Place]) -> Iterator[str]:
-    for name in sorted(report.requirements, key=natural):
+    for name in sorted(report.requirements, key=by_requirement):
         failed = [test for test in report.tests if test.outcome == "failed" and test.violates(name)]
         failed = [test for test in failed if not totals.is_tolerated(report, name, test)]
         if not failed:
@@ -279,7 +280,7 @@ def _annotation_property(text: str) -> str:
 def _suite_figures(suite: SuiteResult) -> Iterator[tuple[str, object]]:
     yield "seed", suite.seed
     yield "tests", suite.tests
-    for name in sorted(suite.requirements, key=natural):
+    for name in sorted(suite.requirements, key=by_requirement):
         tally = suite.requirements[name]
         yield name, f"{tally.passed} passed, {tally.failed} failed, {tally.nc} NC"
     for kind, coverage in (("statements", suite.code.statements), ("branches", suite.code.branches)):

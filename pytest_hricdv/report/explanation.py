@@ -4,7 +4,7 @@ import shlex
 from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv.coverage.records import ReportedNearMiss, ReportedViolation, RequirementResult
-from pytest_hricdv.report.formatting import natural, plural, quantity, seconds, visible
+from pytest_hricdv.report.formatting import by_requirement, natural, plural, quantity, seconds, visible
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
 
 _MAX_VIOLATIONS = 3
@@ -277,7 +277,7 @@ def _actions_before(actions: Sequence[str], times: Sequence[float], until_s: flo
 
 
 def _names(test: TestResult) -> list[str]:
-    return sorted(test.requirements, key=natural)
+    return sorted(test.requirements, key=by_requirement)
 
 
 def _quoted(nodeid: str) -> str:

@@ -9,6 +9,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from pytest_hricdv.conformance.declaration import MODEL
+
 Style = Literal["plain", "title", "ok", "bad", "warn", "dim"]
 
 _INVISIBLE = {"Cc", "Cf", "Cs", "Zl", "Zp"}
@@ -80,6 +82,11 @@ def natural(name: str) -> tuple[tuple[int, int, str], ...]:
     """A sort key that puts R2 before R10."""
     parts = re.split(r"(\d+)", name)
     return tuple((1, int(part), part) if part.isdecimal() else (0, 0, part) for part in parts)
+
+
+def by_requirement(name: str) -> tuple[bool, tuple[tuple[int, int, str], ...]]:
+    """A sort key for requirements: R2 before R10, and the model after all of them."""
+    return name == MODEL, natural(name)
 
 
 def visible(text: str, keep: str = "") -> str:

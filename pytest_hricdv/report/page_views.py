@@ -9,7 +9,7 @@ from operator import add
 from typing import Any, Literal
 
 from pytest_hricdv.coverage.records import MappedFile, ReportedNearMiss, RequirementResult
-from pytest_hricdv.report.formatting import natural
+from pytest_hricdv.report.formatting import by_requirement
 from pytest_hricdv.report.tests_view import code_bits, plan_bits, plan_names
 from pytest_hricdv.report.totals import known
 from pytest_hricdv.results.model import ModelSource, NcExemption, Report, RequirementText, SearchResult, TestResult
@@ -105,7 +105,7 @@ def triggers_over_time(report: Report, requirement: str, bins: int = 60) -> dict
     if last_s is None:
         return None
     width_s = next(width for width in (*_SPANS_S, last_s + 1) if width * bins > last_s)
-    counts = {name: [0] * (int(last_s / width_s) + 1) for name in sorted(begins, key=natural) if begins[name]}
+    counts = {name: [0] * (int(last_s / width_s) + 1) for name in sorted(begins, key=by_requirement) if begins[name]}
     for name, times in begins.items():
         for time_s in times:
             counts[name][int(time_s / width_s)] += 1

@@ -12,9 +12,9 @@ from pytest_hricdv.report.formatting import (
     Line,
     Style,
     and_more,
+    by_requirement,
     fit,
     listing,
-    natural,
     pad,
     percent,
     plural,
@@ -98,9 +98,9 @@ def findings(report: Report) -> Iterator[Line]:
         if test.replayed:
             yield _replayed(test.id, test.replayed)
     for test in report.tests:
-        for requirement in sorted(test.shrunk, key=natural):
+        for requirement in sorted(test.shrunk, key=by_requirement):
             yield from _shrunk(requirement, test.id, test.shrunk[requirement], options, test.replay)
-    for requirement in sorted(report.search, key=natural):
+    for requirement in sorted(report.search, key=by_requirement):
         yield from _searched(requirement, report.search[requirement], options)
 
 

@@ -14,7 +14,7 @@ from msgspec import to_builtins
 
 from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.report import behaviour_view, explanation
-from pytest_hricdv.report.formatting import natural, quantity, seconds
+from pytest_hricdv.report.formatting import by_requirement, natural, quantity, seconds
 from pytest_hricdv.results.model import ReplayComparison, Report, ShrunkTest, TestResult
 
 TESTS_PER_PACK = 50
@@ -45,7 +45,7 @@ def index(report: Report) -> dict[str, Any]:
 def requirement_names(report: Report) -> list[str]:
     """Every requirement that a test or the report names, R2 before R10."""
     names = {name for test in report.tests for name in test.requirements}
-    return sorted(names | set(report.requirements), key=natural)
+    return sorted(names | set(report.requirements), key=by_requirement)
 
 
 def plan_names(report: Report) -> list[PlanName]:
@@ -101,7 +101,7 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
         "run": _values(test.concrete.run),
         "verdicts": [
             _verdict(name, test.requirements[name], report.units or {})
-            for name in sorted(test.requirements, key=natural)
+            for name in sorted(test.requirements, key=by_requirement)
         ],
         "failure": test.failure,
         "faults": test.faults,

@@ -7,7 +7,7 @@ from itertools import groupby
 from operator import attrgetter
 
 from pytest_hricdv.coverage.records import CrossCoverage, WaiverRecord
-from pytest_hricdv.report.formatting import branches, line_ranges, natural, plural, share
+from pytest_hricdv.report.formatting import branches, by_requirement, line_ranges, natural, plural, share
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.results.gates import known_text
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
@@ -120,7 +120,7 @@ def failed_gates(report: Report) -> tuple[str, ...]:
 def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow, ...]:
     """A suite's requirements, R2 before R10; those of a group together, and first those of none."""
     rows = []
-    for name in sorted(suite.requirements, key=natural):
+    for name in sorted(suite.requirements, key=by_requirement):
         tally = suite.requirements[name]
         margin, test = _least_margin(report, suite.name, name)
         rows.append(
