@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pytest_hricdv.coverage.code_map import Arc, Bits, CodeMap, SourceFile
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.records import ExplorationRecord, Gap, GapKind, ProductDeclaration, RequirementResult
-from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage
+from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage, unused_alternatives
 
 MODULE = "the module"
 
@@ -177,10 +177,12 @@ def _part(bins: Bin, size: int) -> str:
 
 
 def requirement_gaps(requirements: Iterable[str], tests: Sequence[TestCoverage]) -> Iterator[Gap]:
-    """Requirements that no test triggered, with the test that came nearest."""
+    """Requirements that no test triggered, with the test that came nearest; and parts that never decided."""
     for name in requirements:
         results = [(test.id, test.requirements[name]) for test in tests if test.was_run]
         if any(result.triggers for _, result in results):
+            for unused in unused_alternatives(result for _, result in results):
+                yield _gap("requirements", name, (unused,), "no test made its response hold by this alternative")
             continue
         test, missing = nearest_miss(results)
         suggestion = f"vary {test}, which lacked {' & '.join(missing)}" if test else ""

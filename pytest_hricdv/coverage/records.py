@@ -152,7 +152,8 @@ class ReportedNearMiss(Record, frozen=True, kw_only=True):
 class RequirementResult(Record, frozen=True, kw_only=True):
     """The verdict on one requirement in one test, with the numbers of attempts.
 
-    `margin_time_s` and `nearest_miss` are UNSET where no run came to an end.
+    `margin_time_s` and `nearest_miss` are UNSET where no run came to an end. `unused` are the alternatives `f`, `g` of
+    a response `f | g` by which it never held, if it was triggered.
     """
 
     verdict: Literal["Passed", "Failed", "NC"]
@@ -165,6 +166,7 @@ class RequirementResult(Record, frozen=True, kw_only=True):
     margin: Number | None
     margin_time_s: Number | UnsetType | None = UNSET
     nearest_miss: ReportedNearMiss | UnsetType | None = UNSET
+    unused: Names = ()
 
     @property
     def outside(self) -> bool:
@@ -178,6 +180,7 @@ class RequirementTally(Record, frozen=True, kw_only=True):
     `passed`, `failed`, `nc` count tests by verdict; one that was not run has none. `triggers` counts attempts:
     `passes`, `failures` and `pending` ones. `vacuous` counts runs in which the antecedent never held. `outside` counts
     the failed tests with a violation outside of the condition under which violations of the requirement are known.
+    `unused` are the alternatives of its response by which it held in no test, if one triggered it.
     """
 
     passed: Count
@@ -189,6 +192,7 @@ class RequirementTally(Record, frozen=True, kw_only=True):
     vacuous: Count
     pending: Count
     outside: Count = 0
+    unused: Names = ()
 
 
 # Cross products

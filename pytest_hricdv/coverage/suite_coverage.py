@@ -193,7 +193,14 @@ def tally(requirement: str, tests: Iterable[TestCoverage]) -> RequirementTally:
         vacuous=sum(result.vacuous for result in results),
         pending=sum(result.pending for result in results),
         outside=sum(result.outside for result in results),
+        unused=unused_alternatives(results),
     )
+
+
+def unused_alternatives(results: Iterable[RequirementResult]) -> tuple[str, ...]:
+    """The alternatives of a requirement's response by which it held in no test that triggered it; none if none did."""
+    triggered = [result.unused for result in results if result.triggers]
+    return tuple(text for text in triggered[0] if all(text in unused for unused in triggered)) if triggered else ()
 
 
 def curve(tests: Iterable[TestCoverage]) -> tuple[CurvePoint, ...]:

@@ -75,6 +75,15 @@ def conjuncts(formula: PastFormula) -> Iterator[PastFormula]:
         yield formula
 
 
+def disjuncts(formula: PastFormula) -> Iterator[PastFormula]:
+    """The operands of the outermost disjunctions of `formula`, in the order of the text."""
+    if isinstance(formula, Or):
+        yield from disjuncts(formula.left)
+        yield from disjuncts(formula.right)
+    else:
+        yield formula
+
+
 def conditions(response: Response) -> tuple[PastFormula, ...]:
     """The past formulas of a response."""
     return (response.condition, response.release) if isinstance(response, HoldsUntil) else (response.condition,)

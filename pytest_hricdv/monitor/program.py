@@ -8,6 +8,7 @@ from functools import lru_cache
 
 from pytest_hricdv.monitor.analysis import (
     conditions,
+    disjuncts,
     is_right_continuous,
     names_of,
     names_read,
@@ -55,6 +56,7 @@ class RequirementProgram(Program):
         robustness: the signed distance of `condition` to its bounds; None if it compares nothing, or for `eventually`.
         counts: the text of each count in the formula -> the number of its operator.
         attempt_operators: constructors of the comparisons with hysteresis that are reset at the start of each attempt.
+        alternatives: the text of each disjunct of `condition` -> the disjunct; empty if there is only one.
     """
 
     antecedent: Condition
@@ -62,6 +64,7 @@ class RequirementProgram(Program):
     counts: Mapping[str, int]
     robustness: Measure | None
     attempt_operators: tuple[Callable[[], HysteresisOperator], ...]
+    alternatives: Mapping[str, Condition]
 
 
 @lru_cache(maxsize=1024)
@@ -70,7 +73,9 @@ def compile_formula(formula: Formula) -> RequirementProgram:
     compiler = ExpressionCompiler()
     response = formula.response
     antecedent = compiler.condition(formula.antecedent, HysteresisScope.RUN)
-    condition = compiler.condition(response.condition, _hysteresis_scope(formula))
+    scope = _hysteresis_scope(formula)
+    alternatives = {str(part): compiler.condition(part, scope) for part in disjuncts(response.condition)}
+    condition = f"({' or '.join(alternatives.values())})"
     release = compiler.condition(response.release, HysteresisScope.RUN) if isinstance(response, HoldsUntil) else None
     robustness = None if isinstance(response, Eventually) else compiler.robustness(response.condition)
     parts = conditions(response)
@@ -82,6 +87,7 @@ def compile_formula(formula: Formula) -> RequirementProgram:
         counts=compiler.counts,
         run_operators=tuple(compiler.run_operators),
         attempt_operators=tuple(compiler.attempt_operators),
+        alternatives={text: function_of(part) for text, part in alternatives.items() if len(alternatives) > 1},
         right_continuous=is_right_continuous(formula.antecedent) and all(map(is_right_continuous, parts)),
         kinds=names_read(formula),
         topics=topics_read(formula),

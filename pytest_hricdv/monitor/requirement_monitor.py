@@ -49,7 +49,7 @@ class RequirementMonitor(FormulaMonitor):
         self._attempt_operators = [make() for make in program.attempt_operators]
         self._antecedent = program.antecedent
         self._robustness = program.robustness
-        self._tally = Tally()
+        self._tally = Tally(program.alternatives)
 
     def _can_start(self) -> bool:
         try:
@@ -69,6 +69,12 @@ class RequirementMonitor(FormulaMonitor):
     @abstractmethod
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
         """The verdict at the end of the run, after its last instant was judged."""
+
+    def _note_alternative(self, arrived: Mapping[str, int], outputs: Outputs) -> None:
+        """The response holds: strike off the first of its alternatives that does, which is the one that decides."""
+        values = self._state.values
+        holding = (text for text, holds in self.program.alternatives.items() if holds(values, arrived, outputs))
+        self._tally.unused.pop(next(holding), None)
 
     def _margin(self, arrived: Mapping[str, int], outputs: Outputs) -> float:
         """The signed distance to the bound; infinite if there is none, or if it is unknown or undefined.
@@ -124,7 +130,10 @@ class EpisodeMonitor(RequirementMonitor):
             self._tally.add_margin(margin, now_ns)
         if not holds:
             self._violate(now_ns, margin, outputs)
-        elif self._violation is not None:
+            return
+        if self._tally.unused:
+            self._note_alternative(arrived, outputs)
+        if self._violation is not None:
             self._end_violation()
 
     def _begin_episode(self, now_ns: Nanoseconds) -> None:
@@ -225,6 +234,8 @@ class EventuallyMonitor(ObligationMonitor):
         self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs
     ) -> None:
         if self._condition(self._state.values, arrived, outputs):
+            if self._tally.unused:
+                self._note_alternative(arrived, outputs)
             for obligation in due:
                 self._tally.add_margin((obligation.end_ns - now_ns) / NS_PER_S, now_ns)
                 self._close(obligation, now_ns, passed=True)
@@ -253,6 +264,8 @@ class SafetyMonitor(ObligationMonitor):
         holds = self._condition(self._state.values, arrived, outputs)
         margin = self._margin(arrived, outputs)
         self._tally.add_margin(margin, now_ns)
+        if holds and self._tally.unused:
+            self._note_alternative(arrived, outputs)
         for obligation in due:
             if not holds:
                 self._tally.add_violation(obligation.trigger_ns, now_ns, self._current_values(outputs), margin)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -95,6 +95,7 @@ class Verdict:
         margin_time_s: when the margin first occurred (s).
         nearest_miss: if the antecedent was never true: when it was nearest to it (added by `logged.explained`).
         history: the attempts in the order of their triggers.
+        unused: if it was triggered: the alternatives `f`, `g` of a response `f | g` by which it never held.
     """
 
     requirement: str
@@ -109,6 +110,7 @@ class Verdict:
     margin_time_s: float | None
     nearest_miss: NearestMiss | None = None
     history: tuple[Attempt, ...] = ()
+    unused: tuple[str, ...] = ()
 
     @property
     def outside(self) -> bool:
@@ -118,17 +120,23 @@ class Verdict:
     def to_json(self) -> dict[str, Any]:
         """The verdict as plain data for JSON: dicts, lists, numbers, strings."""
         plain = asdict(self)
-        plain["violations"] = list(plain["violations"])
+        plain["violations"] = [each | {"signature": list(each["signature"])} for each in plain["violations"]]
         plain["history"] = list(plain["history"])
+        plain["unused"] = list(plain["unused"])
         if self.nearest_miss is not None:
             plain["nearest_miss"]["missing"] = list(self.nearest_miss.missing)
         return plain
 
 
 class Tally:
-    """Counts the attempts of one requirement during a run."""
+    """Counts the attempts of one requirement during a run.
 
-    def __init__(self) -> None:
+    Args:
+        alternatives: the texts of the response's disjuncts; none where it is no disjunction.
+    """
+
+    def __init__(self, alternatives: Iterable[str] = ()) -> None:
+        self.unused = dict.fromkeys(alternatives)  # used as an ordered set
         self.attempts = 0
         self.passes = 0
         self.failures = 0
@@ -181,6 +189,7 @@ class Tally:
             margin=margin,
             margin_time_s=None if margin is None else seconds(self._margin_ns),
             history=tuple(sorted(self._history, key=lambda attempt: attempt.begin_s)),
+            unused=tuple(self.unused) if self.attempts else (),
         )
 
 

@@ -5,13 +5,15 @@ The views' own words are ASCII, so that a terminal of any encoding shows them as
 
 import re
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from pytest_hricdv.conformance.declaration import MODEL
 
 Style = Literal["plain", "title", "ok", "bad", "warn", "dim"]
+
+LABEL_COLUMNS = 20
 
 _INVISIBLE = {"Cc", "Cf", "Cs", "Zl", "Zp"}
 _ZERO_WIDTH = {"Mn", "Me"}
@@ -148,6 +150,14 @@ def wrap(words: Iterable[str], columns: int) -> list[str]:
         else:
             lines.append(fit(word, columns))
     return lines
+
+
+def labelled(label: str, text: str, columns: int, style: Style = "plain") -> Iterator[Line]:
+    """A label with a text beside it, which continues below itself if it is too long."""
+    start = f"  {pad(visible(label), LABEL_COLUMNS)}  "
+    for line in wrap(visible(text).split(" "), columns - width(start)):
+        yield Line(start + line, style)
+        start = " " * width(start)
 
 
 def _end(line: int) -> str:

@@ -9,11 +9,12 @@ from pytest_hricdv.report import behaviour_view, mutation_view, totals
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
+    LABEL_COLUMNS,
     Line,
-    Style,
     and_more,
     by_requirement,
     fit,
+    labelled,
     listing,
     pad,
     percent,
@@ -26,6 +27,7 @@ from pytest_hricdv.report.formatting import (
     width,
     wrap,
 )
+from pytest_hricdv.report.requirement_lines import requirement_lines
 from pytest_hricdv.results.model import (
     Diagnosis,
     GenerationResult,
@@ -40,7 +42,6 @@ _MAX_GAPS = 8
 _MAX_NOT_RUN = 3
 _MAX_FAULTS = 3
 _MAX_ACTIONS = 14
-_LABEL_COLUMNS = 20
 _SLOW_FACTOR, _SLOW_S = 5.0, 1.0  # a test is named as slow when it takes this many times the mean, and this long
 _SHRINKING_ENDED = {
     "done": "",
@@ -107,67 +108,24 @@ def findings(report: Report) -> Iterator[Line]:
 def _suite(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:
     fidelity = f", {suite.fidelity} simulation" if suite.fidelity else ""
     yield Line(f"suite {suite.name}, seed {suite.seed}: {totals.tests_text(report, suite)}{fidelity}", "title")
-    yield from _requirements(totals.requirement_rows(report, suite), columns)
+    yield from requirement_lines(report, suite, columns)
     yield from _code("statements", suite.code.statements, report, columns)
     yield from _code("branches", suite.code.branches, report, columns)
     for agent in sorted(suite.plans):
         covered, total = len(suite.plans[agent].covered), suite.plans[agent].total
-        yield from _row(f"plans of {agent}", f"{percent(share(covered, total))} ({covered} of {total})", columns)
+        yield from labelled(f"plans of {agent}", f"{percent(share(covered, total))} ({covered} of {total})", columns)
     if suite.cross.bins:
-        yield from _row("cross product", _cross(suite.cross), columns)
+        yield from labelled("cross product", _cross(suite.cross), columns)
     yield from _generation(suite.generation, columns)
-
-
-def _requirements(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
-    if not rows:
-        yield Line("  no requirements", "dim")
-        return
-    margins = any(row.margin is not None for row in rows)
-    marks = 6 if any(row.tolerated for row in rows) else 0
-    numbers = 7 + 8 + marks + 6 + 10 + (10 if margins else 0)
-    room = max(columns - numbers - 2, 4)
-    head = f"{'Passed':>7}{'Failed':>8}{'':{marks}}{'NC':>6}{'triggers':>10}{'margin' if margins else '':>10}"
-    yield Line(f"  {pad('requirement', room)}{head}".rstrip(), "dim")
-    for group, members in totals.by_group(rows):
-        if group:
-            yield Line(f"  {visible(group)}", "dim")
-        for row in members:
-            mark = " known" if row.tolerated else ""
-            margin = "" if row.margin is None else f"{row.margin:.3g}"
-            figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
-            name = pad(visible(f"{row.name} {row.title}"), room)
-            yield Line(f"  {name}{figures}".rstrip(), _verdict_style(row))
-    unchecked = [row for row in rows if row.nc and not row.passed + row.failed]
-    for undecided, why in (
-        (False, "no test triggered it"),
-        (True, "triggered, but never decided before the run ended"),
-    ):
-        names = [row.name for row in unchecked if bool(row.triggers) == undecided and not row.may_be_nc]
-        if names:
-            yield from _row("NC: not checked", f"{listing(names, columns // 3)}: {why}", columns, "warn")
-    for row in unchecked:
-        if row.may_be_nc:
-            yield from _row("NC: allowed", f"{row.name}: {row.may_be_nc}", columns, "dim")
-    for row in rows:
-        if row.failed and row.known:
-            note = visible(f"{row.name} is known to fail: {row.known_note}")
-            for line in wrap(note.split(" "), columns - 2):
-                yield Line(f"  {line}", "warn" if row.tolerated else "bad")
-
-
-def _verdict_style(row: totals.RequirementRow) -> Style:
-    if row.failed:
-        return "warn" if row.tolerated else "bad"
-    return "ok" if row.passed else "dim"
 
 
 def _code(kind: str, coverage: CodeCoverage | None, report: Report, columns: int) -> Iterator[Line]:
     if coverage is None:
-        return _row(kind, f"unmeasured: {totals.unmeasured(report)}", columns, "warn")
+        return labelled(kind, f"unmeasured: {totals.unmeasured(report)}", columns, "warn")
     of_total = f"{percent(coverage.percent)} ({coverage.covered} of {coverage.total})"
     waived = len(totals.waivers(report)) if kind == "statements" else 0
     reachable = f"{coverage.reachable} reachable" + (f", {waived} waived" if waived else "")
-    return _row(kind, f"{of_total}, {percent(coverage.percent_reachable)} of {reachable}", columns)
+    return labelled(kind, f"{of_total}, {percent(coverage.percent_reachable)} of {reachable}", columns)
 
 
 def _cross(cross: CrossCoverage) -> str:
@@ -185,10 +143,10 @@ def _generation(generation: GenerationResult, columns: int) -> Iterator[Line]:
         parts.append(plural(generation.bdi_runs, "model run"))
     parts.append(plural(generation.distinct_texts, "distinct text"))
     parts.append("cached" if generation.cached else seconds(generation.wall_s))
-    yield from _row("learned in" if generation.iterations else "generated in", ", ".join(parts), columns, "dim")
-    yield from _row("variety", _variety(generation.diagnosis), columns, "dim")
+    yield from labelled("learned in" if generation.iterations else "generated in", ", ".join(parts), columns, "dim")
+    yield from labelled("variety", _variety(generation.diagnosis), columns, "dim")
     for note in generation.notes:
-        yield from _row("note", note, columns, "warn")
+        yield from labelled("note", note, columns, "warn")
 
 
 def _variety(diagnosis: Diagnosis) -> str:
@@ -209,7 +167,7 @@ def _gaps(report: Report, columns: int) -> Iterator[Line]:
         return
     yield Line("not covered", "title")
     labels = [visible(gap.place if gap.kind in ("lines", "branches") else f"{gap.place} {gap.kind}") for gap in found]
-    room = max(min(max(map(width, labels[:_MAX_GAPS])), columns // 2 - 4), _LABEL_COLUMNS)
+    room = max(min(max(map(width, labels[:_MAX_GAPS])), columns // 2 - 4), LABEL_COLUMNS)
     above = ""
     for gap, label in zip(found[:_MAX_GAPS], labels, strict=False):
         start = f"  {pad('' if label == above else label, room)}  "
@@ -270,14 +228,6 @@ def _films(report: Report, columns: int) -> Iterator[Line]:
     for note, count in Counter(film.note for film in films if film.note).items():
         for line in wrap(visible(f"{count} {note}").split(" "), columns - 2):
             yield Line(f"  {line}", "warn")
-
-
-def _row(label: str, text: str, columns: int, style: Style = "plain") -> Iterator[Line]:
-    """A label with a text beside it, which continues below itself if it is too long."""
-    start = f"  {pad(visible(label), _LABEL_COLUMNS)}  "
-    for line in wrap(visible(text).split(" "), columns - width(start)):
-        yield Line(start + line, style)
-        start = " " * width(start)
 
 
 def _replayed(test: str, replayed: ReplayComparison) -> Line:

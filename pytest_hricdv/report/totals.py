@@ -23,7 +23,7 @@ class RequirementRow:
 
     `known` is the reason why its violation is known, with its condition; empty if it is not, or if the run is strict.
     `outside` counts failed tests with a violation outside of that condition. `may_be_nc` is the reason why no test of
-    this suite need trigger it; empty if one must.
+    this suite need trigger it; empty if one must. `unused` are the alternatives of its response that never decided.
     `margin` is the least over the suite's tests, in the requirement's own unit; `margin_test` is the test that had it.
     """
 
@@ -37,6 +37,7 @@ class RequirementRow:
     known: str
     outside: int
     may_be_nc: str
+    unused: tuple[str, ...]
     margin: float | None
     margin_test: str
 
@@ -106,6 +107,12 @@ def loss(report: Report) -> str:
     return f"{plural(missing, 'test')} not run or lost, totals are lower bounds" if missing else ""
 
 
+def is_whole(report: Report, suite: SuiteResult) -> bool:
+    """Whether all tests of a suite were run."""
+    run = {test.id for test in report.tests if test.suite == suite.name and test.outcome != "not-run"}
+    return len(run) == suite.size
+
+
 def tests_text(report: Report, suite: SuiteResult) -> str:
     """`134 tests, 131 not run`: how many tests a suite has, and how many of them have no verdicts."""
     not_run = sum(test.suite == suite.name and test.outcome == "not-run" for test in report.tests)
@@ -134,6 +141,7 @@ def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow
                 triggers=tally.triggers,
                 known=known(report, name),
                 outside=tally.outside,
+                unused=tally.unused,
                 may_be_nc=may_be_nc(report, name, frozenset({suite.name})),
                 margin=margin,
                 margin_test=test,

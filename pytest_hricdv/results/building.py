@@ -125,6 +125,7 @@ def requirement_result(verdict: Verdict) -> RequirementResult:
         nearest_miss=None
         if miss is None
         else ReportedNearMiss(time_s=miss.time_s, missing=tuple(miss.missing), distance=miss.distance),
+        unused=verdict.unused,
         violations=tuple(
             ReportedViolation(
                 trigger_s=v.trigger_s,

@@ -161,12 +161,15 @@ def test_a_verdict_is_plain_data_in_json() -> None:
                 },
                 "margin": 0.0,
                 "outside": False,
+                "text": "",
+                "signature": [],
             }
         ],
         "margin": 0.0,
         "margin_time_s": 11.0,
         "nearest_miss": None,
         "history": [{"begin_s": 1.0, "end_s": 11.0, "outcome": "failed"}],
+        "unused": [],
     }
 
 

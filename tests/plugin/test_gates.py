@@ -109,6 +109,23 @@ def test_what_need_not_be_triggered_is_allowed_by_name_in_some_suites_or_in_all(
     assert lamps.runpytest_inprocess(*SUITE, "--hri-allow-nc=R3 in by-hand").ret == 0
 
 
+@plain_and_slowly_in_other_modes
+def test_a_part_of_a_requirement_that_never_decides_is_told_of_whole_suites(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    """Nobody would notice that it is wrong."""
+    change(lamps.path, "requirements.toml", "-> lamp_level <= 80", "-> lamp_level <= 80 | lamp_level > 500")
+    lamps.runpytest_inprocess(*SUITE, "-k", "curt", *options).stdout.no_fnmatch_line("*never decisive*")
+    result = lamps.runpytest_inprocess(*SUITE, *options)
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["  never decisive        R2: lamp_level > 500"])
+    written = report(lamps.path)
+    assert written["suites"][0]["requirements"]["R2"]["unused"] == ["lamp_level > 500"]
+    (gap,) = [gap for gap in written["closure"]["gaps"] if gap["kind"] == "requirements"]
+    assert (gap["place"], gap["items"]) == ("R2", ["lamp_level > 500"])
+    assert gap["reason"] == "no test made its response hold by this alternative"
+
+
 def test_what_need_not_be_checked_is_said_with_a_reason_and_may_end(lamps: pytest.Pytester) -> None:
     change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "bright"')
     ini = "pythonpath = .\nhri_allow_nc =\n    R3 until 2020-02-29: nobody greets yet\n    R1: for a test"

@@ -1,0 +1,77 @@
+"""What a run prints of its requirements."""
+
+from collections.abc import Iterator, Sequence
+
+from pytest_hricdv.report import totals
+from pytest_hricdv.report.formatting import Line, Style, labelled, listing, pad, visible, wrap
+from pytest_hricdv.results.model import Report, SuiteResult
+
+_MAX_UNUSED = 3
+
+
+def requirement_lines(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:
+    """A suite's requirements: how many tests passed and failed each, what was not checked, and what is known."""
+    rows = totals.requirement_rows(report, suite)
+    if not rows:
+        yield Line("  no requirements", "dim")
+        return
+    yield from _table(rows, columns)
+    yield from _unchecked(rows, columns)
+    yield from _known(rows, columns)
+    if totals.is_whole(report, suite):
+        yield from _unused(rows, columns)
+
+
+def _table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+    margins = any(row.margin is not None for row in rows)
+    marks = 6 if any(row.tolerated for row in rows) else 0
+    numbers = 7 + 8 + marks + 6 + 10 + (10 if margins else 0)
+    room = max(columns - numbers - 2, 4)
+    head = f"{'Passed':>7}{'Failed':>8}{'':{marks}}{'NC':>6}{'triggers':>10}{'margin' if margins else '':>10}"
+    yield Line(f"  {pad('requirement', room)}{head}".rstrip(), "dim")
+    for group, members in totals.by_group(rows):
+        if group:
+            yield Line(f"  {visible(group)}", "dim")
+        for row in members:
+            mark = " known" if row.tolerated else ""
+            margin = "" if row.margin is None else f"{row.margin:.3g}"
+            figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
+            name = pad(visible(f"{row.name} {row.title}"), room)
+            yield Line(f"  {name}{figures}".rstrip(), _verdict_style(row))
+
+
+def _unchecked(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+    unchecked = [row for row in rows if row.nc and not row.passed + row.failed]
+    for undecided, why in (
+        (False, "no test triggered it"),
+        (True, "triggered, but never decided before the run ended"),
+    ):
+        names = [row.name for row in unchecked if bool(row.triggers) == undecided and not row.may_be_nc]
+        if names:
+            yield from labelled("NC: not checked", f"{listing(names, columns // 3)}: {why}", columns, "warn")
+    for row in unchecked:
+        if row.may_be_nc:
+            yield from labelled("NC: allowed", f"{row.name}: {row.may_be_nc}", columns, "dim")
+
+
+def _known(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+    for row in rows:
+        if row.failed and row.known:
+            note = visible(f"{row.name} is known to fail: {row.known_note}")
+            for line in wrap(note.split(" "), columns - 2):
+                yield Line(f"  {line}", "warn" if row.tolerated else "bad")
+
+
+def _unused(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+    """The parts of responses that could be left out without any verdict being another."""
+    unused = [f"{row.name}: {text}" for row in rows for text in row.unused]
+    for text in unused[:_MAX_UNUSED]:
+        yield from labelled("never decisive", text, columns, "warn")
+    if len(unused) > _MAX_UNUSED:
+        yield from labelled("never decisive", f"{len(unused) - _MAX_UNUSED} more: see the report", columns, "warn")
+
+
+def _verdict_style(row: totals.RequirementRow) -> Style:
+    if row.failed:
+        return "warn" if row.tolerated else "bad"
+    return "ok" if row.passed else "dim"

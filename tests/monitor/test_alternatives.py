@@ -1,0 +1,58 @@
+"""Alternatives of a response: by which of them it held, and by which it never did."""
+
+from __future__ import annotations
+
+import pytest
+
+from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary, parse_formula
+
+VOCABULARY = Vocabulary(signals={"asked": bool, "x": float, "near": bool}, messages={"answer": {"yes": bool}})
+
+
+def unused(formula: str, *updates: tuple[float, str, object]) -> tuple[str, ...]:
+    """The alternatives that never decided, in a run of 9 s in which `asked` is true from 1 s on."""
+    monitors = MonitorSet([Requirement("R", "", "", formula, parse_formula(formula, VOCABULARY))])
+    for name, value in (("asked", False), ("x", 0.0), ("near", False)):
+        monitors.signal(0.0, name, value)
+    for time_s, name, value in sorted([*updates, (1.0, "asked", True)], key=lambda update: update[0]):
+        if name == "answer":
+            monitors.message(time_s, name, {"yes": value})
+        else:
+            monitors.signal(time_s, name, value)  # type: ignore[arg-type]
+    return monitors.finish(9.0)[0].unused
+
+
+@pytest.mark.parametrize(
+    "response", ["x < 1 | near", "always[0:5](x < 1 | near)", "always(x < 1 | near) until on(answer)"]
+)
+def test_an_alternative_by_which_the_response_never_held_is_told(response: str) -> None:
+    formula = f"always(asked -> {response})"
+    assert unused(formula) == ("near",)
+    assert unused(formula, (2.0, "near", True), (3.0, "x", 2.0)) == ()
+    assert unused(formula, (0.5, "x", 2.0), (0.5, "near", True)) == ("x < 1",)
+
+
+def test_the_first_one_that_holds_decides() -> None:
+    assert unused("always(asked -> x < 1 | near)", (0.5, "near", True)) == ("near",)
+
+
+def test_of_an_eventually_it_is_the_one_that_ends_it() -> None:
+    formula = "always(asked -> eventually[0:5](on(answer) | near | x > 1))"
+    assert unused(formula, (2.0, "answer", True), (3.0, "near", True)) == ("near", "x > 1")
+    assert unused(formula, (2.0, "x", 3.0)) == ("on(answer)", "near")
+
+
+def test_a_violated_response_used_none() -> None:
+    assert unused("always(asked -> x > 1 | near)") == ("x > 1", "near")
+
+
+def test_what_guards_a_later_alternative_is_not_passed_by() -> None:
+    """The field has no value before the first answer: an alternative behind another one is not read then."""
+    formula = "always(asked -> !once(on(answer)) | answer.yes)"
+    assert unused(formula) == ("answer.yes",)
+    assert unused(formula, (2.0, "answer", True)) == ()
+
+
+def test_a_response_that_is_no_disjunction_and_one_that_was_not_triggered_have_none() -> None:
+    assert unused("always(asked -> x < 1 & (near | !near))") == ()
+    assert unused("always(x > 7 -> x < 1 | near)") == ()
