@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from pytest_hricdv.report import totals
-from pytest_hricdv.report.formatting import Line, Style, labelled, listing, pad, visible, wrap
+from pytest_hricdv.report.formatting import LABEL_COLUMNS, Line, Style, fit, labelled, listing, pad, visible, wrap
 from pytest_hricdv.results.model import Report, SuiteResult
 
 _MAX_UNUSED = 3
@@ -66,7 +66,8 @@ def _unused(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Lin
     """The parts of responses that could be left out without any verdict being another."""
     unused = [f"{row.name}: {text}" for row in rows for text in row.unused]
     for text in unused[:_MAX_UNUSED]:
-        yield from labelled("never decisive", text, columns, "warn")
+        shown = fit(text, columns - LABEL_COLUMNS - 4)  # the report has the whole formula
+        yield from labelled("never decisive", shown, columns, "warn")
     if len(unused) > _MAX_UNUSED:
         yield from labelled("never decisive", f"{len(unused) - _MAX_UNUSED} more: see the report", columns, "warn")
 
