@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -15,14 +14,15 @@ from pytest_hricdv.conformance.declaration import Conformance, ConformanceError,
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.film.film import Camera, Film
 from pytest_hricdv.generate.beliefs import BeliefSpace
-from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
+from pytest_hricdv.generate.concrete import Concretization
 from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
-from pytest_hricdv.monitor import MonitorError, MonitorSet, Requirement, Vocabulary
+from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.monitor.vocabulary import Kind
-from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder, text_of, topic_of
+from pytest_hricdv.run import Ending, Run
+from pytest_hricdv.runtime import text_of, topic_of
 from pytest_hricdv.suggestion import nearest
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
@@ -276,79 +276,3 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, path in paths.items():
         if path is not None and not Path(path).is_file():
             raise TestbenchError(f"{where}: {name} is {path}, and there is no such file")
-
-
-@dataclass(frozen=True)
-class Ending:
-    """How a run ended: "stopped", "limit", "idle" or "failed" (with the error), and when (s of simulated time)."""
-
-    how: str
-    time_s: float
-    error: NodeError | None = None
-
-
-INSTANT_S = 1e-6
-"""The kernel's resolution of time."""
-
-
-@dataclass
-class Run:
-    """What the testbench's `run` works with: virtual time, bus, record, and the test to enact."""
-
-    test: ConcreteTest
-    kernel: Kernel
-    bus: Bus
-    recorder: Recorder
-    measured: Callable[[Callable[[], None]], Callable[[], None]]
-    """Wraps the body of the node that is the code under test: coverage is measured in this node's greenlet only."""
-    monitors: MonitorSet = field(repr=False)
-    filming: Callable[[Run], AbstractContextManager[None]] | None = None
-    """Entered around the run when it is filmed; None otherwise."""
-    acted_s: list[float] = field(default_factory=list)
-    """When each action began (s of simulated time), as far as `actions` or `acting` reported it."""
-    fidelity: str = ""
-    """How to simulate the world, as `--hri-fidelity` says; empty where it says nothing."""
-    ending: Ending | None = None
-    """How `go` ended; None before."""
-
-    def actions(self) -> Iterator[ConcreteAction]:
-        """The test's actions, one after the other; taking the next one reports that it begins now."""
-        for number, action in enumerate(self.test.actions):
-            self.acting(number)
-            yield action
-
-    def acting(self, number: int) -> None:
-        """Report that action `number` (from 0, in order) begins now; explanations of failures show these times."""
-        if number == len(self.acted_s) < len(self.test.actions):
-            self.acted_s.append(self.kernel.now_s)
-
-    def go(self, limit_s: float) -> str:
-        """Run the nodes up to `limit_s`, then on until no monitor has an open deadline; then end all nodes.
-
-        Returns:
-            Why it ended: what was given to `kernel.stop`, "idle", "limit", or which node failed. A failed node is a
-            fault of the run, which has verdicts up to then; `ending` keeps it.
-        """
-        with nullcontext() if self.filming is None else self.filming(self):
-            try:
-                why = self.kernel.run(limit_s)
-                self.ending = Ending("stopped" if self.kernel.stopped else why, self.kernel.now_s)
-                self.monitors.advance(self.kernel.now_s)
-                # An instant is judged once it is over, and what happened at the last one may have met a deadline.
-                until_s = self.kernel.now_s + INSTANT_S
-                while (deadline_s := self._open_deadline_s()) is not None:
-                    if self.kernel.run(min(deadline_s, until_s)) == "idle":
-                        self.kernel.skip(min(deadline_s, until_s))
-                    self.monitors.advance(self.kernel.now_s)
-                    until_s = math.inf
-            except NodeError as error:
-                if isinstance(error.__cause__, MonitorError):
-                    raise  # by the requirements, in whichever node they were read
-                why, self.ending = f"{error.node} failed", Ending("failed", error.time_s, error)
-            finally:
-                self.kernel.close()
-        return why
-
-    def _open_deadline_s(self) -> float | None:
-        deadline_s = self.monitors.next_deadline_s()
-        return deadline_s if deadline_s is not None and self.kernel.now_s < deadline_s else None

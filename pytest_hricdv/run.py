@@ -1,0 +1,90 @@
+"""What the testbench's `run` is called with: one run of one concrete test."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field
+
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
+from pytest_hricdv.monitor import MonitorError, MonitorSet
+from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
+
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a run ended: "stopped", "limit", "idle" or "failed" (with the error), and when (s of simulated time)."""
+
+    how: str
+    time_s: float
+    error: NodeError | None = None
+
+
+INSTANT_S = 1e-6
+"""The kernel's resolution of time."""
+
+
+@dataclass
+class Run:
+    """What the testbench's `run` works with: virtual time, bus, record, and the test to enact."""
+
+    test: ConcreteTest
+    kernel: Kernel
+    bus: Bus
+    recorder: Recorder
+    measured: Callable[[Callable[[], None]], Callable[[], None]]
+    """Wraps the body of the node that is the code under test: coverage is measured in this node's greenlet only."""
+    monitors: MonitorSet = field(repr=False)
+    filming: Callable[[Run], AbstractContextManager[None]] | None = None
+    """Entered around the run when it is filmed; None otherwise."""
+    acted_s: list[float] = field(default_factory=list)
+    """When each action began (s of simulated time), as far as `actions` or `acting` reported it."""
+    fidelity: str = ""
+    """How to simulate the world, as `--hri-fidelity` says; empty where it says nothing."""
+    ending: Ending | None = None
+    """How `go` ended; None before."""
+
+    def actions(self) -> Iterator[ConcreteAction]:
+        """The test's actions, one after the other; taking the next one reports that it begins now."""
+        for number, action in enumerate(self.test.actions):
+            self.acting(number)
+            yield action
+
+    def acting(self, number: int) -> None:
+        """Report that action `number` (from 0, in order) begins now; explanations of failures show these times."""
+        if number == len(self.acted_s) < len(self.test.actions):
+            self.acted_s.append(self.kernel.now_s)
+
+    def go(self, limit_s: float) -> str:
+        """Run the nodes up to `limit_s`, then on until no monitor has an open deadline; then end all nodes.
+
+        Returns:
+            Why it ended: what was given to `kernel.stop`, "idle", "limit", or which node failed. A failed node is a
+            fault of the run, which has verdicts up to then; `ending` keeps it.
+        """
+        with nullcontext() if self.filming is None else self.filming(self):
+            try:
+                why = self.kernel.run(limit_s)
+                self.ending = Ending("stopped" if self.kernel.stopped else why, self.kernel.now_s)
+                self.monitors.advance(self.kernel.now_s)
+                # An instant is judged once it is over, and what happened at the last one may have met a deadline.
+                until_s = self.kernel.now_s + INSTANT_S
+                while (deadline_s := self._open_deadline_s()) is not None:
+                    if self.kernel.run(min(deadline_s, until_s)) == "idle":
+                        self.kernel.skip(min(deadline_s, until_s))
+                    self.monitors.advance(self.kernel.now_s)
+                    until_s = math.inf
+            except NodeError as error:
+                if isinstance(error.__cause__, MonitorError):
+                    raise  # by the requirements, in whichever node they were read
+                why, self.ending = f"{error.node} failed", Ending("failed", error.time_s, error)
+            finally:
+                self.kernel.close()
+        return why
+
+    def _open_deadline_s(self) -> float | None:
+        deadline_s = self.monitors.next_deadline_s()
+        return deadline_s if deadline_s is not None and self.kernel.now_s < deadline_s else None
