@@ -24,7 +24,9 @@ from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Number
 from pytest_hricdv.bdi.logic.unify import unify
 from pytest_hricdv.bdi.run.system import AgentTemplate
 from pytest_hricdv.bdi.run.system_run import SystemRun
-from pytest_hricdv.conformance.oracle import CONTENT, Oracle, comparable
+from pytest_hricdv.conformance.agent_names import CONTENT
+from pytest_hricdv.conformance.oracle import Oracle
+from pytest_hricdv.conformance.terms import comparable
 
 MS_PER_S = 1000
 TICKS_PER_S = TICKS_PER_MS * MS_PER_S
@@ -181,6 +183,7 @@ class Follower:
 
     def __init__(self, oracle: Oracle, limits: Mapping[str, float]) -> None:
         self.run = OnlineRun()
+        self._ended_waits = 0
         agent = oracle.agent.agent(self.run, FollowedAgent)
         assert isinstance(agent, FollowedAgent)
         agent.follow(oracle)
@@ -220,7 +223,14 @@ class Follower:
         self.settle()
 
     def wait_until(self, time_s: float) -> None:
-        """The clock has reached `time_s`, and no wait is over before it: the agent goes on if one is over by now."""
+        """The clock has reached `time_s`, and no wait is over before it: the agent goes on if one is over by now.
+
+        Raises:
+            BdiError: as `settle`.
+        """
+        self._ended_waits = self._ended_waits + 1 if time_s == self.run.now_s else 0
+        if self._ended_waits > MAX_CYCLES:
+            raise BdiError(f"{self.agent.name} waits again and again without time passing: {self.agent.doing()}")
         self.run.now_s = time_s
         if self.run.earliest_deadline <= self.run.ticks:
             self.run.end_waits()

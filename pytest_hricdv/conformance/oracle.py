@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
-from pytest_hricdv.bdi import BdiError, Number, String, Structure, Term, Variable
-from pytest_hricdv.bdi.language.parser import parse_literal
+from pytest_hricdv.bdi import BdiError, Number, Structure, Term, Variable
 from pytest_hricdv.bdi.language.project import read_project
-from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan, Program, Rule
-from pytest_hricdv.bdi.language.syntax_tree import parts_of, variables_of
-from pytest_hricdv.bdi.language.terms import Call, Key
+from pytest_hricdv.bdi.language.syntax import Program, Rule
+from pytest_hricdv.bdi.language.syntax_tree import variables_of
+from pytest_hricdv.bdi.language.terms import Key
 from pytest_hricdv.bdi.logic.substitution import substitute_only
 from pytest_hricdv.bdi.run.system import AgentTemplate, read_templates
-from pytest_hricdv.conformance.declaration import MODEL, PERCEPT, Conformance, ConformanceError, Does, Hears
+from pytest_hricdv.conformance.agent_names import AgentNames, owner_of
+from pytest_hricdv.conformance.declaration import MODEL, PERCEPT, Conformance, ConformanceError
+from pytest_hricdv.conformance.terms import term_of
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import FormulaSource, PastFormula, Value, Vocabulary, parse_condition
 from pytest_hricdv.monitor.analysis import is_instantaneous, topics_of
 from pytest_hricdv.suggestion import nearest
 
 Bindings = dict[Variable, Term]
-
-_ATOM = re.compile(r"[a-z][A-Za-z0-9_]*")
 
 
 @dataclass(frozen=True)
@@ -128,18 +126,18 @@ def load_oracle(declaration: Conformance, model: Model, vocabulary: Vocabulary, 
     agent, others = _read_agent(declaration.agent, model)
     for hears in declaration.hears:
         if hears.source != PERCEPT and hears.source not in others:
-            raise ConformanceError(f"{_owner(hears)}: no agent {hears.source!r}{nearest(hears.source, others)}")
-    names = _Names(agent.name, agent.program.plans)
+            raise ConformanceError(f"{owner_of(hears)}: no agent {hears.source!r}{nearest(hears.source, others)}")
+    names = AgentNames(agent.name, agent.program.plans)
     _check_limits(declaration, agent.program, frozenset(parameters))
     fails = {number: does for number, does in enumerate(declaration.does) if does.fails}
     return Oracle(
         declaration,
         agent,
         others,
-        hears=tuple(_event(_owner(each), names.heard(each), each.when, vocabulary) for each in declaration.hears),
-        does=tuple(_event(_owner(each), names.act(each), each.when, vocabulary) for each in declaration.does),
+        hears=tuple(_event(owner_of(each), names.heard(each), each.when, vocabulary) for each in declaration.hears),
+        does=tuple(_event(owner_of(each), names.act(each), each.when, vocabulary) for each in declaration.does),
         fails={
-            number: _event(f"{_owner(each)}, fails", names.failing(each), each.fails, vocabulary)
+            number: _event(f"{owner_of(each)}, fails", names.failing(each), each.fails, vocabulary)
             for number, each in fails.items()
         },
     )
@@ -159,107 +157,9 @@ def _read_agent(name: str, model: Model) -> tuple[AgentTemplate, tuple[str, ...]
     return agent, tuple(other for other in names if other != name)
 
 
-def term_of(value: Value) -> Term:
-    """A value of a run as a term: True is 1; a text is an atom if it can be one, else a string."""
-    return _text_term(value) if isinstance(value, str) else Number(value)
-
-
-def _text_term(text: str) -> Term:
-    return Structure(text) if _ATOM.fullmatch(text) else String(text)
-
-
-def comparable(literal: Structure) -> Structure:
-    """The literal with texts as `term_of` gives them, without annotations: `turn("released")` is `turn(released)`."""
-    args = (_text_term(arg.value) if isinstance(arg, String) else arg for arg in literal.args)
-    return Structure(literal.functor, tuple(args), (), literal.negated)
-
-
-class _Names:
-    """What an agent's source is about, for checks."""
-
-    def __init__(self, agent: str, plans: tuple[Plan, ...]) -> None:
-        self._agent = agent
-        self._labels = [plan.label for plan in plans if plan.has_label]
-        self._goals = _keys(plan.trigger for plan in plans if plan.trigger.sign == "+!")
-        self._beliefs = _keys((plan.trigger, plan.context, plan.body) for plan in plans)
-        self._actions = {
-            part.action.key
-            for plan in plans
-            for part in parts_of(plan.body)
-            if isinstance(part, ExternalAction) and isinstance(part.action, Structure)
-        }
-        self._acts = self._actions | _sent(plans)
-
-    def heard(self, hears: Hears) -> Structure:
-        literal = _literal(_owner(hears), hears.literal.removeprefix("!"))
-        goal = hears.literal.startswith("!")
-        self._require(_owner(hears), literal, "goal" if goal else "belief", self._goals if goal else self._beliefs)
-        return literal
-
-    def act(self, does: Does) -> Structure | None:
-        owner = _owner(does)
-        if does.act.startswith("@"):
-            if does.act[1:] not in self._labels:
-                raise ConformanceError(
-                    f"{owner}: {self._agent} has no plan {does.act}{nearest(does.act[1:], self._labels)}"
-                )
-            return None
-        literal = comparable(_literal(owner, does.act))
-        self._require(owner, literal, "action or message", self._acts)
-        return literal
-
-    def failing(self, does: Does) -> Structure:
-        owner = f"{_owner(does)}, fails"
-        literal = None if does.act.startswith("@") else _literal(owner, does.act)
-        if literal is None or literal.key not in self._actions:
-            raise ConformanceError(f"{owner}: only an external action can fail; {does.act} is none of {self._agent}")
-        return literal
-
-    def _require(self, owner: str, literal: Structure, kind: str, known: set[Key]) -> None:
-        if literal.key in known:
-            return
-        counts = sorted(arity for _, functor, arity in known if functor == literal.functor)
-        if counts:
-            problem = f"with {len(literal.args)} arguments; it has {' or '.join(map(str, counts))}"
-        else:
-            problem = nearest(literal.functor, sorted({functor for _, functor, _ in known}))
-        raise ConformanceError(f"{owner}: {self._agent} has no {kind} {literal.functor} {problem}".replace(" ;", ";"))
-
-
-def _keys(parts: Iterable[object]) -> set[Key]:
-    structures = (part for each in parts for part in parts_of(each) if isinstance(part, Structure))
-    return {part.key for part in structures if part.functor not in ("source", "true", "false")}
-
-
-def _sent(plans: Iterable[Plan]) -> set[Key]:
-    """The predicates of what is sent; of all that the plans mention, if a variable stands for what is sent."""
-    found: set[Key] = set()
-    for plan in plans:
-        for call in parts_of(plan.body):
-            if isinstance(call, Call) and call.name in CONTENT:
-                content = call.args[CONTENT[call.name]]
-                found |= _keys([content]) if isinstance(content, Structure) else _keys(each.body for each in plans)
-    return found
-
-
-CONTENT = {".send": 2, ".broadcast": 1}
-"""The place of the content among the arguments of the actions that send a message."""
-
-
 def window_text(first_s: float, last_s: float) -> str:
     """The time for an act, from when the agent is ready for it: `within 10 s`, or `after 2 to 10 s`."""
     return f"within {last_s:g} s" if first_s == 0 else f"after {first_s:g} to {last_s:g} s"
-
-
-def _owner(part: Hears | Does) -> str:
-    return f"Hears({part.literal!r})" if isinstance(part, Hears) else f"Does({part.act!r})"
-
-
-def _literal(owner: str, text: str) -> Structure:
-    try:
-        return parse_literal(text)
-    except BdiError as error:
-        raise ConformanceError(f"{owner}: {error}") from None
 
 
 def _event(owner: str, pattern: Structure | None, when: str, vocabulary: Vocabulary) -> Event:

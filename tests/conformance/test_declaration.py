@@ -25,7 +25,7 @@ def test_the_oracle_says_what_is_required(tmp_path: Path) -> None:
     ("changes", "told"),
     [
         ({"agent": "robto"}, "Conformance: no agent 'robto' in * nearest: robot"),
-        ({"does": (Does("@ofer", "on(offer)"),)}, "Does('@ofer'): robot has no plan @ofer; nearest: offer"),
+        ({"does": (Does("@ofer", "on(offer)"),)}, "Does('@ofer'): robot has no plan @ofer; nearest: @offer"),
         (
             {"does": (Does("ofered", "on(offer)"),)},
             "Does('ofered'): robot has no action or message ofered; nearest: offered",
@@ -117,6 +117,13 @@ def test_an_agent_that_waits_busily_is_refused(tmp_path: Path) -> None:
     robot = "+wanted(Thing) <- !spin. +!spin <- .print(x); !spin. +thanks <- offered."
     toy = Toy(tmp_path, robot, does=(OFFERED,), limits={})
     with pytest.raises(ConformanceError, match=r"robot does not come to rest: it has to wait with \.wait, not busily"):
+        toy.follow((1.0, "order", {"thing": "cup"}))
+
+
+def test_an_agent_that_waits_for_no_time_again_and_again_is_refused(tmp_path: Path) -> None:
+    robot = "+wanted(Thing) <- !spin. +!spin <- .wait(0); !spin. +thanks <- offered."
+    toy = Toy(tmp_path, robot, does=(OFFERED,), limits={})
+    with pytest.raises(ConformanceError, match="robot waits again and again without time passing"):
         toy.follow((1.0, "order", {"thing": "cup"}))
 
 

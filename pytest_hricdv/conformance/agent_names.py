@@ -1,0 +1,105 @@
+"""The names in an agent's source: what it can hear and do, for the checks of a declaration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from pytest_hricdv.bdi import BdiError, Structure
+from pytest_hricdv.bdi.language.parser import parse_literal
+from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
+from pytest_hricdv.bdi.language.syntax_tree import parts_of
+from pytest_hricdv.bdi.language.terms import Call, Key
+from pytest_hricdv.conformance.declaration import ConformanceError, Does, Hears
+from pytest_hricdv.conformance.terms import comparable
+from pytest_hricdv.suggestion import nearest
+
+CONTENT = {".send": 2, ".broadcast": 1}
+"""The place of the content among the arguments of the actions that send a message."""
+
+
+class AgentNames:
+    """What an agent's source names.
+
+    Args:
+        agent: its name.
+        plans: of its source.
+    """
+
+    def __init__(self, agent: str, plans: tuple[Plan, ...]) -> None:
+        self._agent = agent
+        self._labels = [f"@{plan.label}" for plan in plans if plan.has_label]
+        self._goals = _keys(plan.trigger for plan in plans if plan.trigger.sign == "+!")
+        self._beliefs = _keys((plan.trigger, plan.context, plan.body) for plan in plans)
+        self._actions = {
+            part.action.key
+            for plan in plans
+            for part in parts_of(plan.body)
+            if isinstance(part, ExternalAction) and isinstance(part.action, Structure)
+        }
+        self._acts = self._actions | _sent(plans)
+
+    def heard(self, hears: Hears) -> Structure:
+        """The literal of what it hears. Raises ConformanceError for one that it does not know."""
+        literal = _parse(owner_of(hears), hears.literal.removeprefix("!"))
+        goal = hears.literal.startswith("!")
+        self._require(owner_of(hears), literal, "goal" if goal else "belief", self._goals if goal else self._beliefs)
+        return literal
+
+    def act(self, does: Does) -> Structure | None:
+        """The literal of an act; None for a plan's label. Raises ConformanceError for one that it does not have."""
+        owner = owner_of(does)
+        if does.act.startswith("@"):
+            if does.act not in self._labels:
+                raise ConformanceError(
+                    f"{owner}: {self._agent} has no plan {does.act}{nearest(does.act, self._labels)}"
+                )
+            return None
+        literal = comparable(_parse(owner, does.act))
+        self._require(owner, literal, "action or message", self._acts)
+        return literal
+
+    def failing(self, does: Does) -> Structure:
+        """The literal of an act that can fail. Raises ConformanceError if it is no external action."""
+        owner = f"{owner_of(does)}, fails"
+        literal = None if does.act.startswith("@") else _parse(owner, does.act)
+        if literal is None or literal.key not in self._actions:
+            raise ConformanceError(f"{owner}: only an external action can fail; {does.act} is none of {self._agent}")
+        return literal
+
+    def _require(self, owner: str, literal: Structure, kind: str, known: set[Key]) -> None:
+        if literal.key in known:
+            return
+        counts = sorted(arity for _, functor, arity in known if functor == literal.functor)
+        if counts:
+            problem = f" with {len(literal.args)} arguments; it has {' or '.join(map(str, counts))}"
+        else:
+            problem = nearest(literal.functor, sorted({functor for _, functor, _ in known}))
+        raise ConformanceError(f"{owner}: {self._agent} has no {kind} {literal.functor}{problem}")
+
+
+def _keys(parts: Iterable[object]) -> set[Key]:
+    structures = (part for each in parts for part in parts_of(each) if isinstance(part, Structure))
+    return {part.key for part in structures if part.functor not in ("source", "true", "false")}
+
+
+def _sent(plans: Iterable[Plan]) -> set[Key]:
+    """The predicates of what is sent; of all that the plans mention, if a variable stands for what is sent."""
+    found: set[Key] = set()
+    for plan in plans:
+        for call in parts_of(plan.body):
+            if isinstance(call, Call) and call.name in CONTENT:
+                content = call.args[CONTENT[call.name]]
+                found |= {content.key} if isinstance(content, Structure) else _keys(each.body for each in plans)
+    return found
+
+
+def owner_of(part: Hears | Does) -> str:
+    """What errors call a correspondence."""
+    return f"Hears({part.literal!r})" if isinstance(part, Hears) else f"Does({part.act!r})"
+
+
+def _parse(owner: str, text: str) -> Structure:
+    try:
+        return parse_literal(text)
+    except BdiError as error:
+        raise ConformanceError(f"{owner}: {error}") from None
