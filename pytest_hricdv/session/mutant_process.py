@@ -38,6 +38,7 @@ from pytest_hricdv.results.mutation import BIN, ENDING, EXCEPTION, MutantRun
 from pytest_hricdv.session.running import Running
 
 PRELOADED = (
+    "pytest_hricdv.conformance.conformance_monitor",
     "pytest_hricdv.monitor.parser",
     *(f"pytest_hricdv.session.{name}" for name in ("aggregation", "exports", "preparation", "progress", "reporting")),
 )
