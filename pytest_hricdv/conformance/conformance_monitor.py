@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 
 from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.conformance.declaration import MODEL, ConformanceError
@@ -33,13 +34,16 @@ class ConformanceMonitor:
             *(("does", number, event) for number, event in enumerate(oracle.does)),
             *(("fails", number, event) for number, event in oracle.fails.items()),
         ]
-        self._events = Events(event.condition for _, _, event in self._declared)
+        events = [event for _, _, event in self._declared]
+        names = (name for event in events for name in event.sources.values())
+        self._events = Events((event.condition for event in events), names)
         self._log: list[Observation] = []
         self._delayed: frozenset[int] = frozenset()
         self._product = Product(oracle, self._limits)
         self._doubted: Deviation | None = None
         """The last deviation that was none for an agent that heard an input later."""
-        self._error: BdiError | None = None
+        self._error: BdiError | ConformanceError | None = None
+        """Raised at the end: when it occurs, a node runs, and it would be an error of this node."""
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
         """A message has arrived, as for a `MonitorSet`."""
@@ -55,11 +59,11 @@ class ConformanceMonitor:
         """The run ended at `time_s` (s): the verdict.
 
         Raises:
-            ConformanceError: the agent could not go on.
+            ConformanceError: the agent could not go on, or a value that it hears is not known yet.
         """
         self._observe(self._events.flush())
         if not self._ended:
-            self._go_on(lambda product: product.finish(time_s))
+            self._go_on(partial(Product.finish, time_s=time_s))
         if self._error is not None:
             raise ConformanceError(f"Conformance: {self._error}") from self._error
         return self._verdict(time_s)
@@ -70,10 +74,15 @@ class ConformanceMonitor:
 
     def _observe(self, happenings: Iterable[Happening]) -> None:
         for happening in happenings:
-            if not self._ended:
+            if self._ended:
+                continue
+            try:
                 observation = self._observation(happening)
-                self._go_on(lambda product, observation=observation: product.step(observation))  # type: ignore[misc]
-                self._log.append(observation)
+            except ConformanceError as error:
+                self._error = error
+                continue
+            self._go_on(partial(Product.step, observation=observation))
+            self._log.append(observation)
 
     def _go_on(self, step: Callable[[Product], None]) -> None:
         """Take a step; where it deviates, with an agent that heard an input after its time-out, if that conforms."""
@@ -91,7 +100,7 @@ class ConformanceMonitor:
                     self._product, self._delayed, self._doubted = product, self._delayed | {number}, deviation
                     return
         except BdiError as error:
-            self._error = error  # raised at the end: here it would be the error of a node
+            self._error = error
 
     def _observation(self, happening: Happening) -> Observation:
         heard: list[Heard] = []

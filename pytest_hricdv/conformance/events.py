@@ -39,16 +39,17 @@ class Events:
 
     Args:
         conditions: formulas that are true only at isolated instants (`analysis.is_instantaneous`).
+        names: further signals whose values are needed.
     """
 
-    def __init__(self, conditions: Iterable[PastFormula]) -> None:
+    def __init__(self, conditions: Iterable[PastFormula], names: Iterable[str] = ()) -> None:
         given = tuple(conditions)
         self._monitors = MonitorSet()
         for number, condition in enumerate(given):
             self._monitors.watch(condition, partial(self._changed, number))
         self.topics = topics_of(given)
         """The topics whose messages are read."""
-        self.signals = frozenset(name for name in names_of(given) if "." not in name)
+        self.signals = frozenset(name for name in (*names_of(given), *names) if "." not in name)
         """The signals that are read."""
         self._sources = frozenset().union(*map(sources, given))
         self.values: dict[str, Value] = {}

@@ -42,7 +42,13 @@ class Event:
     sources: Mapping[Variable, str]
 
     def bindings(self, values: Mapping[str, Value]) -> Bindings:
-        """The values of the variables, by the last values of signals and fields."""
+        """The values of the variables, by the last values of signals and fields.
+
+        Raises:
+            ConformanceError: a signal has no value yet.
+        """
+        if unknown := [name for name in self.sources.values() if name not in values]:
+            raise ConformanceError(f"{self.owner}: {unknown[0]} has no value yet; signals need one from the start")
         return {variable: term_of(values[name]) for variable, name in self.sources.items()}
 
     def literal(self, bindings: Bindings) -> Structure:

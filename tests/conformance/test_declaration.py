@@ -113,6 +113,16 @@ def test_a_message_whose_content_is_a_variable_can_be_anything_that_the_agent_me
     assert toy.follow((1.0, "order", {"thing": "cup"}), (1.5, "offer")).verdict == "Passed"
 
 
+def test_a_variable_can_be_a_signal_which_needs_a_value(tmp_path: Path) -> None:
+    robot = "+heavy(Weight) : Weight > 2 <- offered."
+    toy = Toy(tmp_path, robot, does=(OFFERED,), hears=(Hears("heavy(Weight)", "on(order)"),), limits={})
+    order = (1.0, "order", {"thing": "cup"})
+    assert toy.follow((0.0, "weight", 3.0), order, (1.5, "offer")).verdict == "Passed"
+    assert toy.follow((0.0, "weight", 1.0), order, (1.5, "offer")).verdict == "Failed"
+    with pytest.raises(ConformanceError, match=r"Hears\('heavy\(Weight\)'\): weight has no value yet"):
+        toy.follow(order)
+
+
 def test_an_agent_that_waits_busily_is_refused(tmp_path: Path) -> None:
     robot = "+wanted(Thing) <- !spin. +!spin <- .print(x); !spin. +thanks <- offered."
     toy = Toy(tmp_path, robot, does=(OFFERED,), limits={})
