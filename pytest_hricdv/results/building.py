@@ -13,7 +13,7 @@ from pytest_hricdv.coverage.records import CodeUnderTest, ReportedNearMiss, Repo
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.suite import Suite, diagnose
-from pytest_hricdv.monitor import Criterion, Verdict
+from pytest_hricdv.monitor import Criterion, Verdict, Violation
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
 from pytest_hricdv.results.gates import Exemption
@@ -126,17 +126,19 @@ def requirement_result(verdict: Verdict) -> RequirementResult:
         if miss is None
         else ReportedNearMiss(time_s=miss.time_s, missing=tuple(miss.missing), distance=miss.distance),
         unused=verdict.unused,
-        violations=tuple(
-            ReportedViolation(
-                trigger_s=v.trigger_s,
-                time_s=v.time_s,
-                values=dict(v.values),
-                margin=v.margin,
-                outside=v.outside,
-                text=v.text,
-            )
-            for v in verdict.violations
-        ),
+        violations=tuple(reported_violation(each) for each in verdict.violations),
+    )
+
+
+def reported_violation(violation: Violation) -> ReportedViolation:
+    """A violation as reports have it."""
+    return ReportedViolation(
+        trigger_s=violation.trigger_s,
+        time_s=violation.time_s,
+        values=dict(violation.values),
+        margin=violation.margin,
+        outside=violation.outside,
+        text=violation.text,
     )
 
 

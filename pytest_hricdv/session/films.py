@@ -7,7 +7,7 @@ import io
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
@@ -15,13 +15,13 @@ from pathlib import Path
 from pytest_hricdv.atomic_file import temporary_path
 from pytest_hricdv.case import CaseResult, execute
 from pytest_hricdv.coverage.measurement import NoMeasurement
-from pytest_hricdv.coverage.records import ReportedViolation
 from pytest_hricdv.film.film import Film, Schedule, key_moments, schedule
 from pytest_hricdv.film.recorder import Alarm, FilmedWorld, FilmRecorder
 from pytest_hricdv.film.video import FRAMES_PER_S, Video, video
 from pytest_hricdv.monitor import Criterion, MonitorSet, Verdict
 from pytest_hricdv.report.explanation import violation
 from pytest_hricdv.report.formatting import plural
+from pytest_hricdv.results.building import reported_violation
 from pytest_hricdv.results.model import FilmResult
 from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
 from pytest_hricdv.testbench import Run, Testbench, TestbenchError
@@ -177,7 +177,7 @@ def _alarms(verdicts: Sequence[Verdict]) -> list[Alarm]:
         Alarm(
             each.time_s,
             verdict.requirement,
-            f"{verdict.requirement} {violation(ReportedViolation(**asdict(each)), {})}",
+            f"{verdict.requirement} {violation(reported_violation(each), {})}",
         )
         for verdict in verdicts
         for each in verdict.violations

@@ -28,6 +28,7 @@ SIGNALS = (
     "hand_closing",
     "hand_contact_force",
     "hand_distance",
+    "hand_gripped",
     "leg_held",
     "leg_height",
     "leg_in_bin",
