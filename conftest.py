@@ -92,6 +92,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "hand_distance": float,
             "hand_contact_force": float,
             "arm_speed": float,
+            "arm_moving": bool,
         },
         values={"hand_place": HAND_PLACES, "state.name": tuple(STATES), "turn_done.outcome": OUTCOMES},
         units={

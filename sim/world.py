@@ -24,6 +24,9 @@ recorded change wakes the monitors."""
 REST_RAD_S = 1e-6
 """Joints slower than this are at rest."""
 
+MOVING_RAD_S = 0.01
+"""An arm that is faster moves: a twentieth of its speed."""
+
 REST_TICKS = 3
 SETTLE_STEPS = STEP_HZ // 2
 """Before time 0 the robot settles into its motors for half a second."""
@@ -43,13 +46,13 @@ class World:
     A context manager; one world at a time in a process.
 
     Args:
-        recorder: receives the signals `arm_speed` (rad/s, the arm's fastest joint, each physics step), `leg_held`,
-            `leg_torn` (it was pulled out of the closed hand), `hand_gripped` (a person's grip keeps the fingers from
-            opening), `hand_closing`, and each physics step while closing `hand_distance` (m, the person's hand to the
-            robot's palm and fingers) and `hand_contact_force` (N, with which the fingers press on the person's hand);
-            and each control tick `leg_offset` (m, leg's middle to the handover place), `leg_height` (m, leg's middle
-            above the floor), `leg_in_bin`, `leg_taken` (the person carries it), `hand_place` (see `sim.whereabouts`)
-            and `arm_home`.
+        recorder: receives the signals `arm_speed` (rad/s, the arm's fastest joint, each physics step), `arm_moving`,
+            `leg_held`, `leg_torn` (it was pulled out of the closed hand), `hand_gripped` (a person's grip keeps the
+            fingers from opening), `hand_closing`, and each physics step while closing `hand_distance` (m, the person's
+            hand to the robot's palm and fingers) and `hand_contact_force` (N, with which the fingers press on the
+            person's hand); and each control tick `leg_offset` (m, leg's middle to the handover place), `leg_height`
+            (m, leg's middle above the floor), `leg_in_bin`, `leg_taken` (the person carries it), `hand_place` (see
+            `sim.whereabouts`) and `arm_home`.
         freeze: skip steps while nothing can move. Messages and verdicts are the same without.
         fidelity: "dynamic" or "kinematic" (see `sim.mechanics`).
 
@@ -154,6 +157,7 @@ class World:
             self._mechanics.step(engine, 1)
         self._speed_rad_s = 0.0
         self.signal("arm_speed", self._speed_rad_s)
+        self.signal("arm_moving", False)
         self.signal("leg_held", False)
         self.signal("leg_torn", False)
         self._whereabouts.tick()
@@ -175,6 +179,7 @@ class World:
         if speed_rad_s != self._speed_rad_s:
             self._speed_rad_s = speed_rad_s
             self.signal("arm_speed", speed_rad_s)
+            self.signal("arm_moving", speed_rad_s > MOVING_RAD_S)
         if gripper.motion is not FingerMotion.NONE:
             gripper.after_step()
         if self.time.step % TICK_STEPS == 0:

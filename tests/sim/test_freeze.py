@@ -24,6 +24,7 @@ SCRIPTS = {
 
 SIGNALS = (
     "arm_home",
+    "arm_moving",
     "arm_speed",
     "hand_closing",
     "hand_contact_force",
