@@ -11,6 +11,8 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 # A test that hangs ends after so many seconds, with its worker: where it was is shown.
 PATIENCE = -o faulthandler_exit_on_timeout=true -o faulthandler_timeout
+# Hundreds of processes are started by the tests, and two workers by each suite: none should compile all modules anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: suite test slow lint bench experiment agreement adequacy campaign pictures clean
 
