@@ -1,15 +1,11 @@
 """The process that tries mutants: it reads a job, and forks a process for each mutant, which runs tests one by one.
 
-A fresh process, because a mutant needs that nothing of the code under test has been imported, and a fork that there are
-no threads: the session's own process has imported it, and xdist's has threads. In the fork of a mutant, pytest is
-configured as in the session, so that conftest files, the testbench and the world are imported there, with the mutant.
+A mutant needs that nothing of the code under test has been imported. So pytest is configured only in the fork of a
+mutant, where conftest files, the testbench and the world are then imported, with the mutant.
 """
 
 from __future__ import annotations
 
-import importlib
-import math
-import os
 import re
 import resource
 import signal
@@ -19,31 +15,22 @@ from collections import deque
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NoReturn
 
 import msgspec
-import pytest
 
 from pytest_hricdv.case import CaseResult, HriCase
 from pytest_hricdv.coverage.measurement import NoMeasurement
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.mutation.faulty_import import FaultyImport
-from pytest_hricdv.mutation.process_pool import Line, ProcessPool, Send
+from pytest_hricdv.process_pool import Line, ProcessPool, Send
 from pytest_hricdv.results.baseline import behaviour_of
 from pytest_hricdv.results.behaviour import Behaviour
 from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.mutation import BIN, ENDING, EXCEPTION, MutantRun
 from pytest_hricdv.session.running import Running
-
-PRELOADED = (
-    "pytest_hricdv.conformance.conformance_monitor",
-    "pytest_hricdv.monitor.parser",
-    *(f"pytest_hricdv.session.{name}" for name in ("aggregation", "exports", "preparation", "progress", "reporting")),
-)
-"""What the plugin imports when pytest is configured: done once here, and not again for each mutant. By name, because
-what starts this process is among them."""
+from pytest_hricdv.session.separate_process import answers, in_session, limit_time, preload, silence
 
 SILENCE = 30
 """A mutant that gives no sign of life for so many times the processor time of a run waits for what never comes."""
@@ -190,22 +177,16 @@ class _Trying:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         if self._trial.path:
             sys.meta_path.insert(0, FaultyImport(Path(self._trial.path), self._trial.text))
-            _silence(2)
-        self._limit_time()
-        pytest.main([*self._job.arguments], plugins=[self])
+            silence(2)
+        limit_time(self._job.run_s)
+        in_session(self._job.arguments, self._run_all)
         if not self._runs:
             self._tell(self._trial.tests[0], (EXCEPTION,), "the testbench cannot be built")
 
-    def pytest_cmdline_main(self, config: pytest.Config) -> NoReturn:
-        """Instead of a session: runs the tests."""
-        config._do_configure()  # as pytest's own --help does: the testbench may need what conftest files set up
-        running = config.pluginmanager.get_plugin("hricdv-running")
-        assert isinstance(running, Running), "the session has a suite"
-        _ = running.collection.testbench, running.requirements, running.known_while, running.known_while
+    def _run_all(self, running: Running) -> None:
         while left := self._job.left(self._trial, self._runs):
-            self._limit_time()
+            limit_time(self._job.run_s)
             self._run(left[0], running)
-        os._exit(0)  # all is told, and what pytest does at its end takes longer than some tests
 
     def _run(self, name: str, running: Running) -> None:
         test = self._job.tests[name]
@@ -235,12 +216,6 @@ class _Trying:
         self._runs.append(MutantRun(test=name, suite=suite, oracles=oracles, changed=changed, note=note))
         self._send(encode(RunTold(self._trial.mutant, self._runs[-1], behaviour)))
 
-    def _limit_time(self) -> None:
-        """The kernel ends this process when the next run takes too much processor time, whatever it does."""
-        used = resource.getrusage(resource.RUSAGE_SELF)
-        _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(used.ru_utime + used.ru_stime + self._job.run_s), hard))
-
 
 def _failed(result: CaseResult, known: Container[str]) -> Iterator[str]:
     """The oracles that fail a run."""
@@ -259,22 +234,13 @@ def _behaviour(test: TrialTest, result: CaseResult, running: Running) -> Behavio
     return behaviour_of(build_result(case, concrete.id, result, requirements=running.requirements))
 
 
-def _silence(descriptor: int) -> None:
-    """What is written to it goes nowhere."""
-    with open(os.devnull, "w") as nowhere:
-        os.dup2(nowhere.fileno(), descriptor)
-
-
 def main() -> None:
     """Do the job that is read from standard input; a line of standard output is a `Told`."""
-    job = msgspec.json.decode(sys.stdin.buffer.read(), type=Job)
-    for name in PRELOADED:
-        importlib.import_module(name)
-    with os.fdopen(os.dup(1), "w", encoding="utf-8") as output:
-        _silence(1)
+    job = msgspec.json.decode(sys.stdin.buffer.readline(), type=Job)
+    preload()
+    with answers() as write:
         for each in told(job):
-            output.write(msgspec.json.encode(each).decode() + "\n")
-            output.flush()
+            write(msgspec.json.encode(each))
 
 
 if __name__ == "__main__":

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import subprocess
-import sys
-import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
-import pytest
 
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.coverage.closure import PointIndex
@@ -31,6 +24,7 @@ from pytest_hricdv.session import mutant_process
 from pytest_hricdv.session.mutant_process import Job, RunTold, Told, Trial, TrialTest, TrialTold
 from pytest_hricdv.session.progress import time_left
 from pytest_hricdv.session.running import Running
+from pytest_hricdv.session.separate_process import ProcessError, arguments_of, started
 
 LEAST_RUN_S, FACTOR = 10, 10
 """A run that takes more processor time (s) than this, and than so many times the slowest test, does not end."""
@@ -109,7 +103,7 @@ class Mutating:
         slowest_s = max(result.wall_s or 0.0 for result in tests.values())
         one_of_each = {result.nodeid.partition("[")[0]: result.id for result in tests.values()}
         return Job(
-            arguments=_pytest_arguments(self.running.collection.config),
+            arguments=arguments_of(self.running.collection.config),
             tests={name: self._trial_test(result) for name, result in tests.items()},
             control=Trial("", tuple(one_of_each.values())),
             trials=tuple(trials),
@@ -156,9 +150,12 @@ class _Trials:
             MutationError: it was not: something is wrong with it.
         """
         try:
-            with _process(job, directory) as lines:
-                for line in lines:
+            with started(mutant_process, directory) as process:
+                process.send(job)
+                for line in process.lines():
                     self._note(msgspec.json.decode(line, type=Told), len(job.trials))
+        except ProcessError as error:
+            raise MutationError(f"mutants could not be tried: {error}") from None
         except KeyboardInterrupt:
             return "interrupted"
         return "done" if len(self._done) == len(job.trials) else "seconds"
@@ -212,46 +209,3 @@ def _difference(before: TestResult, now: Behaviour) -> str:
 def _takes_part(result: TestResult) -> bool:
     """A test that fails without a fault cannot notice one; of an unmeasured one it is unknown what it executes."""
     return result.outcome in ("passed", "known-violation") and result.code is not None
-
-
-def _pytest_arguments(config: pytest.Config) -> tuple[str, ...]:
-    """The arguments of the session; the modules of the plugin are imported before pytest can rewrite their asserts."""
-    unmeasured = ["--no-cov"] if hasattr(config.option, "no_cov") else []  # of pytest-cov
-    given = [os.fspath(each) for each in config.invocation_params.args]
-    return (*given, *unmeasured, "-W", "ignore::pytest.PytestAssertRewriteWarning")
-
-
-@contextmanager
-def _process(job: Job, directory: Path) -> Iterator[Iterator[str]]:
-    """The lines that the process of a job writes. In the end, it and what it started are ended.
-
-    Raises:
-        MutationError: it failed.
-    """
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("COV_", "COVERAGE_"))}
-    environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
-    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
-        process = subprocess.Popen(
-            [sys.executable, "-P", "-m", mutant_process.__name__],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=errors,
-            env=environment,
-            cwd=directory,
-            start_new_session=True,  # Ctrl-C is for the session, which then ends all of these processes
-        )
-        assert process.stdin is not None, "it is a pipe"
-        assert process.stdout is not None, "it is a pipe"
-        try:
-            with suppress(BrokenPipeError), process.stdin as stdin:  # how it ended says more
-                stdin.write(msgspec.json.encode(job))
-            yield (line.decode() for line in process.stdout)
-            if process.wait() != 0:
-                errors.seek(0)
-                last = errors.read().strip().splitlines()[-1:]
-                raise MutationError(f"mutants could not be tried: {''.join(last) or process.returncode}")
-        finally:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-            process.stdout.close()

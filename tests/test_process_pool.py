@@ -10,7 +10,7 @@ from collections import deque
 
 import pytest
 
-from pytest_hricdv.mutation.process_pool import End, Line, ProcessPool, Send
+from pytest_hricdv.process_pool import End, Line, ProcessPool, Send
 
 
 def _work(item: str, send: Send) -> None:
