@@ -10,7 +10,8 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-from pytest_hricdv.conformance.declaration import Conformance, ConformanceError, Does, Hears
+from pytest_hricdv.conformance.declaration import Conformance, ConformanceError, Does
+from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.film.film import Camera, Film
 from pytest_hricdv.generate.beliefs import BeliefSpace

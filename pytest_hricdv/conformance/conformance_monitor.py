@@ -7,9 +7,11 @@ from functools import partial
 
 from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.conformance.declaration import MODEL, ConformanceError
-from pytest_hricdv.conformance.events import Events, Happening
-from pytest_hricdv.conformance.oracle import Bindings, Event, Oracle
+from pytest_hricdv.conformance.oracle import Oracle
 from pytest_hricdv.conformance.product import NOTHING, Deviation, Heard, Observation, Product
+from pytest_hricdv.coupling.event_pattern import Bindings, EventPattern
+from pytest_hricdv.coupling.events import Events, Happening
+from pytest_hricdv.coupling.hears import CouplingError
 from pytest_hricdv.monitor import Attempt, Value, Verdict, Violation
 
 
@@ -29,7 +31,7 @@ class ConformanceMonitor:
         self._oracle = oracle
         limits = oracle.declaration.limits
         self._limits = {name: parameters[limit] if isinstance(limit, str) else limit for name, limit in limits.items()}
-        self._declared: list[tuple[str, int, Event]] = [
+        self._declared: list[tuple[str, int, EventPattern]] = [
             *(("heard", number, event) for number, event in enumerate(oracle.hears)),
             *(("does", number, event) for number, event in enumerate(oracle.does)),
             *(("fails", number, event) for number, event in oracle.fails.items()),
@@ -42,7 +44,7 @@ class ConformanceMonitor:
         self._product = Product(oracle, self._limits)
         self._doubted: Deviation | None = None
         """The last deviation that was none for an agent that heard an input later."""
-        self._error: BdiError | ConformanceError | None = None
+        self._error: BdiError | CouplingError | None = None
         """Raised at the end: when it occurs, a node runs, and it would be an error of this node."""
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
@@ -78,7 +80,7 @@ class ConformanceMonitor:
                 continue
             try:
                 observation = self._observation(happening)
-            except ConformanceError as error:
+            except CouplingError as error:
                 self._error = error
                 continue
             self._go_on(partial(Product.step, observation=observation))
@@ -111,7 +113,7 @@ class ConformanceMonitor:
             bindings = event.bindings(self._events.values)
             if kind == "heard":
                 declared = self._oracle.declaration.hears[number]
-                heard.append(Heard(event.literal(bindings), declared.source, declared.literal.startswith("!")))
+                heard.append(Heard(event.literal(bindings), declared.source, declared.is_goal))
             else:
                 (does if kind == "does" else fails)[number] = bindings
         return Observation(happening.time_s, happening.name, happening.text, tuple(heard), does, fails)

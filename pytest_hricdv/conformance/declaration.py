@@ -6,32 +6,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from pytest_hricdv.coupling.hears import Hears
+
 MODEL = "MODEL"
 """The id of the verdict."""
-
-PERCEPT = "percept"
-"""The source of what an agent perceives, as opposed to what it is told."""
 
 
 class ConformanceError(Exception):
     """A declaration of conformance is wrong; the text says which part, what was expected, and what to do."""
-
-
-@dataclass(frozen=True)
-class Hears:
-    """What the agent perceives or is told when an event happens in the run.
-
-    Args:
-        literal: a belief, or a goal to achieve (`!serve(cup)`). A variable in it is the value of a field of the event's
-            message, or of a signal: `reading(Gaze, Pressure, Location)` has the fields `gaze`, `pressure` and
-            `location`. True is 1 and false is 0, a text is an atom or a string.
-        when: the event, in the language of requirements: `on(request)`.
-        source: the agent that says so; by default it is a percept.
-    """
-
-    literal: str
-    when: str
-    source: str = PERCEPT
 
 
 @dataclass(frozen=True)
@@ -58,8 +40,13 @@ class Does:
         window = self.within_s
         if not (isinstance(window, tuple) and len(window) == 2 and 0 <= window[0] <= window[1] < math.inf):
             raise ConformanceError(
-                f"Does({self.act!r}): within_s is {window!r}; expected the earliest and the latest time in s, (0, 10)"
+                f"{self.owner}: within_s is {window!r}; expected the earliest and the latest time in s, (0, 10)"
             )
+
+    @property
+    def owner(self) -> str:
+        """What errors call it."""
+        return f"Does({self.act!r})"
 
 
 @dataclass(frozen=True)

@@ -2,60 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from pytest_hricdv.bdi import BdiError, Number, Structure, Term, Variable
-from pytest_hricdv.bdi.language.project import read_project
+from pytest_hricdv.bdi import Number
 from pytest_hricdv.bdi.language.syntax import Program, Rule
-from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import Key
-from pytest_hricdv.bdi.logic.substitution import substitute_only
-from pytest_hricdv.bdi.run.system import AgentTemplate, read_templates
-from pytest_hricdv.conformance.agent_names import AgentNames, owner_of
-from pytest_hricdv.conformance.declaration import MODEL, PERCEPT, Conformance, ConformanceError
-from pytest_hricdv.conformance.terms import term_of
+from pytest_hricdv.bdi.run.system import AgentTemplate
+from pytest_hricdv.conformance.declaration import MODEL, Conformance, ConformanceError
+from pytest_hricdv.coupling.agent_names import AgentNames
+from pytest_hricdv.coupling.agents import read_agents
+from pytest_hricdv.coupling.event_pattern import EventPattern, parse_event, parse_heard
+from pytest_hricdv.coupling.hears import CouplingError
 from pytest_hricdv.generate.model import Model
-from pytest_hricdv.monitor import FormulaSource, PastFormula, Value, Vocabulary, parse_condition
-from pytest_hricdv.monitor.analysis import is_instantaneous, topics_of
+from pytest_hricdv.monitor import Vocabulary
 from pytest_hricdv.suggestion import nearest
-
-Bindings = dict[Variable, Term]
-
-
-@dataclass(frozen=True)
-class Event:
-    """A pattern of a literal, and the condition that fills in its variables.
-
-    Args:
-        owner: names the correspondence in errors.
-        pattern: the literal; None for a plan's label.
-        condition: when it happens.
-        sources: variable -> the signal or `topic.field` that it stands for.
-    """
-
-    owner: str
-    pattern: Structure | None
-    condition: PastFormula
-    sources: Mapping[Variable, str]
-
-    def bindings(self, values: Mapping[str, Value]) -> Bindings:
-        """The values of the variables, by the last values of signals and fields.
-
-        Raises:
-            ConformanceError: a signal has no value yet.
-        """
-        if unknown := [name for name in self.sources.values() if name not in values]:
-            raise ConformanceError(f"{self.owner}: {unknown[0]} has no value yet; signals need one from the start")
-        return {variable: term_of(values[name]) for variable, name in self.sources.items()}
-
-    def literal(self, bindings: Bindings) -> Structure:
-        """The pattern with its variables replaced."""
-        literal = None if self.pattern is None else substitute_only(self.pattern, bindings)
-        assert isinstance(literal, Structure), self.owner
-        return literal
 
 
 @dataclass(frozen=True)
@@ -74,9 +37,9 @@ class Oracle:
     declaration: Conformance
     agent: AgentTemplate
     others: tuple[str, ...]
-    hears: tuple[Event, ...]
-    does: tuple[Event, ...]
-    fails: Mapping[int, Event]
+    hears: tuple[EventPattern, ...]
+    does: tuple[EventPattern, ...]
+    fails: Mapping[int, EventPattern]
 
     @property
     def id(self) -> str:
@@ -129,70 +92,40 @@ def load_oracle(declaration: Conformance, model: Model, vocabulary: Vocabulary, 
         ConformanceError: a name that the agent, the model or the run does not have, or a model that cannot be read.
         RequirementError: a condition that does not parse, located in its text.
     """
-    agent, others = _read_agent(declaration.agent, model)
-    for hears in declaration.hears:
-        if hears.source != PERCEPT and hears.source not in others:
-            raise ConformanceError(f"{owner_of(hears)}: no agent {hears.source!r}{nearest(hears.source, others)}")
-    names = AgentNames(agent.name, agent.program.plans)
-    _check_limits(declaration, agent.program, frozenset(parameters))
-    fails = {number: does for number, does in enumerate(declaration.does) if does.fails}
-    return Oracle(
-        declaration,
-        agent,
-        others,
-        hears=tuple(_event(owner_of(each), names.heard(each), each.when, vocabulary) for each in declaration.hears),
-        does=tuple(_event(owner_of(each), names.act(each), each.when, vocabulary) for each in declaration.does),
-        fails={
-            number: _event(f"{owner_of(each)}, fails", names.failing(each), each.fails, vocabulary)
-            for number, each in fails.items()
-        },
-    )
-
-
-def _read_agent(name: str, model: Model) -> tuple[AgentTemplate, tuple[str, ...]]:
-    """The agent of that name, and the names of all others. Only its own source is read: others can be large."""
     try:
-        project = read_project(model.path)
-        names = [entry.name for entry in project.agents]
-        if name not in names:
-            raise ConformanceError(f"Conformance: no agent {name!r} in {model.path}{nearest(name, names)}")
-        entry = project.agents[names.index(name)]
-        [agent] = read_templates(replace(project, agents=(entry,)))
-    except (BdiError, OSError) as error:
-        raise ConformanceError(f"Conformance: BDI model {model.path}: {error}") from error
-    return agent, tuple(other for other in names if other != name)
+        [agent], others = read_agents([declaration.agent], model)
+    except CouplingError as error:
+        raise ConformanceError(f"Conformance: {error}") from error
+    _check_limits(declaration, agent.program, frozenset(parameters))
+    names = AgentNames(agent.name, agent.program.plans)
+    try:
+        return Oracle(
+            declaration,
+            agent,
+            others,
+            hears=parse_heard(declaration.hears, names, others, vocabulary),
+            does=tuple(
+                parse_event(each.owner, names.act(each.owner, each.act), each.when, vocabulary)
+                for each in declaration.does
+            ),
+            fails=dict(_failures(declaration, names, vocabulary)),
+        )
+    except CouplingError as error:
+        raise ConformanceError(str(error)) from error
+
+
+def _failures(
+    declaration: Conformance, names: AgentNames, vocabulary: Vocabulary
+) -> Iterator[tuple[int, EventPattern]]:
+    for number, does in enumerate(declaration.does):
+        if does.fails:
+            owner = f"{does.owner}, fails"
+            yield number, parse_event(owner, names.failing(owner, does.act), does.fails, vocabulary)
 
 
 def window_text(first_s: float, last_s: float) -> str:
     """The time for an act, from when the agent is ready for it: `within 10 s`, or `after 2 to 10 s`."""
     return f"within {last_s:g} s" if first_s == 0 else f"after {first_s:g} to {last_s:g} s"
-
-
-def _event(owner: str, pattern: Structure | None, when: str, vocabulary: Vocabulary) -> Event:
-    source = FormulaSource(when, owner=owner)
-    condition = parse_condition(when, vocabulary, source)
-    if not is_instantaneous(condition):
-        advice = "it holds for a time; name the event: on(topic) & ..., rise(...), or fall(...)"
-        raise source.error(0, len(when), "expected an event", advice)
-    return Event(owner, pattern, condition, _sources(owner, pattern, condition, vocabulary))
-
-
-def _sources(
-    owner: str, pattern: Structure | None, condition: PastFormula, vocabulary: Vocabulary
-) -> dict[Variable, str]:
-    fields = {
-        field: f"{topic}.{field}" for topic in sorted(topics_of([condition])) for field in vocabulary.messages[topic]
-    }
-    known = {name: name for name in vocabulary.signals} | fields
-    found: dict[Variable, str] = {}
-    for variable in sorted(variables_of(pattern)) if pattern is not None else ():
-        name = variable[:1].lower() + variable[1:]
-        if name not in known:
-            raise ConformanceError(
-                f"{owner}: {variable} is no field of its message and no signal{nearest(name, known)}"
-            )
-        found[variable] = known[name]
-    return found
 
 
 def _check_limits(declaration: Conformance, program: Program, parameters: frozenset[str]) -> None:

@@ -9,8 +9,10 @@ from dataclasses import dataclass, field
 
 from pytest_hricdv.bdi import Structure
 from pytest_hricdv.bdi.logic.unify import unify
-from pytest_hricdv.conformance.follower import Follower, ReadyAct
-from pytest_hricdv.conformance.oracle import Bindings, Oracle
+from pytest_hricdv.conformance.follower import Follower
+from pytest_hricdv.conformance.oracle import Oracle
+from pytest_hricdv.coupling.coupled_agent import ReadyAct
+from pytest_hricdv.coupling.event_pattern import Bindings
 from pytest_hricdv.monitor import Attempt
 
 NOTHING = "nothing"

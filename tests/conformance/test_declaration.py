@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.conformance.declaration import Conformance, ConformanceError, Does, Hears
+from pytest_hricdv.conformance.declaration import Conformance, ConformanceError, Does
+from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.monitor import RequirementError
 from tests.conformance.toy import TOY, Toy
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.conformance.declaration import Does, Hears
+from pytest_hricdv.conformance.declaration import Does
+from pytest_hricdv.coupling.hears import Hears
 from tests.conformance.toy import HANDED_OVER, TOY, Event, Toy, moved, violation, without
 
 

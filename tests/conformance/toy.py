@@ -7,8 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from pytest_hricdv.conformance.conformance_monitor import ConformanceMonitor
-from pytest_hricdv.conformance.declaration import Conformance, Does, Hears
+from pytest_hricdv.conformance.declaration import Conformance, Does
 from pytest_hricdv.conformance.oracle import load_oracle
+from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import Value, Verdict, Vocabulary
 

@@ -9,8 +9,8 @@ from pytest_hricdv.bdi.language.parser import parse_literal
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Call, Key
-from pytest_hricdv.conformance.declaration import ConformanceError, Does, Hears
-from pytest_hricdv.conformance.terms import comparable
+from pytest_hricdv.coupling.hears import CouplingError, Hears
+from pytest_hricdv.coupling.terms import comparable
 from pytest_hricdv.suggestion import nearest
 
 CONTENT = {".send": 2, ".broadcast": 1}
@@ -29,6 +29,9 @@ class AgentNames:
         self._agent = agent
         self._labels = [f"@{plan.label}" for plan in plans if plan.has_label]
         self._goals = _keys(plan.trigger for plan in plans if plan.trigger.sign == "+!")
+        achieved = [plan.trigger.literal for plan in plans if plan.trigger.sign == "+!"]
+        plain = {goal.functor for goal in achieved if isinstance(goal, Structure) and not (goal.args or goal.negated)}
+        self._plain_goals = tuple(sorted(plain))
         self._beliefs = _keys((plan.trigger, plan.context, plan.body) for plan in plans)
         self._actions = {
             part.action.key
@@ -38,32 +41,33 @@ class AgentNames:
         }
         self._acts = self._actions | _sent(plans)
 
+    @property
+    def plain_goals(self) -> tuple[str, ...]:
+        """The goals without parameters that it has plans for, sorted."""
+        return self._plain_goals
+
     def heard(self, hears: Hears) -> Structure:
-        """The literal of what it hears. Raises ConformanceError for one that it does not know."""
-        literal = _parse(owner_of(hears), hears.literal.removeprefix("!"))
-        goal = hears.literal.startswith("!")
-        self._require(owner_of(hears), literal, "goal" if goal else "belief", self._goals if goal else self._beliefs)
+        """The literal of what it hears. Raises CouplingError for one that it does not know."""
+        literal = _parse(hears.owner, hears.literal.removeprefix("!"))
+        kind, known = ("goal", self._goals) if hears.is_goal else ("belief", self._beliefs)
+        self._require(hears.owner, literal, kind, known)
         return literal
 
-    def act(self, does: Does) -> Structure | None:
-        """The literal of an act; None for a plan's label. Raises ConformanceError for one that it does not have."""
-        owner = owner_of(does)
-        if does.act.startswith("@"):
-            if does.act not in self._labels:
-                raise ConformanceError(
-                    f"{owner}: {self._agent} has no plan {does.act}{nearest(does.act, self._labels)}"
-                )
+    def act(self, owner: str, act: str) -> Structure | None:
+        """The literal of an act; None for a plan's label. Raises CouplingError for one that it does not have."""
+        if act.startswith("@"):
+            if act not in self._labels:
+                raise CouplingError(f"{owner}: {self._agent} has no plan {act}{nearest(act, self._labels)}")
             return None
-        literal = comparable(_parse(owner, does.act))
+        literal = comparable(_parse(owner, act))
         self._require(owner, literal, "action or message", self._acts)
         return literal
 
-    def failing(self, does: Does) -> Structure:
-        """The literal of an act that can fail. Raises ConformanceError if it is no external action."""
-        owner = f"{owner_of(does)}, fails"
-        literal = None if does.act.startswith("@") else _parse(owner, does.act)
+    def failing(self, owner: str, act: str) -> Structure:
+        """The literal of an act that can fail. Raises CouplingError if it is no external action."""
+        literal = None if act.startswith("@") else _parse(owner, act)
         if literal is None or literal.key not in self._actions:
-            raise ConformanceError(f"{owner}: only an external action can fail; {does.act} is none of {self._agent}")
+            raise CouplingError(f"{owner}: only an external action can fail; {act} is none of {self._agent}")
         return literal
 
     def _require(self, owner: str, literal: Structure, kind: str, known: set[Key]) -> None:
@@ -74,7 +78,7 @@ class AgentNames:
             problem = f" with {len(literal.args)} arguments; it has {' or '.join(map(str, counts))}"
         else:
             problem = nearest(literal.functor, sorted({functor for _, functor, _ in known}))
-        raise ConformanceError(f"{owner}: {self._agent} has no {kind} {literal.functor}{problem}")
+        raise CouplingError(f"{owner}: {self._agent} has no {kind} {literal.functor}{problem}")
 
 
 def _keys(parts: Iterable[object]) -> set[Key]:
@@ -93,13 +97,8 @@ def _sent(plans: Iterable[Plan]) -> set[Key]:
     return found
 
 
-def owner_of(part: Hears | Does) -> str:
-    """What errors call a correspondence."""
-    return f"Hears({part.literal!r})" if isinstance(part, Hears) else f"Does({part.act!r})"
-
-
 def _parse(owner: str, text: str) -> Structure:
     try:
         return parse_literal(text)
     except BdiError as error:
-        raise ConformanceError(f"{owner}: {error}") from None
+        raise CouplingError(f"{owner}: {error}") from None

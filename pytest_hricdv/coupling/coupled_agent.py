@@ -1,0 +1,102 @@
+"""An agent of the model that stops before an act, and goes on when it is told that it has done it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from pytest_hricdv.bdi import EvaluationError, Structure
+from pytest_hricdv.bdi.agent.agent import Agent
+from pytest_hricdv.bdi.agent.intentions import Event, Intention
+from pytest_hricdv.bdi.language.syntax import ExternalAction, InternalActionCall
+from pytest_hricdv.coupling.agent_names import CONTENT
+from pytest_hricdv.coupling.coupled_run import CoupledRun
+from pytest_hricdv.coupling.terms import comparable
+
+
+@dataclass(eq=False)
+class ReadyAct:
+    """Something that the agent is ready to do, and does not do until it is told to.
+
+    Args:
+        text: the act, as AgentSpeak.
+        literal: its literal; None for a plan's beginning.
+        plan: the label of the plan that it belongs to.
+        ready_s: when the agent became ready for it (s).
+        acts: the numbers of the declared acts that it is, where acts are declared.
+    """
+
+    text: str
+    literal: Structure | None
+    plan: str
+    ready_s: float
+    intention: Intention = field(repr=False)
+    acts: tuple[int, ...] = ()
+
+
+class CoupledAgent(Agent):
+    """An agent that stops before acts; takes what an agent takes. Which acts these are, a subclass says."""
+
+    run: CoupledRun
+
+    def couple(self) -> None:
+        """Prepare for a run."""
+        self.ready_acts: list[ReadyAct] = []
+        """What it is ready to do, in the order in which it became ready."""
+        self._released: Intention | None = None
+
+    def acts_of(self, intention: Intention, literal: Structure) -> tuple[int, ...] | None:
+        """The declared acts that an intention is about to do; None if it need not stop before this one."""
+        raise NotImplementedError
+
+    def execute(self, intention: Intention) -> None:
+        """Execute the next statement of an intention, unless it is to stop before it."""
+        if intention is self._released:
+            self._released = None
+        elif (literal := self._act_of(intention)) is not None:
+            acts = self.acts_of(intention, literal)
+            if acts is not None:
+                self.stop_before(intention, str(literal), literal, acts)
+                return
+        super().execute(intention)
+
+    def go_on_after(self, act: ReadyAct, succeeded: bool = True) -> None:
+        """It has done an act that it was ready for."""
+        self.ready_acts.remove(act)
+        if act.literal is not None:
+            self._released, self.run.succeeds = act.intention, succeeded
+        self.intentions.appendleft(act.intention)
+        self.awake = True
+
+    def all_intentions(self) -> list[tuple[Intention, Event | None]]:
+        """All intentions, those before an act among them."""
+        return super().all_intentions() + [(act.intention, None) for act in self.ready_acts]
+
+    def remove_intention(self, intention: Intention) -> None:
+        """Remove an intention; it is not ready for anything any more."""
+        super().remove_intention(intention)
+        self.ready_acts = [act for act in self.ready_acts if act.intention is not intention]
+
+    def stop_before(self, intention: Intention, text: str, literal: Structure | None, acts: tuple[int, ...]) -> None:
+        """An intention stops before an act."""
+        labelled = [means.plan.label for means in intention.stack if means.plan.has_label]
+        plan = labelled[-1] if labelled else ""
+        self.ready_acts.append(ReadyAct(text, literal, plan, self.run.now_s, intention, acts))
+
+    def _act_of(self, intention: Intention) -> Structure | None:
+        """The message or external action that an intention is about to send or execute."""
+        means = intention.stack[-1]
+        if means.finished:
+            return None
+        statement = means.statement
+        written: object = None
+        if isinstance(statement, ExternalAction):
+            written = statement.action
+        elif isinstance(statement, InternalActionCall) and statement.call.name in CONTENT:
+            written = statement.call.args[CONTENT[statement.call.name]]
+        if written is None:
+            return None
+        try:
+            literal = self.value(written, means.unifier)  # type: ignore[arg-type]
+        except EvaluationError:
+            return None  # executing it fails in the same way
+        return comparable(literal) if isinstance(literal, Structure) else None

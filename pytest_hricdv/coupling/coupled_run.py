@@ -1,0 +1,118 @@
+"""A run of agents whose clock is set from outside: they live in the time of something else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+from pytest_hricdv.bdi import BdiError, Environment, Structure
+from pytest_hricdv.bdi.agent.agent import Agent
+from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, Message, Question, Wait, ticks_of
+from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
+from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan, Program
+from pytest_hricdv.bdi.run.system import AgentTemplate
+from pytest_hricdv.bdi.run.system_run import SystemRun
+
+MS_PER_S = 1000
+TICKS_PER_S = TICKS_PER_MS * MS_PER_S
+
+MAX_CYCLES = 10_000
+"""An agent that is still busy after so many reasoning cycles without time passing waits busily."""
+
+_NOBODY = AgentTemplate("", Program("", (), (), ()), (), PlanLibrary(()), [])
+"""An agent that is only there to be sent to."""
+
+
+class CoupledRun(SystemRun):
+    """The run. Messages to agents that are not in it go nowhere."""
+
+    def __init__(self) -> None:
+        super().__init__(Environment(), 0, None)
+        self.now_s = 0.0
+        self.succeeds = True
+        """Whether the external action that is executed next succeeds."""
+        self._ended_waits = 0
+
+    def put(self, agents: Iterable[Agent], others: Iterable[str]) -> None:
+        """These agents are in the run; the others, by name, are only there to be sent to."""
+        self.order = tuple(agents)
+        self.agents |= {agent.name: agent for agent in self.order}
+        for name in others:
+            self.agents[name] = replace(_NOBODY, name=name).agent(self)
+
+    @property
+    def ticks(self) -> int:
+        """The agents' clock."""
+        return math.floor(self._exact_ticks())
+
+    def _exact_ticks(self) -> float:
+        # Rounded first: a time that is a whole number of ticks has no exact binary form.
+        return round(self.now_s * TICKS_PER_S, 6)
+
+    def deadline(self, wait_ms: float) -> float:
+        """The tick at which a wait that begins now is over: never before its time."""
+        return math.ceil(self._exact_ticks()) + ticks_of(wait_ms)
+
+    @property
+    def due_s(self) -> float:
+        """When the next wait of an agent is over (s); infinite if there is none."""
+        waiting: list[Wait | Question] = []
+        for agent in self.order:
+            waiting += [*agent.waits, *agent.questions.values()]
+        deadlines = [each.deadline for each in waiting if each.deadline is not None]
+        return min(deadlines, default=math.inf) / TICKS_PER_S
+
+    def deliver(self, receiver: str, message: Message) -> None:
+        """Put a message into the mailbox of an agent that is in the run."""
+        if self.agents[receiver] in self.order:
+            super().deliver(receiver, message)
+
+    def act(self, agent: str, action: Structure, plan: Plan, statement: ExternalAction) -> bool:
+        """An external action has been executed: whether it succeeded."""
+        return self.succeeds
+
+    def tell(self, receiver: Agent, literal: Structure, source: str, goal: bool) -> None:
+        """Tell an agent something, or give it a goal, now.
+
+        Raises:
+            BdiError: as `settle`.
+        """
+        self.messages += 1
+        receiver.mailbox.append(Message(source, "achieve" if goal else "tell", literal, self.messages))
+        receiver.awake = True
+        self.settle()
+
+    def wait_until(self, time_s: float) -> None:
+        """The clock has reached `time_s`, and no wait is over before it: agents go on whose wait is over by now.
+
+        Raises:
+            BdiError: as `settle`; or an agent waits again and again for no time.
+        """
+        self._ended_waits = self._ended_waits + 1 if time_s == self.now_s else 0
+        if self._ended_waits > MAX_CYCLES:
+            raise BdiError(f"{self._names()} waits again and again without time passing: {self._doing()}")
+        self.now_s = time_s
+        if self.earliest_deadline <= self.ticks:
+            self._end_waits()
+            self.settle()
+
+    def settle(self) -> None:
+        """Let the agents do all that they can do now.
+
+        Raises:
+            BdiError: one cannot go on, or never comes to rest.
+        """
+        for _ in range(MAX_CYCLES):
+            if not self.do_round() or self._only_busy():
+                return
+        raise BdiError(f"{self._names()} does not come to rest: it has to wait with .wait, not busily: {self._doing()}")
+
+    def _only_busy(self) -> bool:
+        return all(agent.busy_waiting and not agent.has_news() for agent in self.order if agent.awake)
+
+    def _names(self) -> str:
+        return " or ".join(agent.name for agent in self.order)
+
+    def _doing(self) -> str:
+        return "; ".join(agent.doing() for agent in self.order)

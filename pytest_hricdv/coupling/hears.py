@@ -1,0 +1,39 @@
+"""What a testbench declares of what an agent hears."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+PERCEPT = "percept"
+"""The source of what an agent perceives, as opposed to what it is told."""
+
+
+class CouplingError(Exception):
+    """What an agent is to hear or do does not fit the model or the run; the text says what, and what was expected."""
+
+
+@dataclass(frozen=True)
+class Hears:
+    """What the agent perceives or is told when an event happens in the run.
+
+    Args:
+        literal: a belief, or a goal to achieve (`!serve(cup)`). A variable in it is the value of a field of the event's
+            message, or of a signal: `reading(Gaze, Pressure, Location)` has the fields `gaze`, `pressure` and
+            `location`. True is 1 and false is 0, a text is an atom or a string.
+        when: the event, in the language of requirements: `on(request)`.
+        source: the agent that says so; by default it is a percept.
+    """
+
+    literal: str
+    when: str
+    source: str = PERCEPT
+
+    @property
+    def is_goal(self) -> bool:
+        """Whether the agent is given a goal."""
+        return self.literal.startswith("!")
+
+    @property
+    def owner(self) -> str:
+        """What errors call it."""
+        return f"Hears({self.literal!r})"
