@@ -14,7 +14,7 @@ import pytest
 
 from pytest_hricdv.close.branching import Actions, Leaf, Tree, may_fork
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.mutation.process_pool import End, Line, ProcessPool, Send
+from pytest_hricdv.process_pool import End, Line, ProcessPool, Send
 from tests.close import toy
 
 COMMON = ("ask", "wait", "look")
