@@ -11,9 +11,14 @@ an exported suite reads back unchanged (`aim` is the target):
     # seed: 6714903881632941057
     # name: one leg, human ready
     # plans human: plan4 plan5
+    # values run: outage_turn 2.0
+    # values 3: distance_m 0.55, offset_m 0.125
     tell leg
     receivesignal
     set_param gaze = 1
+
+`values N` are parameters of the N-th command (from 1), and `values run` those of the run, that were chosen instead of
+drawn: they must be in their declared ranges. All others are drawn as in a test without values.
 
 Ids and seeds depend on the content of a test: never on its place in a suite, the machine or the clock.
 """
@@ -26,8 +31,9 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.rng import derive_seed, digest
+from pytest_hricdv.generate import GenerateError, chosen_values
+from pytest_hricdv.generate.chosen_values import Values
+from pytest_hricdv.generate.rng import canonical_json, derive_seed, digest
 
 #: Executed coverage plans: agent -> plan labels, sorted.
 Plans = Mapping[str, tuple[str, ...]]
@@ -54,10 +60,11 @@ class AbstractTest:
         plans: the coverage plans that the model executed in the run it came from.
         seed: its own seed, 0 <= seed < 2**63.
         name: a title for people; may be empty.
+        values: parameters that were chosen instead of drawn, by the number of their command (from 1; 0 is the run).
 
     Raises:
         GenerateError: other characters in the id, a seed out of range, no suite or target, text that the text format
-            cannot represent, or a line that is no command in canonical spelling.
+            cannot represent, a line that is no command in canonical spelling, or values of no command of the test.
     """
 
     id: str
@@ -68,6 +75,7 @@ class AbstractTest:
     plans: Plans = field(default_factory=dict, hash=False)
     seed: int = 0
     name: str = ""
+    values: Values = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         if not _ID.match(self.id):
@@ -83,9 +91,14 @@ class AbstractTest:
         for line in self.lines:
             if (spelling := canonical_command(line)) != line:
                 raise GenerateError(f"test {self.id}: command {line!r}: expected the spelling {spelling!r}")
+        try:
+            chosen_values.check(self.values, len(self.lines))
+        except GenerateError as error:
+            raise GenerateError(f"test {self.id}: {error}") from None
 
     def to_data(self) -> dict[str, Any]:
-        """Plain data for JSON, with the keys of replay files."""
+        """Plain data for JSON, with the keys of replay files; `values` only if there are any."""
+        values = {"values": chosen_values.to_data(self.values)} if self.values else {}
         return {
             "id": self.id,
             "suite": self.suite,
@@ -95,6 +108,7 @@ class AbstractTest:
             "plans": {agent: list(labels) for agent, labels in self.plans.items()},
             "seed": self.seed,
             "name": self.name,
+            **values,
         }
 
     @classmethod
@@ -114,6 +128,7 @@ class AbstractTest:
             plans={agent: tuple(labels) for agent, labels in data["plans"].items()},
             seed=int(data["seed"]),
             name=data["name"],
+            values=chosen_values.from_data(data.get("values", {})),
         )
 
 
@@ -161,6 +176,7 @@ class Draft:
     lines: tuple[str, ...]
     plans: Plans = field(default_factory=dict, hash=False)
     name: str = ""
+    values: Values = field(default_factory=dict, hash=False)
 
 
 def slug(text: str) -> str:
@@ -174,13 +190,19 @@ def target_of_commands(commands: Collection[str]) -> str:
 
 
 def seed_of_test(master_seed: int, suite: str, beliefs: Sequence[str], lines: Sequence[str], occurrence: int) -> int:
-    """A test's own seed, 63 bits. Equal texts from different subsets have different seeds."""
+    """A test's own seed, 63 bits. Equal texts from different subsets have different seeds.
+
+    Chosen values do not change it: so whatever was not chosen is as in the test without them.
+    """
     return derive_seed("seed", master_seed, suite, tuple(beliefs), tuple(lines), occurrence)
 
 
-def content_digest(suite: str, beliefs: Sequence[str], lines: Sequence[str], seed: int, occurrence: int) -> str:
+def content_digest(
+    suite: str, beliefs: Sequence[str], lines: Sequence[str], seed: int, occurrence: int, values: Values
+) -> str:
     """SHA-256 (hex) of everything that distinguishes a test from others; its id has the first 8 digits."""
-    return digest("id", suite, tuple(beliefs), tuple(lines), seed, occurrence)
+    chosen = [canonical_json(chosen_values.to_data(values))] if values else []
+    return digest("id", suite, tuple(beliefs), tuple(lines), seed, occurrence, *chosen)
 
 
 def identify(suite: str, master_seed: int, drafts: Iterable[Draft]) -> tuple[AbstractTest, ...]:
@@ -190,18 +212,19 @@ def identify(suite: str, master_seed: int, drafts: Iterable[Draft]) -> tuple[Abs
     does not matter. If two different contents share 8 digits (about one suite in a million of 134 tests), both ids
     have 16 digits.
     """
-    occurrences: dict[tuple[tuple[str, ...], tuple[str, ...]], int] = {}
+    occurrences: dict[tuple[tuple[str, ...], tuple[str, ...], str], int] = {}
     numbered: list[tuple[Draft, int, str]] = []
     for draft in drafts:
-        content = (draft.beliefs, draft.lines)
+        content = (draft.beliefs, draft.lines, canonical_json(chosen_values.to_data(draft.values)))
         occurrence = occurrences[content] = occurrences.get(content, -1) + 1
-        seed = seed_of_test(master_seed, suite, *content, occurrence)
-        numbered.append((draft, seed, content_digest(suite, *content, seed, occurrence)))
-    short_ids = [_test_id(suite, draft.target, code[:8]) for draft, _, code in numbered]
+        seed = seed_of_test(master_seed, suite, draft.beliefs, draft.lines, occurrence)
+        code = content_digest(suite, draft.beliefs, draft.lines, seed, occurrence, draft.values)
+        numbered.append((draft, seed, code))
+    short_ids = [id_of_test(suite, draft.target, code[:8]) for draft, _, code in numbered]
     uses = Counter(short_ids)
     return tuple(
         AbstractTest(
-            id=short if uses[short] == 1 else _test_id(suite, draft.target, code[:16]),
+            id=short if uses[short] == 1 else id_of_test(suite, draft.target, code[:16]),
             suite=suite,
             target=draft.target,
             beliefs=draft.beliefs,
@@ -209,10 +232,12 @@ def identify(suite: str, master_seed: int, drafts: Iterable[Draft]) -> tuple[Abs
             plans=draft.plans,
             seed=seed,
             name=draft.name,
+            values=draft.values,
         )
         for short, (draft, seed, code) in zip(short_ids, numbered, strict=True)
     )
 
 
-def _test_id(suite: str, target: str, code: str) -> str:
+def id_of_test(suite: str, target: str, code: str) -> str:
+    """The id of a test, with the first digits of its content's digest."""
     return f"{slug(suite)}-{slug(target)}-{code}"

@@ -10,9 +10,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.abstract import AbstractTest, canonical_command
+from pytest_hricdv.generate.abstract import AbstractTest, canonical_command, content_digest, id_of_test
+from pytest_hricdv.generate.chosen_values import RUN, Values, owner
 from pytest_hricdv.generate.rng import canonical_json, derive_seed, make_rng
-from pytest_hricdv.generate.sampler import SAMPLINGS, Constant, Sampler
+from pytest_hricdv.generate.sampler import SAMPLINGS, Constant, Sampler, Sampling
 from pytest_hricdv.suggestion import nearest
 
 Parameters = Mapping[str, float]
@@ -135,22 +136,78 @@ def expand(tests: Iterable[AbstractTest], concretizations: int, sampling: str = 
 
 
 def concretize(test: AbstractTest, concretization: Concretization, k: int = 0, sampling: str = UNIFORM) -> ConcreteTest:
-    """Sample a test's parameters.
+    """A test with all its parameters: its chosen values, and sampled ones.
 
     Each parameter of each action has its own random stream, from the test's seed, the action's place and the
-    parameter's name. So its value stays the same when another parameter is added or another range is changed.
+    parameter's name. So its value stays the same when another parameter is added or chosen, or another range is
+    changed.
 
     Raises:
-        GenerateError: a command of the test has no declared ranges.
+        GenerateError: a command of the test has no declared ranges, or a chosen value is not in a declared range.
     """
     test, sample = variant(test, k), SAMPLINGS[sampling]
     actions = []
     for place, command in enumerate(test.lines):
-        samplers = concretization.commands.get(command)
-        if samplers is None:
-            known = nearest(command, concretization.commands)
-            raise GenerateError(f"test {test.id}: no ranges are declared for command {command!r}{known}")
-        drawn = {name: sample(each, make_rng(test.seed, place, command, name)) for name, each in samplers.items()}
-        actions.append(ConcreteAction(command, drawn))
-    run = {name: sample(each, make_rng(test.seed, "run", name)) for name, each in concretization.run.items()}
+        chosen, samplers = _chosen(test, place + 1, concretization), concretization.commands[command]
+        actions.append(ConcreteAction(command, _drawn(samplers, chosen, sample, test.seed, place, command)))
+    run = _drawn(concretization.run, _chosen(test, RUN, concretization), sample, test.seed, "run")
     return ConcreteTest(test.id, test.suite, test.seed, tuple(actions), run)
+
+
+def _drawn(samplers: Mapping[str, Sampler], chosen: Parameters, sample: Sampling, *key: int | str) -> dict[str, float]:
+    return {
+        name: float(chosen[name]) if name in chosen else sample(each, make_rng(*key, name))
+        for name, each in samplers.items()
+    }
+
+
+def check_values(test: AbstractTest, concretization: Concretization) -> None:
+    """Check a test's chosen values. Raises GenerateError as `concretize` does."""
+    for number in test.values:
+        _chosen(test, number, concretization)
+
+
+def _chosen(test: AbstractTest, number: int, concretization: Concretization) -> Parameters:
+    """The chosen values of a command, or of the run; each is in its declared range."""
+    samplers = concretization.run if number == RUN else _samplers(test, number, concretization)
+    chosen = test.values.get(number, {})
+    for name, value in chosen.items():
+        where = f"test {test.id}, {owner(number)}{'' if number == RUN else f' ({test.lines[number - 1]})'}"
+        if name not in samplers:
+            declared = ", ".join(sorted(samplers)) or "none"
+            raise GenerateError(f"{where}: no parameter {name!r}{nearest(name, samplers)}; declared: {declared}")
+        if not samplers[name].contains(value):
+            expected = f"expected {samplers[name]}, or no value: then it is drawn"
+            raise GenerateError(f"{where}: {name} {value!r} is out of its range; {expected}")
+    return chosen
+
+
+def _samplers(test: AbstractTest, number: int, concretization: Concretization) -> Mapping[str, Sampler]:
+    command = test.lines[number - 1]
+    if command not in concretization.commands:
+        known = nearest(command, concretization.commands)
+        raise GenerateError(f"test {test.id}: no ranges are declared for command {command!r}{known}")
+    return concretization.commands[command]
+
+
+def values_of(test: ConcreteTest) -> Values:
+    """All parameters of a concrete test as chosen values."""
+    numbered = {RUN: test.run} | {number: action.parameters for number, action in enumerate(test.actions, 1)}
+    return {number: dict(parameters) for number, parameters in numbered.items() if parameters}
+
+
+def abstract_from(test: ConcreteTest, target: str, name: str = "") -> AbstractTest:
+    """The abstract test that concretizes to this concrete one, so that a run whose actions were produced online can be
+    stored and run again as any other test.
+
+    All its parameters are chosen values; its id comes from its content, as that of a draft. It comes from no beliefs.
+
+    Args:
+        test: with the actions that were taken.
+        target: what the test is to exercise, in a few words; part of the id.
+        name: a title for people; may be empty.
+    """
+    lines, values = tuple(action.command for action in test.actions), values_of(test)
+    code = content_digest(test.suite, (), lines, test.seed, 0, values)
+    name_of_test = id_of_test(test.suite, target, code[:8])
+    return AbstractTest(name_of_test, test.suite, target, (), lines, seed=test.seed, name=name, values=values)

@@ -29,6 +29,10 @@ class Sampler(ABC):
         """Values that are easy to read, the simplest first; empty if the sampler has none."""
         return ()
 
+    def contains(self, value: float) -> bool:
+        """Whether a value can be chosen; any finite one if the sampler has no bounds."""
+        return math.isfinite(value)
+
     def shown(self, value: float) -> str:
         """A value with its unit, for people."""
         return f"{value:.6g} {self.unit}".rstrip()
@@ -44,6 +48,9 @@ class Constant(Sampler):
     def __post_init__(self) -> None:
         _check_finite("constant", self.value)
 
+    def __str__(self) -> str:
+        return self.shown(self.value)
+
     def sample(self, rng: Random) -> float:
         """The value."""
         return float(self.value)
@@ -55,6 +62,10 @@ class Constant(Sampler):
     def simple_values(self) -> tuple[float, ...]:
         """The value."""
         return (float(self.value),)
+
+    def contains(self, value: float) -> bool:
+        """Whether it is the value."""
+        return value == self.value
 
 
 @dataclass(frozen=True)
@@ -122,6 +133,9 @@ class Chance(Sampler):
         if not 0.0 <= self.probability <= 1.0:
             raise GenerateError(f"a chance of {self.probability!r}: expected a probability from 0 to 1")
 
+    def __str__(self) -> str:
+        return f"0 or {self.then}"
+
     def sample(self, rng: Random) -> float:
         """A value of `then`, or 0.0."""
         return self.then.sample(rng) if rng.random() < self.probability else 0.0
@@ -133,6 +147,10 @@ class Chance(Sampler):
     def simple_values(self) -> tuple[float, ...]:
         """0.0, then those of `then`."""
         return (0.0, *self.then.simple_values())
+
+    def contains(self, value: float) -> bool:
+        """Whether it is 0.0 or a value of `then`, however rare that is."""
+        return value == 0.0 or self.then.contains(value)
 
     def shown(self, value: float) -> str:
         """As of `then`."""

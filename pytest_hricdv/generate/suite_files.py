@@ -12,13 +12,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest, Draft, canonical_command, identify, slug, target_of_commands
 from pytest_hricdv.generate.context import GenerationContext, evenly_spaced
 from pytest_hricdv.generate.suite import Generation, Suite
 from pytest_hricdv.suggestion import nearest
 
-_HEADER = re.compile(r"#\s*(id|suite|aim|beliefs|seed|name|plans \S+)\s*:(.*)\Z")
+_HEADER = re.compile(r"#\s*(id|suite|aim|beliefs|seed|name|plans \S+|values \S+)\s*:(.*)\Z")
 
 
 @dataclass
@@ -28,6 +28,8 @@ class _Block:
     where: str = ""
     headers: dict[str, str] = field(default_factory=dict)
     commands: list[str] = field(default_factory=list)
+    values: dict[int, dict[str, float]] = field(default_factory=dict)
+    value_places: dict[int, str] = field(default_factory=dict)
 
     @property
     def is_test(self) -> bool:
@@ -47,6 +49,7 @@ def _dump(test: AbstractTest) -> str:
     if test.name:
         headers.append(f"# name: {test.name}")
     headers += [f"# plans {agent}: {' '.join(labels)}".rstrip() for agent, labels in sorted(test.plans.items())]
+    headers += [f"# values {key}: {text}" for key, text in chosen_values.to_text(test.values).items()]
     return "\n".join([*headers, *test.lines]) + "\n"
 
 
@@ -117,8 +120,18 @@ def _read_comment(block: _Block, comment: str, where: str) -> None:
         raise GenerateError(f"{where}: a second '# {key}:' in one test; expected a blank line between tests")
     if key == "seed" and not (value.isascii() and value.isdigit()):
         raise GenerateError(f"{where}: seed {value!r}: expected a whole number, at least 0")
+    if key.startswith("values "):
+        _read_values(block, key, value, where)
     block.where = block.where or where
     block.headers[key] = value
+
+
+def _read_values(block: _Block, key: str, text: str, where: str) -> None:
+    try:
+        number = chosen_values.read_key(key.split()[1])
+        block.values[number], block.value_places[number] = chosen_values.read_text(text), where
+    except GenerateError as error:
+        raise GenerateError(f"{where}: {error}") from None
 
 
 def _read_command(text: str, where: str, known: Collection[str]) -> str:
@@ -137,9 +150,19 @@ def _plans(block: _Block) -> dict[str, tuple[str, ...]]:
 
 def _draft_of_block(block: _Block) -> Draft:
     headers = block.headers
+    _check_values(block)
     name = headers.get("name", "")
     target = headers.get("aim") or (slug(name)[:40].rstrip("-") if name else target_of_commands(block.commands))
-    return Draft(target, tuple(headers.get("beliefs", "").split()), tuple(block.commands), _plans(block), name)
+    beliefs = tuple(headers.get("beliefs", "").split())
+    return Draft(target, beliefs, tuple(block.commands), _plans(block), name, block.values)
+
+
+def _check_values(block: _Block) -> None:
+    for number, values in block.values.items():
+        try:
+            chosen_values.check({number: values}, len(block.commands))
+        except GenerateError as error:
+            raise GenerateError(f"{block.value_places[number]}: {error}") from None
 
 
 def _complete_test(block: _Block) -> AbstractTest:
@@ -160,6 +183,7 @@ def _complete_test(block: _Block) -> AbstractTest:
             plans=draft.plans,
             seed=int(block.headers["seed"]),
             name=draft.name,
+            values=draft.values,
         )
     except GenerateError as error:
         raise GenerateError(f"{block.where}: {error}") from None

@@ -10,7 +10,7 @@ from pytest_hricdv.case import CaseResult, HriCase
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.reachability import Reachability
 from pytest_hricdv.coverage.records import CodeUnderTest, ReportedNearMiss, ReportedViolation, RequirementResult
-from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.suite import Suite, diagnose
 from pytest_hricdv.monitor import Criterion, Verdict, Violation
@@ -78,6 +78,7 @@ def build_result(
         name=test.name,
         beliefs=test.beliefs,
         abstract=test.lines,
+        values=chosen_values.to_data(test.values),
         concrete=ConcreteParameters(actions=tuple(actions), run=dict(case.concrete.run)),
         seed=test.seed,
         plans=dict(test.plans) if result else {},
@@ -315,4 +316,5 @@ def _abstract_test(test: TestResult) -> AbstractTest:
         plans=test.plans,
         seed=test.seed,
         name=test.name,
+        values=chosen_values.from_data(test.values),
     )

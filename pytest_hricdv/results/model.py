@@ -139,6 +139,8 @@ class TestResult(Record, frozen=True, kw_only=True):
         cross: cross product -> the bins that the run hit, one for each hit.
         replay: what to give to `--hri-replay` to run this test again.
         shrunk: requirement -> the shortest test found that fails it.
+        values: parameters that were chosen instead of drawn: number of the command (from 1), or `run` -> parameter ->
+            value.
         repeats: of a merged report: the runs that differ from this one, which is the worst.
     """
 
@@ -174,6 +176,7 @@ class TestResult(Record, frozen=True, kw_only=True):
     replayed: ReplayComparison | None = None
     film: FilmResult | None = None
     shrunk: Mapping[str, ShrunkTest] = {}
+    values: Mapping[str, Mapping[str, float]] = {}
     repeats: tuple[TestResult, ...] = ()
 
     def violates(self, requirement: str) -> bool:

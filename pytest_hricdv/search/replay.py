@@ -124,6 +124,7 @@ class _Test(msgspec.Struct, frozen=True):
     lines: tuple[str, ...]
     plans: Mapping[str, tuple[str, ...]]
     seed: int
+    values: Mapping[str, Mapping[str, float]] = {}
 
 
 class _Origin(msgspec.Struct, frozen=True, kw_only=True):

@@ -21,7 +21,7 @@ from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.measurement import NoMeasurement
 from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.generate.abstract import slug
-from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.generate.concrete import ConcreteTest, values_of
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.generate.suite import Generation, Suite
@@ -255,6 +255,7 @@ class Rerunning:
             beliefs=(),
             plans={},
             lines=tuple(action.command for action in result.test.actions),
+            values=values_of(result.test),
         )
         made = HriCase(case.suite, test, case.ranges, fixed=result.test)
         path, bracket, _ = nodeid.partition(f"[{case.abstract.id}")

@@ -14,7 +14,7 @@ import pytest
 from pytest_hricdv.atomic_file import write_text
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.concrete import UNIFORM, expand
+from pytest_hricdv.generate.concrete import UNIFORM, check_values, expand
 from pytest_hricdv.generate.context import GenerationContext, Method
 from pytest_hricdv.generate.methods import select_methods
 from pytest_hricdv.generate.suite import Suite
@@ -52,6 +52,7 @@ def selected_suites(
             raise pytest.UsageError(f"--hri-suite: two suites have the name {name!r}; rename a file or folder")
     for each in selected:
         check_commands(each.suite, testbench)
+        _check_values(each.suite, testbench)
     return selected
 
 
@@ -110,6 +111,14 @@ def check_commands(suite: Suite, testbench: Testbench) -> None:
                 raise pytest.UsageError(
                     f"suite {suite.name}, test {test.id}: unknown command {line!r}; known: {commands}"
                 )
+
+
+def _check_values(suite: Suite, testbench: Testbench) -> None:
+    for test in suite.tests:
+        try:
+            check_values(test, testbench.concretization)
+        except GenerateError as error:
+            raise pytest.UsageError(f"suite {suite.name}, {error}") from None
 
 
 def cases(

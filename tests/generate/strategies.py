@@ -14,8 +14,12 @@ commands = (
     | st.tuples(words, values, values).map(lambda parts: "{} {} = {}".format(*parts))
 )
 phrases = st.lists(st.text(st.characters(exclude_categories=["C", "Z"]), min_size=1), max_size=4).map(" ".join)
+chosen = st.dictionaries(words, st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=3)
 abstract_tests = st.builds(
-    AbstractTest,
+    lambda values, **fields: AbstractTest(
+        **fields, values={number: each for number, each in values.items() if number <= len(fields["lines"])}
+    ),
+    values=st.dictionaries(st.integers(0, 5), chosen, max_size=2),
     id=st.from_regex(r"[A-Za-z0-9_-]{1,20}", fullmatch=True),
     suite=phrases.filter(bool),
     target=phrases.filter(bool),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -64,6 +66,12 @@ def test_other_text_is_no_command(text: str) -> None:
         ({"beliefs": ("leg 1",)}, "one word"),
         ({"plans": {"human": ("a b",)}}, "one word"),
         ({"lines": ("set_param gaze=1",)}, "expected the spelling 'set_param gaze = 1'"),
+        ({"values": {1: {"x_m": 1.0}}}, "test a: values of command 1: the test has 0 commands only"),
+        ({"values": {-1: {"x_m": 1.0}}}, "values of command -1"),
+        ({"values": {0: {}}}, "values of the run: there are none; expected at least one"),
+        ({"values": {0: {"x m": 1.0}}}, "parameter 'x m': expected one word without a comma"),
+        ({"values": {0: {"x_m": True}}}, "x_m is True; expected a finite number"),
+        ({"values": {0: {"x_m": float("nan")}}}, "x_m is nan; expected a finite number"),
     ],
 )
 def test_a_test_without_a_text_form_is_an_error(change: dict[str, object], message: str) -> None:
@@ -113,6 +121,29 @@ def test_equal_drafts_have_different_ids() -> None:
     first, second, third = identify("s", 0, [draft] * 3)
     assert len({first.id, second.id, third.id}) == len({first.seed, second.seed, third.seed}) == 3
     assert identify("s", 0, [draft]) == (first,)
+
+
+def test_chosen_values_distinguish_drafts_but_keep_the_seed() -> None:
+    drafts = [
+        Draft("a", (), ("go",), values=values) for values in ({}, {1: {"x_m": 1}}, {1: {"x_m": 2}}, {0: {"x_m": 1}})
+    ]
+    tests = identify("s", 0, drafts)
+    assert len({test.id for test in tests}) == 4
+    assert len({test.seed for test in tests}) == 1
+    assert [test.values for test in tests] == [draft.values for draft in drafts]
+    assert identify("s", 0, [Draft("a", (), ("go",), values={1: {"x_m": 1.0}})])[0].id == tests[1].id
+    first, second = identify("s", 0, [drafts[1]] * 2)
+    assert first == tests[1]
+    assert first.seed != second.seed
+
+
+def test_data_has_values_only_if_there_are_any() -> None:
+    plain = AbstractTest(id="a", suite="s", target="x", beliefs=(), lines=("go",))
+    chosen = replace(plain, values={1: {"x_m": 0.1}, 0: {"y_s": 2}})
+    assert "values" not in plain.to_data()
+    assert json.dumps(chosen.to_data()["values"]) == '{"run": {"y_s": 2.0}, "1": {"x_m": 0.1}}'
+    assert AbstractTest.from_data(json.loads(json.dumps(chosen.to_data()))) == chosen
+    assert AbstractTest.from_data(plain.to_data()) == plain
 
 
 def test_the_master_seed_and_the_suite_change_seeds_and_ids() -> None:

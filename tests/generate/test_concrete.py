@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from random import Random
 
@@ -13,8 +13,16 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize, expand, variant
-from pytest_hricdv.generate.sampler import Chance, Constant, Range
+from pytest_hricdv.generate.concrete import (
+    ConcreteTest,
+    Concretization,
+    abstract_from,
+    check_values,
+    concretize,
+    expand,
+    variant,
+)
+from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler
 from tests.generate.table import COMMANDS, CONCRETIZATION
 
 finite = st.floats(-1e9, 1e9)
@@ -104,6 +112,73 @@ def test_another_parameter_or_range_changes_no_other_value() -> None:
     for old, new in zip(before.actions, after.actions, strict=True):
         for name, value in old.parameters.items():
             assert name == "angle_deg" or new.parameters[name] == value
+
+
+CHOSEN = {1: {"hand_x_m": 0.25}, 3: {"offset_m": 0.125}, 0: {"sensing_timeout_s": 15.5}}
+
+
+@given(st.integers(0, 3))
+def test_chosen_values_are_taken_and_all_others_are_drawn_as_without_them(k: int) -> None:
+    drawn, chosen = concretize(TEST, CONCRETIZATION, k), concretize(replace(TEST, values=CHOSEN), CONCRETIZATION, k)
+    assert chosen.run == {"sensing_timeout_s": 15.5}
+    for number, (before, after) in enumerate(zip(drawn.actions, chosen.actions, strict=True), 1):
+        assert after.parameters == {**before.parameters, **CHOSEN.get(number, {})}
+        assert list(after.parameters) == list(before.parameters)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (
+            {1: {"hand_y_m": 0.1}},
+            r"test t, command 1 \(tell leg\): no parameter 'hand_y_m'; nearest: hand_x_m; declared: ",
+        ),
+        ({10: {"x_m": 0.1}}, r"command 10 \(bored\): no parameter 'x_m'; declared: none"),
+        ({0: {"x_s": 1.0}}, "test t, the run: no parameter 'x_s'"),
+        (
+            {1: {"hand_x_m": 0.5}},
+            r"command 1 \(tell leg\): hand_x_m 0.5 is out of its range; expected range \[-0.1, 0.4\] m",
+        ),
+        ({1: {"voice_s": 3.5}}, "voice_s 3.5 is out of its range; expected 3 s"),
+        ({3: {"angle_deg": 40.0}}, r"expected range \[15, 40\) deg"),
+        ({6: {"pull_n": 0.5}}, r"pull_n 0.5 is out of its range; expected 0 or range \[1, 3\] N"),
+    ],
+)
+def test_a_value_that_cannot_be_chosen_is_a_located_error(
+    values: Mapping[int, Mapping[str, float]], message: str
+) -> None:
+    test = replace(TEST, values=values)
+    for use in (concretize, check_values):
+        with pytest.raises(GenerateError, match=message):
+            use(test, CONCRETIZATION)
+
+
+@pytest.mark.parametrize("pull_n", [0.0, 1.0, 3.0])
+def test_a_rare_value_and_none_can_be_chosen(pull_n: float) -> None:
+    place = COMMANDS.index("set_param pressure = 0")
+    test = replace(TEST, values={place + 1: {"pull_n": pull_n}})
+    check_values(test, CONCRETIZATION)
+    assert concretize(test, CONCRETIZATION).actions[place].parameters == {"pull_n": pull_n}
+
+
+def test_a_sampler_without_bounds_takes_any_finite_value() -> None:
+    class Step(Sampler):
+        def sample(self, rng: Random) -> float:
+            return 1.0 if rng.random() < 0.5 else -1.0
+
+    test = replace(TEST, lines=("bored",), values={1: {"x_m": 7.0}})
+    assert concretize(test, Concretization({"bored": {"x_m": Step()}})).actions[0].parameters == {"x_m": 7.0}
+
+
+@given(st.integers(0, 2**63 - 1))
+def test_a_concrete_test_as_an_abstract_one_concretizes_to_itself(seed: int) -> None:
+    drawn = concretize(replace(TEST, seed=seed), CONCRETIZATION)
+    stored = abstract_from(drawn, "found online", "a title")
+    assert concretize(stored, CONCRETIZATION) == replace(drawn, id=stored.id)
+    assert (stored.suite, stored.seed, stored.lines, stored.name) == ("s", seed, COMMANDS, "a title")
+    assert stored.id.startswith("s-found-online-")
+    other = replace(drawn, run={"sensing_timeout_s": 11.0})
+    assert abstract_from(other, "found online").id != stored.id
 
 
 def test_repeated_commands_and_variants_differ() -> None:

@@ -45,6 +45,16 @@ def test_plain_texts_get_ids_from_their_content() -> None:
     assert re.fullmatch(r"two-2-actions-[0-9a-f]{8}", second.id)
 
 
+def test_chosen_values_are_read_from_headers_and_change_the_id_only() -> None:
+    text = "# values run: patience_s 2.5\n# values 2: grip_s 31.5, pull_n 8\ntell leg\nset_param pressure = 1\n"
+    (chosen,) = parse_tests(text, file="f", suite="s", known=COMMANDS)
+    (drawn,) = parse_tests("tell leg\nset_param pressure = 1\n", file="f", suite="s", known=COMMANDS)
+    assert chosen.values == {0: {"patience_s": 2.5}, 2: {"grip_s": 31.5, "pull_n": 8.0}}
+    assert chosen.id != drawn.id
+    assert chosen == replace(drawn, id=chosen.id, values=chosen.values)
+    assert "# values run: patience_s 2.5\n# values 2: grip_s 31.5, pull_n 8.0\ntell leg\n" in dump_tests([chosen])
+
+
 def test_a_test_without_commands_has_an_id() -> None:
     (test,) = parse_tests("# id: x\n# suite: s\n# aim: a\n# seed: 5\n", file="f", suite="other")
     assert test == AbstractTest(id="x", suite="s", target="a", beliefs=(), lines=(), seed=5)
@@ -63,6 +73,16 @@ def test_a_test_without_commands_has_an_id() -> None:
             "# id: x\n# suite: s\n# aim: a\n# seed: 1\nbored\n\n\n# id: x\n# suite: s\n# aim: a\n# seed: 2\n",
             "f.txt:8:1: a second test with the id 'x', which is at f.txt:1:1 already; expected each id once",
         ),
+        ("# values 2: x_m 1\nbored\n", "f.txt:1:1: values of command 2: the test has 1 commands only"),
+        ("# values 0: x_m 1\nbored\n", "f.txt:1:1: values of '0': expected 'run' or the number of a command, from 1"),
+        ("# values 1: x_m\nbored\n", "f.txt:1:1: 'x_m' is no value; expected a parameter and a number"),
+        ("# values 1:\nbored\n", "f.txt:1:1: '' is no value"),
+        ("# values 1: x_m 1, x_m 2\nbored\n", "f.txt:1:1: a second value of x_m"),
+        (
+            "# values 1: x_m inf\n# values run: y_s 1\nbored\n",
+            "f.txt:1:1: values of command 1: x_m is inf; expected a f",
+        ),
+        ("# values 1: x_m 1\n# values 1: y_m 1\nbored\n", "f.txt:2:1: a second '# values 1:' in one test"),
         ("# id: x.y\n# suite: s\n# aim: a\n# seed: 1\nbored\n", "f.txt:1:1: test id 'x.y': expected letters"),
     ],
 )

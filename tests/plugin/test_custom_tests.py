@@ -106,6 +106,10 @@ def test_a_failed_assertion_is_shown_with_what_happened(lamps: pytest.Pytester) 
         ("'enter hall', paus_s=1", "hri_run: parameter 'paus_s': the testbench declares none such; nearest: pause_s*"),
         ("'leave', pause_s=1", "hri_run: parameter 'pause_s': none of these commands has it*patience_s*"),
         ("'enter hall', pause_s=float('nan')", "hri_run: parameter 'pause_s' is nan; expected a finite number"),
+        (
+            "'# values 1: pause_s 9\\nenter hall'",
+            "test handmade-*command 1 (enter hall): pause_s 9.0 is out of its ran*",
+        ),
         ("'enter hall', pause_s='long'", "hri_run: parameter 'pause_s' is 'long'; expected a finite number"),
     ],
 )

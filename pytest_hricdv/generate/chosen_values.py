@@ -1,0 +1,97 @@
+"""Chosen values: parameters of a test that are given with it, instead of drawn from their ranges.
+
+They are kept by the number of their command, from 1; number 0 is the run. As text and in JSON that number is `run`.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from pytest_hricdv.generate import GenerateError
+
+#: Number of the command (from 1; 0 is the run) -> parameter -> value, in the unit of the parameter's name.
+Values = Mapping[int, Mapping[str, float]]
+
+RUN = 0
+_RUN_KEY = "run"
+_NUMBER = re.compile(r"[1-9]\d*\Z", re.ASCII)
+
+
+def check(values: Values, commands: int) -> None:
+    """Check that values belong to a test with that many commands and have a text form.
+
+    Raises:
+        GenerateError: there is no such command, it has no value, a name is no word, or a value is no finite number.
+    """
+    for number, chosen in values.items():
+        where = owner(number)
+        if not 0 <= number <= commands:
+            raise GenerateError(f"values of {where}: the test has {commands} commands only; expected one of these")
+        if not chosen:
+            raise GenerateError(f"values of {where}: there are none; expected at least one, or no entry")
+        for name, value in chosen.items():
+            if name.split() != [name] or "," in name:
+                raise GenerateError(f"values of {where}: parameter {name!r}: expected one word without a comma")
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                raise GenerateError(f"values of {where}: {name} is {value!r}; expected a finite number")
+
+
+def owner(number: int) -> str:
+    """Whose values these are, for people: `the run` or `command 3`."""
+    return "the run" if number == RUN else f"command {number}"
+
+
+def to_data(values: Values) -> dict[str, dict[str, float]]:
+    """Plain data for JSON, the same for equal values; the keys are those of the text format."""
+    return {
+        _RUN_KEY if number == RUN else str(number): {
+            name: float(values[number][name]) for name in sorted(values[number])
+        }
+        for number in sorted(values)
+    }
+
+
+def from_data(data: Mapping[str, Mapping[str, Any]]) -> dict[int, dict[str, float]]:
+    """The values that `to_data` gave.
+
+    Raises:
+        GenerateError: a key that is neither `run` nor the number of a command.
+        AttributeError, TypeError, ValueError: the data has another shape.
+    """
+    return {read_key(key): {str(name): float(value) for name, value in chosen.items()} for key, chosen in data.items()}
+
+
+def to_text(values: Values) -> dict[str, str]:
+    """Key -> values, as in `3` -> `grip_s 31.5, pull_n 8.25`; floats are exact."""
+    return {
+        key: ", ".join(f"{name} {value!r}" for name, value in chosen.items()) for key, chosen in to_data(values).items()
+    }
+
+
+def read_key(key: str) -> int:
+    """The number that a key stands for. Raises GenerateError if it stands for none."""
+    if key == _RUN_KEY:
+        return RUN
+    if _NUMBER.match(key) is None:
+        raise GenerateError(f"values of {key!r}: expected {_RUN_KEY!r} or the number of a command, from 1")
+    return int(key)
+
+
+def read_text(text: str) -> dict[str, float]:
+    """The values of a text such as `pull_n 8.25, grip_s 31.5`. Raises GenerateError if it is no such text."""
+    found: dict[str, float] = {}
+    for part in text.split(","):
+        name, _, number = part.strip().partition(" ")
+        try:
+            value = float(number)
+        except ValueError:
+            raise GenerateError(
+                f"{part.strip()!r} is no value; expected a parameter and a number, as in 'pull_n 8.25, grip_s 31.5'"
+            ) from None
+        if name in found:
+            raise GenerateError(f"a second value of {name}; expected each parameter once")
+        found[name] = value
+    return found
