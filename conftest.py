@@ -94,6 +94,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "arm_speed": float,
             "arm_moving": bool,
         },
+        state="state.name",
         values={"hand_place": HAND_PLACES, "state.name": tuple(STATES), "turn_done.outcome": OUTCOMES},
         units={
             "leg_offset": "m",

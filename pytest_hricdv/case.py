@@ -132,12 +132,13 @@ def execute(
     run = Run(
         test=test,
         kernel=kernel,
-        bus=Bus(kernel, testbench.messages, recorder),
+        bus=Bus(kernel, testbench.messages, recorder, code.is_running),
         recorder=recorder,
         measured=code.node,
         monitors=monitors,
         filming=filming,
         fidelity=testbench.fidelity,
+        disturbances=testbench.disturbances,
     )
     try:
         outcome, verdicts, record = _finished(testbench, requirements, followers, run, known_while)
@@ -203,7 +204,8 @@ def _finished(
     if not isinstance(outcome, Outcome):
         raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
     record, end_s = run.recorder.finish(), run.kernel.now_s
-    log = Log({**record.signals, **record.texts}, record.messages, end_s)
+    heard = tuple(each for each in record.messages if not each.is_disturbance)
+    log = Log({**record.signals, **record.texts}, heard, end_s)
     verdicts = explained(run.monitors.finish(end_s), _formulas(requirements), log)
     verdicts += tuple(follower.finish(end_s) for follower in followers)
     return outcome, tuple(_marked(verdict, known_while, log) for verdict in verdicts), record

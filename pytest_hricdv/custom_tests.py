@@ -105,7 +105,7 @@ class HriRun:
         return "<hri_run>"
 
     def _case(self, test: str | Iterable[str] | ConcreteTest, seed: int, parameters: Mapping[str, float]) -> HriCase:
-        ranges = self._running.collection.testbench.concretization
+        ranges = self._running.collection.testbench.commands
         if isinstance(test, ConcreteTest):
             lines = tuple(action.command for action in test.actions)
             abstract = AbstractTest(test.id, test.suite, "given", (), lines, seed=test.seed)

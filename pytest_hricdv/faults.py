@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.monitor import Verdict
-from pytest_hricdv.runtime import Kernel, NodeError
+from pytest_hricdv.runtime import Kernel, Node, NodeError
 from pytest_hricdv.testbench import Ending, Outcome, Testbench
 
 Body = Callable[[], None]
@@ -31,6 +31,7 @@ class CodeUnderTest:
         self._kernel = kernel
         self._measured = measured
         self._returned_s: list[float | None] = []
+        self._nodes: list[Node] = []
         self.raised: BaseException | None = None
 
     def node(self, body: Body) -> Body:
@@ -39,6 +40,7 @@ class CodeUnderTest:
         self._returned_s.append(None)
 
         def observed() -> None:
+            self._nodes.append(self._kernel.current())
             try:
                 measured()
             except BaseException as error:
@@ -47,6 +49,10 @@ class CodeUnderTest:
             self._returned_s[number] = self._kernel.now_s
 
         return observed
+
+    def is_running(self) -> bool:
+        """Whether the caller is one of its nodes."""
+        return self._kernel.running() in self._nodes
 
     @property
     def returned_s(self) -> float | None:

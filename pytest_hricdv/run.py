@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
+from typing import Any
 
+from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
+
+class TestbenchError(Exception):
+    """The testbench is missing, or lacks a part; the text says which and what it is for."""
+
+    __test__ = False
 
 
 @dataclass(frozen=True)
@@ -46,6 +54,13 @@ class Run:
     """How to simulate the world, as `--hri-fidelity` says; empty where it says nothing."""
     ending: Ending | None = None
     """How `go` ended; None before."""
+    disturbances: Disturbances = field(default_factory=dict)
+    """Those of the testbench."""
+    _disturbed: Any = field(default=None, init=False, repr=False)
+
+    def disturbs(self, world: Any) -> None:
+        """Hand over what the handlers of disturbances are called with; to be called before `go`."""
+        self._disturbed = world
 
     def actions(self) -> Iterator[ConcreteAction]:
         """The test's actions, one after the other; taking the next one reports that it begins now."""
@@ -54,9 +69,33 @@ class Run:
             yield action
 
     def acting(self, number: int) -> None:
-        """Report that action `number` (from 0, in order) begins now; explanations of failures show these times."""
+        """Report that action `number` (from 0, in order) begins now; explanations of failures show these times.
+
+        An action that is a disturbance of the testbench is applied in here: whoever enacts the test skips its line.
+
+        Raises:
+            TestbenchError: a disturbance that has a handler begins, and `disturbs` was not called.
+        """
         if number == len(self.acted_s) < len(self.test.actions):
             self.acted_s.append(self.kernel.now_s)
+            action = self.test.actions[number]
+            name = action.command.removeprefix(PREFIX)
+            if action.command.startswith(PREFIX) and name in self.disturbances:
+                self._disturb(name, action.parameters)
+
+    def _disturb(self, name: str, parameters: Mapping[str, float]) -> None:
+        disturbance = self.disturbances[name]
+        self.recorder.disturbance(self.kernel.now_s, "test", f"{PREFIX}{name}", parameters)
+        if not isinstance(disturbance, Disturbance):
+            self.bus.disturb(disturbance.topic, disturbance.message_fault(parameters))
+            return
+        if self._disturbed is None:
+            raise TestbenchError(
+                f"'{PREFIX}{name}' at {self.kernel.now_s:.3f} s: no world to disturb; the testbench's run has to call "
+                "run.disturbs(world) before run.go, with what the handler is to get"
+            )
+        assert disturbance.handler is not None, "checked with the testbench"
+        disturbance.handler(self._disturbed, parameters)
 
     def go(self, limit_s: float) -> str:
         """Run the nodes up to `limit_s`, then on until no monitor has an open deadline; then end all nodes.
@@ -78,8 +117,8 @@ class Run:
                     self.monitors.advance(self.kernel.now_s)
                     until_s = math.inf
             except NodeError as error:
-                if isinstance(error.__cause__, MonitorError):
-                    raise  # by the requirements, in whichever node they were read
+                if isinstance(error.__cause__, MonitorError | TestbenchError):
+                    raise  # by the requirements or the testbench, in whichever node it was noticed
                 why, self.ending = f"{error.node} failed", Ending("failed", error.time_s, error)
             finally:
                 self.kernel.close()

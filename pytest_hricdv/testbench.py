@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from pytest_hricdv.conformance.declaration import Conformance, ConformanceError, Does
 from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
+from pytest_hricdv.disturbance import Disturbance, Disturbances, Doubled, Late, Lost, faults, lines
 from pytest_hricdv.film.film import Camera, Film
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
 from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
@@ -22,7 +25,7 @@ from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
 from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.monitor.vocabulary import Kind
-from pytest_hricdv.run import Ending, Run
+from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import text_of, topic_of
 from pytest_hricdv.suggestion import nearest
 
@@ -37,10 +40,14 @@ __all__ = [
     "ConformanceError",
     "Constant",
     "CrossProduct",
+    "Disturbance",
     "Does",
+    "Doubled",
     "Ending",
     "Film",
     "Hears",
+    "Late",
+    "Lost",
     "Model",
     "Outcome",
     "QLearning",
@@ -67,12 +74,6 @@ PARTS: Mapping[str, str] = {
 
 ENDS = ("limit", "idle", "early")
 """What `Testbench.may_end` allows."""
-
-
-class TestbenchError(Exception):
-    """The testbench is missing, or lacks a part; the text says which and what it is for."""
-
-    __test__ = False
 
 
 @dataclass(frozen=True)
@@ -140,6 +141,9 @@ class Testbench:
             its time limit), "idle" (nothing is left to do), "early" (the code under test has returned before).
         fidelities: ways to simulate the world, of which `--hri-fidelity` chooses one; empty where there is one only.
         fidelity: the one that was chosen, which `Run.fidelity` hands to `run`; empty for the testbench's own choice.
+        disturbances: what can go wrong, by name: a test has a line `disturb NAME` where it does. No published method
+            generates such lines.
+        state: the field in which the code under test tells its state, such as "state.name"; empty where it does not.
     """
 
     __test__ = False
@@ -166,6 +170,15 @@ class Testbench:
     fidelities: tuple[str, ...] = ()
     fidelity: str = ""
     values: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
+    disturbances: Disturbances = field(default_factory=dict, hash=False)
+    state: str = ""
+
+    @cached_property
+    def commands(self) -> Concretization:
+        """The concretization, with the lines of the disturbances: what tests may contain, whereas methods draw from
+        `concretization`."""
+        given = self.concretization
+        return dataclasses.replace(given, commands={**given.commands, **lines(self.disturbances)})
 
     def simulated(self, fidelity: str) -> Testbench:
         """The testbench with this fidelity. Raises TestbenchError where it is none of `fidelities`."""
@@ -199,6 +212,15 @@ def _film_faults(testbench: Testbench) -> list[str]:
     return testbench.film.faults(testbench.vocabulary(), topics) if testbench.film is not None else []
 
 
+def _state_faults(testbench: Testbench) -> Iterator[str]:
+    topic, _, name = testbench.state.partition(".")
+    topics = testbench.vocabulary().messages
+    if testbench.state and topics.get(topic, {}).get(name) is not str:
+        texts = sorted(f"{each}.{field}" for each, kinds in topics.items() for field in kinds if kinds[field] is str)
+        known = ", ".join(texts) or "none"
+        yield f"state is {testbench.state!r}, which is no text field of a message; there are: {known}"
+
+
 _KINDS: tuple[Kind, ...] = (bool, float, str)
 
 
@@ -226,11 +248,13 @@ def checked(candidate: object, where: str) -> Testbench:
         )
     _check_kinds(candidate, where)
     try:
-        candidate.vocabulary()
-    except ValueError as error:
+        topics = candidate.vocabulary().messages
+        disturbance_faults = faults(candidate.disturbances, candidate.concretization.commands, topics)
+        for fault in (*_film_faults(candidate), *_state_faults(candidate), *disturbance_faults):
+            raise TestbenchError(f"{where}: {fault}")
+        _ = candidate.commands
+    except (ValueError, GenerateError) as error:
         raise TestbenchError(f"{where}: {error}") from None
-    for fault in _film_faults(candidate):
-        raise TestbenchError(f"{where}: {fault}")
     return candidate
 
 

@@ -9,7 +9,7 @@ from pytest_hricdv.runtime import Kernel, NodeBus
 from sim.engine import Vector
 from sim.gaze import Gaze, head_pose, orientation_to
 from sim.layout import AWAY_HAND_M, AWAY_HEAD_M, HANDOVER_M, REST_HAND_M, SEAT_HEAD_M, assembly_place
-from sim.script import Script, check_script
+from sim.script import DISTURB, Script, check_script
 from sim.world import World
 
 PATIENCE_S = 60.0
@@ -67,6 +67,8 @@ class Human:
         """
         for number, (command, parameters) in enumerate(self._script):
             self._acting(number)
+            if command.startswith(DISTURB):
+                continue
             self._handle_turn_ends()
             if command == "tell leg":
                 self._request_leg(parameters)

@@ -8,6 +8,7 @@
 `set_param pressure = 0`: none; neither pulls nor grips.
 `tell humanReady`: `voice_s`, then "ready" is heard.
 `bored`: none; walks off and does nothing more until the next `tell leg`.
+`disturb ...`: nothing that the person does; whatever it is happens when the person comes to it.
 """
 
 from __future__ import annotations
@@ -32,6 +33,9 @@ PARAMETERS: Mapping[str, tuple[str, ...]] = {
 }
 """The ten commands. Case study."""
 
+DISTURB = "disturb "
+"""How the line of a disturbance begins."""
+
 
 def check_script(script: Sequence[tuple[str, Mapping[str, float]]]) -> Script:
     """The script, if every command is known and has its parameters as finite numbers.
@@ -40,6 +44,8 @@ def check_script(script: Sequence[tuple[str, Mapping[str, float]]]) -> Script:
         SimulationError: an unknown command, or a parameter that is missing or not finite.
     """
     for number, (command, parameters) in enumerate(script, 1):
+        if command.startswith(DISTURB):
+            continue
         if command not in PARAMETERS:
             raise SimulationError(f"step {number}: unknown command {command!r}; known are {sorted(PARAMETERS)}")
         missing = [name for name in PARAMETERS[command] if name not in parameters]

@@ -263,7 +263,8 @@ def _actions(test: TestResult, until_s: float | None = None) -> Iterator[str]:
 
 def _actions_before(actions: Sequence[str], times: Sequence[float], until_s: float, name: str) -> Iterator[str]:
     """The last actions that began before a time: the ones that led to what happened then."""
-    begun = [(at, action) for at, action in zip(times, actions, strict=False) if at <= until_s]
+    until_ms_s = round(until_s, 3)  # as the times are: a disturbance may violate a requirement as it begins
+    begun = [(at, action) for at, action in zip(times, actions, strict=False) if at <= until_ms_s]
     yield f"what the human did until then ({name}):"
     shown = begun if len(begun) <= _MAX_ACTIONS else begun[1 - _MAX_ACTIONS :]
     if len(shown) < len(begun):

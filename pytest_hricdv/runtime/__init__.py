@@ -1,12 +1,23 @@
 """Virtual time for blocking robot nodes, a typed message bus, and the record of a run."""
 
-from pytest_hricdv.runtime.bus import Bus, NodeBus, Record, RecordedMessage, Recorder, Subscription, text_of, topic_of
+from pytest_hricdv.runtime.bus import (
+    Bus,
+    MessageFault,
+    NodeBus,
+    Record,
+    RecordedMessage,
+    Recorder,
+    Subscription,
+    text_of,
+    topic_of,
+)
 from pytest_hricdv.runtime.kernel import Kernel, KernelError, Node, NodeError, World
 
 __all__ = [
     "Bus",
     "Kernel",
     "KernelError",
+    "MessageFault",
     "Node",
     "NodeBus",
     "NodeError",

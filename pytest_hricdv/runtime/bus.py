@@ -1,7 +1,7 @@
 """A typed message bus in virtual time, and the record of a run.
 
-The class of a message is its topic, so that types are checked. The record has all messages and all changes of signals
-with their simulated times, and a hash over them.
+The class of a message is its topic, so that types are checked. The record has all messages, all changes of signals and
+all disturbances with their simulated times, and a hash over them.
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ import math
 import re
 from array import array
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import partial
 from typing import Any, Generic, Protocol, TypeVar
 
 from pytest_hricdv.runtime.kernel import Kernel, Node
@@ -37,12 +38,17 @@ class Listener(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class RecordedMessage:
-    """One message: its time (s), sender, topic and fields."""
+    """One message, or one disturbance: its time (s), sender, topic and fields."""
 
     time_s: float
     sender: str
     topic: str
     fields: Mapping[str, Value]
+
+    @property
+    def is_disturbance(self) -> bool:
+        """Whether it is a disturbance, such as "disturb outage" or "lost request". Topics of messages are one word."""
+        return " " in self.topic
 
     def __str__(self) -> str:
         values = " ".join(f"{name}={value}" for name, value in self.fields.items())
@@ -53,6 +59,7 @@ class RecordedMessage:
 class Record:
     """The events of a run. `signals` maps a name to its changes (times in s, values); `texts` those that are strings.
 
+    `messages` has the disturbances, too, in the order of time (see `RecordedMessage.is_disturbance`).
     `sha256` is over all messages and signals, bit by bit: equal hashes mean equal runs.
     """
 
@@ -77,6 +84,17 @@ class Recorder:
         self.messages.append(RecordedMessage(time_s, sender, topic, fields))
         for listener in self.listeners:
             listener.message(time_s, topic, fields)
+
+    def disturbance(self, time_s: float, sender: str, event: str, fields: Mapping[str, Value]) -> None:
+        """Record a disturbance, such as "lost request". Listeners do not hear of it: no requirement may depend on it.
+
+        Raises:
+            ValueError: the event is one word, which would be taken for a message.
+        """
+        event_message = RecordedMessage(time_s, sender, event, fields)
+        if not event_message.is_disturbance:
+            raise ValueError(f"disturbance {event!r}: expected at least two words")
+        self.messages.append(event_message)
 
     def signal(self, time_s: float, name: str, value: float | bool | str) -> None:
         """Record a signal's value from `time_s` on; an unchanged value is not recorded again.
@@ -177,6 +195,17 @@ class Subscription(Generic[M]):
             self._bus.kernel.wake(self._waiting)
 
 
+@dataclass(frozen=True)
+class MessageFault:
+    """What happens to a message instead of its delivery: one copy is delivered at each delay (s) after publication.
+
+    The record calls it by its name: "lost" (no delay), "late" (one delay), "doubled" (two).
+    """
+
+    name: str
+    delays_s: tuple[float, ...] = ()
+
+
 class Bus:
     """Delivers frozen dataclass messages to all subscribers at the instant of publication, and records them.
 
@@ -184,11 +213,20 @@ class Bus:
         kernel: its clock gives the time stamps.
         kinds: the message classes of this bus; others are refused.
         recorder: records the messages.
+        by_code: whether the caller is the code under test.
     """
 
-    def __init__(self, kernel: Kernel, kinds: Iterable[type[Any]], recorder: Recorder) -> None:
+    def __init__(
+        self,
+        kernel: Kernel,
+        kinds: Iterable[type[Any]],
+        recorder: Recorder,
+        by_code: Callable[[], bool] = lambda: False,
+    ) -> None:
         self.kernel = kernel
         self.recorder = recorder
+        self._by_code = by_code
+        self._faults: dict[str, deque[MessageFault]] = {}
         self._fields = {kind: tuple(f.name for f in dataclasses.fields(kind)) for kind in kinds}
         self._subscriptions: dict[type[Any], list[Subscription[Any]]] = {kind: [] for kind in self._fields}
         self._waiting_publishers: dict[type[Any], list[Node]] = {kind: [] for kind in self._fields}
@@ -217,15 +255,51 @@ class Bus:
             self.kernel.block()
 
     def publish(self, sender: str, message: object) -> None:
-        """Deliver and record a message. Raises TypeError for a kind that was not declared."""
+        """Deliver and record a message, unless a fault awaits it. Raises TypeError for a kind that was not declared."""
         kind = self._declared(type(message))
         fields: dict[str, Value] = {}
         for name in self._fields[kind]:
             value = getattr(message, name)
             fields[name] = text_of(value) if isinstance(value, Enum) else value
         self.kernel.last_messages[sender] = message
+        faults = self._faults.get(topic_of(kind)) if self._faults else None
+        if faults:
+            self._publish_with_fault(faults.popleft(), sender, message, fields)
+            return
         self.recorder.message(self.kernel.now_s, sender, topic_of(kind), fields)
-        for subscription in tuple(self._subscriptions[kind]):
+        self._deliver(message)
+
+    def disturb(self, topic: str, fault: MessageFault) -> None:
+        """Let a fault happen to the next message of a topic; several faults await one message each, in order.
+
+        The record has the message when the code under test could know of it: a message of the code when it is
+        published, any other one when it is delivered, each copy of it.
+        """
+        self._faults.setdefault(topic, deque()).append(fault)
+
+    def _publish_with_fault(
+        self, fault: MessageFault, sender: str, message: object, fields: Mapping[str, Value]
+    ) -> None:
+        topic, by_code = topic_of(type(message)), self._by_code()
+        self.recorder.disturbance(self.kernel.now_s, sender, f"{fault.name} {topic}", fields)
+        if by_code:
+            self.recorder.message(self.kernel.now_s, sender, topic, fields)
+
+        def deliver_after(delay_s: float) -> None:
+            if delay_s:
+                self.kernel.sleep(delay_s)
+            if not by_code:
+                self.recorder.message(self.kernel.now_s, sender, topic, fields)
+            self._deliver(message)
+
+        for delay_s in fault.delays_s:
+            if delay_s:
+                self.kernel.spawn(f"{fault.name} {topic}", partial(deliver_after, delay_s))
+            else:
+                deliver_after(delay_s)
+
+    def _deliver(self, message: object) -> None:
+        for subscription in tuple(self._subscriptions[type(message)]):
             subscription.deliver(message)
 
     def unsubscribe(self, kind: type[Any], subscription: Subscription[Any]) -> None:

@@ -157,6 +157,11 @@ class Kernel:
         """The running node. Raises KernelError outside of a node."""
         return self._running()
 
+    def running(self) -> Node | None:
+        """The running node; None outside of a node."""
+        here = greenlet.getcurrent()
+        return next((node for node in self._nodes if node._greenlet is here), None)
+
     def stop(self, reason: str) -> None:
         """End the run once the present instant is over; `run` returns `reason`."""
         self._stop = self._stop or reason
@@ -219,11 +224,10 @@ class Kernel:
         return ""
 
     def _running(self) -> Node:
-        here = greenlet.getcurrent()
-        for node in self._nodes:
-            if node._greenlet is here:
-                return node
-        raise KernelError("only a node may block: start the activity with Kernel.spawn")
+        node = self.running()
+        if node is None:
+            raise KernelError("only a node may block: start the activity with Kernel.spawn")
+        return node
 
     def _run_ready(self) -> None:
         while self._ready:

@@ -16,6 +16,7 @@ from itertools import chain, pairwise
 from math import floor, log10
 from typing import TypeVar
 
+from pytest_hricdv.disturbance import PREFIX
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Chance, Range, Sampler
 from pytest_hricdv.monitor import Criterion, Requirement, Value, Verdict, Violation
@@ -202,8 +203,12 @@ class _Shrinking:
 
 
 def _turns(actions: Sequence[ConcreteAction]) -> list[Sequence[ConcreteAction]]:
-    """The actions in parts, each of which begins with the command that the first one begins with."""
-    starts = [place for place, action in enumerate(actions) if action.command == actions[0].command]
+    """The actions in parts, each of which begins with the command that the first one begins with.
+
+    Disturbances begin no part: those before the first command belong to the first part.
+    """
+    first = next((action.command for action in actions if not action.command.startswith(PREFIX)), "")
+    starts = [0, *(place for place, action in enumerate(actions) if place and action.command == first)]
     return [actions[start:end] for start, end in pairwise([*starts, len(actions)])]
 
 

@@ -227,7 +227,7 @@ def _failed(result: CaseResult, known: Container[str]) -> Iterator[str]:
 
 
 def _behaviour(test: TrialTest, result: CaseResult, running: Running) -> Behaviour:
-    concrete, ranges = test.concrete, running.collection.testbench.concretization
+    concrete, ranges = test.concrete, running.collection.testbench.commands
     lines = tuple(action.command for action in concrete.actions)
     abstract = AbstractTest(concrete.id, test.suite, "mutant", (), lines, seed=concrete.seed)
     case = HriCase(test.suite, abstract, ranges, fixed=concrete)

@@ -83,7 +83,7 @@ def _files(paths: Iterable[Path]) -> Iterable[Path]:
 
 
 def _check_parameters(replay: Replay, testbench: Testbench, name: str) -> None:
-    ranges = testbench.concretization
+    ranges = testbench.commands
     for number, action in enumerate(replay.concrete.actions, 1):
         if action.command in ranges.commands:
             declared = ranges.commands[action.command]

@@ -43,7 +43,10 @@ def selected_suites(
     try:
         methods = select_methods(options.suites, root)
         context = _context(options, testbench, learns=any(method.name == METHOD for method in methods))
-        selected = [_generate(method, context, cache, say) for method in methods]
+        reading = replace(context, commands=tuple(testbench.commands.commands))  # methods draw no disturbances
+        selected = [
+            _generate(method, reading if isinstance(method, Files) else context, cache, say) for method in methods
+        ]
     except GenerateError as error:
         raise pytest.UsageError(f"--hri-suite: {error}") from None
     names = [each.suite.name for each in selected]
@@ -103,7 +106,7 @@ def _generate(
 
 def check_commands(suite: Suite, testbench: Testbench) -> None:
     """Raise pytest.UsageError for a test with a command that the testbench does not know."""
-    known = testbench.concretization.commands
+    known = testbench.commands.commands
     for test in suite.tests:
         for line in test.lines:
             if line not in known:
@@ -125,7 +128,7 @@ def cases(
     selected: Iterable[GeneratedSuite], testbench: Testbench, concretizations: int, sampling: str = UNIFORM
 ) -> list[HriCase]:
     """One case for each concrete test."""
-    ranges = testbench.concretization
+    ranges = testbench.commands
     return [
         HriCase(each.suite.name, test, ranges, sampling)
         for each in selected

@@ -8,7 +8,7 @@ import math
 
 import pytest
 
-from pytest_hricdv.runtime import Bus, Kernel, Record, Recorder, topic_of
+from pytest_hricdv.runtime import Bus, Kernel, MessageFault, Record, Recorder, topic_of
 
 
 @dataclasses.dataclass(frozen=True)
@@ -180,3 +180,58 @@ def test_listeners_receive_each_event_at_once() -> None:
     recorder.signal(0.0, "held", True)
     recorder.signal(0.1, "held", True)
     assert received == [(0.0, "ping", {"number": 3}), (0.0, "held", True)]
+
+
+LOST, LATE, DOUBLED = MessageFault("lost"), MessageFault("late", (0.5,)), MessageFault("doubled", (0.0, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("fault", "heard_s", "recorded_s"),
+    [(LOST, [], []), (LATE, [1.5], [1.5]), (DOUBLED, [1.0, 1.5], [1.0, 1.5])],
+    ids=["lost", "late", "doubled"],
+)
+@pytest.mark.parametrize("by_code", [False, True], ids=["of the environment", "of the code under test"])
+def test_a_fault_happens_to_the_next_message_of_its_topic_only(
+    fault: MessageFault, heard_s: list[float], recorded_s: list[float], by_code: bool
+) -> None:
+    kernel, recorder = Kernel(), Recorder()
+    bus = Bus(kernel, (Ping, HumanReady), recorder, lambda: by_code)
+    heard: list[tuple[float, int]] = []
+
+    def listener() -> None:
+        subscription = bus.subscribe(Ping)
+        while (ping := subscription.wait(10.0)) is not None:
+            heard.append((kernel.now_s, ping.number))
+
+    def talker() -> None:
+        bus.disturb("ping", fault)
+        kernel.sleep(1.0)
+        bus.publish("talker", HumanReady())
+        bus.publish("talker", Ping(1))
+        kernel.sleep(1.0)
+        bus.publish("talker", Ping(2))
+
+    kernel.spawn("listener", listener)
+    kernel.spawn("talker", talker)
+    kernel.run(limit_s=10.0)
+    assert heard == [*((time_s, 1) for time_s in heard_s), (2.0, 2)]
+    events = [(each.time_s, each.topic) for each in recorder.messages]
+    assert events[:2] == [(1.0, "human_ready"), (1.0, f"{fault.name} ping")]
+    assert [time_s for time_s, topic in events if topic == "ping"] == [*([1.0] if by_code else recorded_s), 2.0]
+
+
+def test_listeners_do_not_hear_of_disturbances_and_the_hash_does() -> None:
+    class Deaf:
+        def message(self, *event: object) -> None:
+            raise AssertionError(event)
+
+        signal = message
+
+    recorder = Recorder([Deaf()])
+    before = recorder.finish().sha256
+    recorder.disturbance(1.0, "test", "disturb outage", {"turn": 2.0})
+    (event,) = recorder.finish().messages
+    assert event.is_disturbance
+    assert recorder.finish().sha256 != before
+    with pytest.raises(ValueError, match="disturbance 'outage': expected at least two words"):
+        recorder.disturbance(1.0, "test", "outage", {})

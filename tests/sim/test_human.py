@@ -241,3 +241,19 @@ def test_the_robot_hears_each_request_once() -> None:
         stage.run(lambda: stage.kernel.sleep(10.0))
         assert requests.poll() == Request()
         assert requests.poll() is None
+
+
+def test_a_disturbance_is_reported_when_the_person_comes_to_it_and_takes_no_time() -> None:
+    script = [TELL, ("disturb leg_slips", {}), ("disturb outage", {"turn": 1.0}), ("tell humanReady", {"voice_s": 1.0})]
+    began: list[float] = []
+    with Stage() as stage:
+
+        def acting(number: int) -> None:
+            began.append(stage.kernel.now_s)
+
+        human = Human(stage.world, stage.bus.port("human"), stage.kernel, script, acting=acting)
+        stage.kernel.spawn("human", human.enact)
+        stage.run(lambda: stage.kernel.sleep(10.0))
+        assert human.done
+        assert began[1] == began[2] == began[3]
+        assert times_of(stage, "human_ready") == [pytest.approx(began[1] + 1.0)]

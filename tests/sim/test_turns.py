@@ -12,6 +12,11 @@ def test_a_leg_has_its_pose_in_the_order_of_the_readings() -> None:
     assert planned_turns([*LEG, READY]) == (("1", "not_bored", "101"),)
 
 
+def test_disturbances_are_nothing_that_the_person_plans() -> None:
+    disturbed = ["disturb outage", *LEG[:2], "disturb leg_slips", *LEG[2:], READY]
+    assert planned_turns(disturbed) == planned_turns([*LEG, READY])
+
+
 def test_a_leg_given_up_for_boredom_counts_once() -> None:
     bored = ["tell leg", "receivesignal", "bored"]
     assert planned_turns([*bored, *LEG, READY, *LEG, READY]) == (

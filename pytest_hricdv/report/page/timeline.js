@@ -64,7 +64,7 @@ function lanes({ timeline, acted, abstract }) {
   for (const each of messages.filter((message) => message.topic !== stateTopic)) {
     if (!names.includes(each.topic)) names.push(each.topic);
     const fields = Object.entries(each.fields).map(([name, value]) => name + " " + value).join(", ");
-    dots.push({ lane: each.topic, time: each.time, symbol: "circle", fill: "var(--c0)", tooltip: seconds(each.time) + ": " + each.sender + " sends " + each.topic + "\n" + fields });
+    dots.push({ lane: each.topic, time: each.time, symbol: "circle", fill: "var(--c0)", tooltip: seconds(each.time) + ": " + each.sender + (each.topic.includes(" ") ? ": " : " sends ") + each.topic + "\n" + fields });
   }
   for (const [name, changes] of Object.entries(timeline.texts ?? {})) addSpans(name, textSpans(changes, end));
   for (const [name, text] of Object.entries(timeline.signals)) {

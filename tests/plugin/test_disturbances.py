@@ -1,0 +1,182 @@
+"""Disturbances through the plugin: lines of a test that the testbench's handlers or the bus apply."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
+
+DECLARED = """code=("lamps",),
+        disturbances={
+            "brownout": Disturbance({"level": Range(1.0, 2.0, "%")}, lambda lamp, given: lamp.set(given["level"])),
+            "lost_wish": Lost("wish"),
+            "late_wish": Late("wish", delay_s=Range(1.5, 2.0, "s")),
+            "doubled_wish": Doubled("wish", delay_s=Range(0.5, 0.6, "s")),
+            "late_switched": Late("switched", delay_s=Range(1.5, 2.0, "s")),
+        },"""
+
+
+@pytest.fixture
+def disturbed(lamps: pytest.Pytester) -> pytest.Pytester:
+    """The lamps project with disturbances."""
+    change(lamps.path, "conftest.py", 'code=("lamps",),', DECLARED)
+    change(lamps.path, "conftest.py", "Model, Range, Testbench", "Model, Range, Testbench\n    " + IMPORT)
+    change(lamps.path, "conftest.py", "    lamp.set(0.0)\n", "    lamp.set(0.0)\n    run.disturbs(lamp)\n")
+    return lamps
+
+
+IMPORT = "from pytest_hricdv.testbench import Disturbance, Doubled, Late, Lost"
+
+OWN = """
+def events(result):
+    return [(each.topic, each.sender) for each in result.record.messages]
+
+
+def time_of(result, topic):
+    (time_s,) = [each.time_s for each in result.record.messages if each.topic == topic]
+    return time_s
+
+
+def test_a_handler_gets_the_world_and_its_parameters_when_the_line_begins(hri_run):
+    result = hri_run(["enter cellar", "disturb brownout", "greet"], level=1.5, pause_s=0.5)
+    times, levels = result.record.signals["lamp_level"]
+    assert (list(times), list(levels)) == ([0.0, 0.5], [0.0, 1.5])
+    assert result.acted_s == (0.0, 0.5, 0.5)
+    event, greeting, *_ = result.record.messages
+    assert str(event).split() == ["0.500", "test", "disturb", "brownout", "level=1.5"]
+    assert greeting.time_s == 1.0
+
+
+def test_a_lost_message_asks_for_no_answer(hri_run):
+    result = hri_run(["enter cellar", "disturb lost_wish", "set_lamp level = 100"])
+    assert events(result) == [("disturb lost_wish", "test"), ("lost wish", "visitor")]
+    assert result.verdict("R1").verdict == "NC" and not result.failed
+
+
+def test_only_the_next_message_is_lost(hri_run):
+    result = hri_run(["disturb lost_wish", "set_lamp level = 0", "set_lamp level = 0"])
+    assert result.verdict("R1").passes == 1
+
+
+def test_each_of_several_disturbances_has_its_own_message(hri_run):
+    result = hri_run(["disturb lost_wish", "disturb lost_wish", *["set_lamp level = 0"] * 3])
+    assert result.verdict("R1").passes == 1
+
+
+def test_a_late_message_is_recorded_when_it_comes(hri_run):
+    result = hri_run(["disturb late_wish", "set_lamp level = 0"], delay_s=1.5, pause_s=0.5)
+    assert (time_of(result, "late wish"), time_of(result, "wish")) == (0.5, 2.0)
+    assert result.verdict("R1").passes == 1
+
+
+def test_a_doubled_message_is_recorded_twice(hri_run):
+    result = hri_run(["disturb doubled_wish", "set_lamp level = 0"])
+    assert [topic for topic, _ in events(result)].count("wish") == 2
+    assert result.verdict("R1").passes == 2
+
+
+def test_a_message_of_the_code_under_test_is_recorded_when_it_is_said(hri_run):
+    result = hri_run(["disturb late_switched", "set_lamp level = 0"])
+    assert time_of(result, "switched") == time_of(result, "late switched")
+    assert result.verdict("R1").passes == 1
+
+
+def test_it_runs_again_to_the_bit_and_another_parameter_is_another_run(hri_run):
+    first = hri_run(["disturb brownout"])
+    assert hri_run(first.test).record.sha256 == first.record.sha256
+    assert hri_run(["disturb brownout"], level=2.0).record.sha256 != first.record.sha256
+"""
+
+
+def test_what_a_disturbance_does(disturbed: pytest.Pytester) -> None:
+    (disturbed.path / "test_own.py").write_text(OWN, encoding="utf-8")
+    disturbed.runpytest_inprocess("test_own.py").assert_outcomes(passed=8)
+
+
+@plain_and_slowly_in_other_modes
+def test_no_published_method_draws_one(
+    lamps: pytest.Pytester, options: tuple[str, ...], request: pytest.FixtureRequest
+) -> None:
+    suites = "--hri-suite=all"
+    lamps.runpytest_inprocess(suites, "--hri-tests=6", *options)
+    before = report(lamps.path)
+    disturbed = request.getfixturevalue("disturbed")
+    disturbed.runpytest_inprocess(suites, "--hri-tests=6", *options)
+    after = report(disturbed.path)
+    assert [each["id"] for each in after["tests"]] == [each["id"] for each in before["tests"]]
+    assert [each["concrete"] for each in after["tests"]] == [each["concrete"] for each in before["tests"]]
+    assert [each["requirements"] for each in after["tests"]] == [each["requirements"] for each in before["tests"]]
+
+
+LINES = ["enter hall", "disturb brownout", "set_lamp level = 10", "set_lamp level = 100"]
+
+
+@plain_and_slowly_in_other_modes
+def test_a_test_of_a_file_is_run_exported_replayed_and_shrunk(
+    disturbed: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    (disturbed.path / "mine.txt").write_text("\n".join(LINES) + "\n", encoding="utf-8")
+    strict = ["--hri-strict", "--hri-shrink", "--hri-export=out"]
+    disturbed.runpytest_inprocess("--hri-suite=mine.txt", *strict, *options).assert_outcomes(failed=1)
+    (test,) = report(disturbed.path)["tests"]
+    assert test["abstract"] == LINES
+    (level,) = test["concrete"]["actions"][1]["parameters"].values()
+    assert 1.0 <= level <= 2.0
+    assert any("test\tdisturb brownout\t" in each for each in test["timeline"]["messages"])
+    assert test["shrunk"]["R2"]["abstract"] == ["set_lamp level = 100"]
+    assert "disturb brownout\n" in (disturbed.path / "out" / "mine.txt").read_text(encoding="utf-8")
+    again = disturbed.runpytest_inprocess(f"--hri-replay={test['replay']}", *options)
+    again.stdout.fnmatch_lines([f"replay of {test['id']}: the same run, to the bit"])
+
+
+def test_a_disturbance_that_a_failure_needs_is_kept_and_simplified(disturbed: pytest.Pytester) -> None:
+    change(disturbed.path, "requirements.toml", "lamp_level <= 80", "lamp_level <= 80 & lamp_level >= 1.8")
+    change(disturbed.path, "conftest.py", "Range(1.0, 2.0", "Range(1.0, 1.4")
+    lines = ["disturb lost_wish", *LINES[:3], "greet"]
+    (disturbed.path / "mine.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    result = disturbed.runpytest_inprocess("--hri-suite=mine.txt", "--hri-strict", "--hri-shrink")
+    (test,) = report(disturbed.path)["tests"]
+    assert test["shrunk"]["R2"]["concrete"][0] == "disturb brownout: level 1.2 %"
+    # It violates R2 at the very instant at which it begins, and is among what led to it.
+    result.stdout.fnmatch_lines(["*what the human did until then*", "* s  disturb brownout"])
+
+
+BAD = [
+    ('"lost_wish": Lost("wish")', '"lost_wish": Lost("wih")', "disturbance 'lost_wish': topic 'wih' is none of the "),
+    ('"lost_wish": Lost("wish")', '"lost wish": Lost("wish")', "disturbance 'lost wish': expected a name of one word"),
+    ('"lost_wish": Lost("wish")', '"lost_wish": "wish"', "'wish'; expected a Disturbance, Lost, Late or Doubled"),
+    ("Range(1.5, 2.0", "Range(-1.5, 2.0", "expected a Range or Constant of at least 0 s"),
+    (', lambda lamp, given: lamp.set(given["level"])', "", "disturbance 'brownout': handler is None; expected a func"),
+    ('Range(1.0, 2.0, "%")', "1.0", "'disturb brownout': parameter 'level' is 1.0; expected a Range, Chance or "),
+    ('"leave": {},', '"leave": {}, "disturb lost_wish": {},', "has the command 'disturb lost_wish', too; rename one"),
+    ("disturbances={", 'state="wish.level", disturbances={', "state is 'wish.level', which is no text field of a mess"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "told"), BAD, ids=[told[:30] for *_, told in BAD])
+def test_a_wrong_declaration_is_refused_before_the_first_test(
+    disturbed: pytest.Pytester, old: str, new: str, told: str
+) -> None:
+    text = (disturbed.path / "conftest.py").read_text(encoding="utf-8")
+    (disturbed.path / "conftest.py").write_text(text.replace(old, new, 1), encoding="utf-8")
+    result = disturbed.runpytest_inprocess("--hri-suite=by-hand")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    (line,) = [line for line in result.stderr.lines if told in line]
+    assert "conftest.py" in line
+
+
+def test_an_unknown_line_is_refused_with_the_known_ones(disturbed: pytest.Pytester) -> None:
+    (disturbed.path / "mine.txt").write_text("enter hall\ndisturb brownin\n", encoding="utf-8")
+    result = disturbed.runpytest_inprocess("--hri-suite=mine.txt")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    told = result.stderr.str()
+    assert "'disturb brownin'" in told
+    assert "disturb brownout" in told
+
+
+def test_a_run_that_hands_no_world_over_is_told_when_the_line_begins(disturbed: pytest.Pytester) -> None:
+    change(disturbed.path, "conftest.py", "    run.disturbs(lamp)\n", "")
+    (disturbed.path / "mine.txt").write_text("enter hall\ndisturb brownout\n", encoding="utf-8")
+    result = disturbed.runpytest_inprocess("--hri-suite=mine.txt")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    assert "no world to disturb; the testbench's run has to call run.disturbs(world)" in result.stdout.str()
