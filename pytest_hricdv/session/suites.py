@@ -119,7 +119,7 @@ def check_commands(suite: Suite, testbench: Testbench) -> None:
 def _check_values(suite: Suite, testbench: Testbench) -> None:
     for test in suite.tests:
         try:
-            check_values(test, testbench.concretization)
+            check_values(test, testbench.commands)
         except GenerateError as error:
             raise pytest.UsageError(f"suite {suite.name}, {error}") from None
 
