@@ -19,6 +19,8 @@ A requirement is `always(antecedent -> response)`. The antecedent says when the 
 `time_since(f) < d`        f was last true less than d seconds ago (also <= > >=); infinite before f was ever true
 `count[a:b](f)`            a number: how often f became true between b and a seconds ago; without [a:b]: so far
 `last(topic.field)`        the value in the message before the present one; a comparison is false before there is one
+`time_between(f, g)`       a number: the time (s) from when f last became true to when g last did; a comparison is false
+                           before there is one
 =========================  ==========================================================================================
 
 Responses: `f` (while the antecedent is true), `eventually[a:b](f)`, `always[a:b](f)`, and `always(f) until g` (until g
@@ -45,8 +47,8 @@ Modules, each built on the ones before it:
 - `syntax_tree`, `term_parser`, `number_parser`, `parser` (text to formula); `dsl` and `build` (formulas written in
   Python); `patterns` (formulas by name), `pattern_parser` (their text); `loading` (TOML files)
 - `evaluation_state` (what compiled formulas read), `verdict` (the result as data)
-- `operators` (operators with memory), `compiler` (formula to Python functions and operators), `program` (what monitors
-  execute)
+- `operators` and `number_operators` (operators with memory), `compiler` (formula to Python functions and operators),
+  `program` (what monitors execute)
 - `formula_monitor` (the monitor of a condition), `requirement_monitor` (that of a requirement), `monitor_set` (the
   monitors of a run)
 - `logged` (logged runs: verdicts on them, and why a requirement was not triggered)

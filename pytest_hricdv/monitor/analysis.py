@@ -33,11 +33,12 @@ from pytest_hricdv.monitor.formula import (
     TextComparison,
     TextName,
     TextTerm,
+    TimeBetween,
     TimeSince,
 )
 from pytest_hricdv.monitor.vocabulary import Kind, field_of, last_of
 
-Leaf = Number | FloatName | Count | TimeSince | Text | TextName
+Leaf = Number | FloatName | Count | TimeSince | TimeBetween | Text | TextName
 
 
 def source_of(name: str) -> str:
@@ -52,11 +53,21 @@ def children(formula: PastFormula) -> tuple[PastFormula, ...]:
         case BooleanName() | On():
             return ()
         case Comparison() | TextComparison():
-            return tuple(part.operand for part in _parts(formula) if isinstance(part, Count | TimeSince))
+            return tuple(operand for part in _parts(formula) for operand in _operands(part))
         case And() | Or() | Since():
             return (formula.left, formula.right)
         case _:
             return (formula.operand,)
+
+
+def _operands(leaf: Leaf) -> tuple[PastFormula, ...]:
+    match leaf:
+        case Count() | TimeSince():
+            return (leaf.operand,)
+        case TimeBetween():
+            return (leaf.begin, leaf.end)
+        case _:
+            return ()
 
 
 def walk(formula: PastFormula) -> Iterator[PastFormula]:
@@ -102,7 +113,7 @@ def leaves(term: Term | TextTerm) -> Iterator[Leaf]:
 
 
 def names_compared(comparison: Comparison | TextComparison) -> Mapping[str, Kind]:
-    """Name -> type of the signals and fields that a comparison reads by itself, not inside `count` or `time_since`."""
+    """Name -> type of the signals and fields that a comparison reads by itself, not inside `count` or a time."""
     names = [part for part in _parts(comparison) if isinstance(part, FloatName | TextName)]
     return {part.name: str if isinstance(part, TextName) else float for part in names}
 

@@ -50,6 +50,7 @@ __all__ = [
     "signal",
     "since",
     "text",
+    "time_between",
     "time_since",
     "unequal",
 ]
@@ -141,6 +142,11 @@ def count(condition: Condition, start_s: float = 0.0, end_s: float = math.inf) -
 def time_since(condition: Condition) -> Quantity:
     """The time (s) since `condition` was last true, infinite before; to be compared with a number."""
     return Quantity(ast.TimeSince(as_past(condition)))
+
+
+def time_between(begin: Condition, end: Condition) -> Quantity:
+    """The time (s) from when `begin` last became true to when `end` last did; no value before, as for `last`."""
+    return Quantity(ast.TimeBetween(as_past(begin), as_past(end)))
 
 
 # --- responses and formulas

@@ -13,7 +13,7 @@ from enum import Enum, auto
 from functools import partial
 from typing import Any
 
-from pytest_hricdv.monitor.analysis import names_compared, sources
+from pytest_hricdv.monitor.analysis import leaves, names_compared, sources
 from pytest_hricdv.monitor.evaluation_state import Condition, nanoseconds
 from pytest_hricdv.monitor.formula import (
     And,
@@ -39,10 +39,11 @@ from pytest_hricdv.monitor.formula import (
     TextComparison,
     TextName,
     TextTerm,
+    TimeBetween,
     TimeSince,
 )
+from pytest_hricdv.monitor.number_operators import CountOperator, NumberOperator, TimeBetweenOperator
 from pytest_hricdv.monitor.operators import (
-    CountOperator,
     ForOperator,
     HysteresisOperator,
     OnceOperator,
@@ -54,7 +55,7 @@ from pytest_hricdv.monitor.operators import (
 )
 from pytest_hricdv.monitor.vocabulary import is_optional
 
-_Stateful = Rise | Once | Previously | Since | Comparison | TextComparison | Count
+_Stateful = Rise | Once | Previously | Since | Comparison | TextComparison | Count | TimeBetween
 
 
 class HysteresisScope(Enum):
@@ -83,14 +84,14 @@ class ExpressionCompiler:
 
     Attributes:
         run_operators, attempt_operators: as of `RequirementProgram`.
-        counts: the text of each count -> the number of its operator.
+        past_numbers: the text of each count and time between -> the number of its operator.
         run_sources, attempt_sources: the sources whose updates can change the operands of these operators.
     """
 
     def __init__(self) -> None:
         self.run_operators: list[Callable[[], Operator]] = []
         self.attempt_operators: list[Callable[[], HysteresisOperator]] = []
-        self.counts: dict[str, int] = {}
+        self.past_numbers: dict[str, int] = {}
         self.run_sources: list[frozenset[str]] = []
         self.attempt_sources: list[frozenset[str]] = []
         self._compiled: dict[_Stateful, str] = {}  # equal subformulas share one operator
@@ -172,10 +173,14 @@ class ExpressionCompiler:
             case Since():
                 return self._past_operator(SinceOperator, formula.left, formula.right)
             case Once():
-                window = partial(OnceOperator, start_ns=nanoseconds(formula.start_s), end_ns=nanoseconds(formula.end_s))
-                return self._past_operator(window, formula.operand)
+                once = partial(OnceOperator, start_ns=nanoseconds(formula.start_s), end_ns=nanoseconds(formula.end_s))
+                return self._past_operator(once, formula.operand)
             case Count():
-                return self._count(formula)
+                start_ns, end_ns = nanoseconds(formula.start_s), nanoseconds(formula.end_s)
+                counting = partial(CountOperator, start_ns=start_ns, end_ns=end_ns)
+                return self._number_operator(counting, formula, formula.operand)
+            case TimeBetween():
+                return self._number_operator(TimeBetweenOperator, formula, formula.begin, formula.end)
             case Comparison() | TextComparison() if formula.for_s > 0:
                 lasting = partial(ForOperator, length_ns=nanoseconds(formula.for_s))
                 return self._past_operator(lasting, replace(formula, for_s=0.0))
@@ -191,13 +196,16 @@ class ExpressionCompiler:
             case TextComparison():
                 raise AssertionError("a comparison of texts without duration has no memory")
 
-    def _count(self, count: Count) -> str:
-        """The output of the operator of a count: of messages, or of instants at which its operand becomes true."""
-        counted = count.operand
-        new = f"m.get({counted.topic!r}, 0)" if isinstance(counted, On) else self._stateful(Rise(counted))
-        window = {"start_ns": nanoseconds(count.start_s), "end_ns": nanoseconds(count.end_s)}
-        self.counts[str(count)] = self._next_index()
-        return self._add(partial(CountOperator, self._next_index(), function_of(new), **window), counted)
+    def _number_operator(
+        self, make: Callable[..., NumberOperator], number: Count | TimeBetween, *operands: PastFormula
+    ) -> str:
+        """The output of an operator over occurrences: of messages, or of instants at which an operand becomes true."""
+        occurrences = [
+            function_of(f"m.get({each.topic!r}, 0)" if isinstance(each, On) else self._stateful(Rise(each)))
+            for each in operands
+        ]
+        self.past_numbers[str(number)] = self._next_index()
+        return self._add(partial(make, self._next_index(), *occurrences), *operands)
 
     def _past_operator(self, make: Callable[..., Operator], *operands: PastFormula) -> str:
         # Operands first: the operators in them have to be stepped before this one.
@@ -218,7 +226,7 @@ class ExpressionCompiler:
 
     def _comparison_text(self, formula: Comparison | TextComparison, shift: str = "") -> str:
         compared = f"{self._term(formula.left)} {formula.relation} {self._term(formula.right)}{shift}"
-        return f"({' and '.join([*_known(formula), compared])})"
+        return f"({' and '.join([*self._known(formula), compared])})"
 
     def _both_bounds(self, formula: Comparison) -> tuple[Condition, Condition]:
         """The comparison with its own bound, and with the bound shifted by the hysteresis."""
@@ -231,7 +239,7 @@ class ExpressionCompiler:
         left, right = self._term(formula.left), self._term(formula.right)
         gap = f"{right} - {left}" if formula.relation in ("<", "<=") else f"{left} - {right}"
         distance = {"==": f"-abs({gap})", "!=": f"abs({gap})"}.get(formula.relation, gap)
-        known = " and ".join(_known(formula))
+        known = " and ".join(self._known(formula))
         return f"({distance} if {known} else -INFINITY)" if known else f"({distance})"
 
     def _term(self, term: Term | TextTerm) -> str:
@@ -244,12 +252,13 @@ class ExpressionCompiler:
                 return f"(-{self._term(term.operand)})"
             case Arithmetic():
                 return f"finite({self._term(term.left)} {term.operator} {self._term(term.right)})"
-            case Count():
+            case Count() | TimeBetween():
                 return self._stateful(term)
             case TimeSince():
                 raise TypeError(f"{term} is the left side of a comparison with a number, and nothing else")
 
-
-def _known(formula: Comparison | TextComparison) -> list[str]:
-    """Whether there is what a comparison reads. A comparison with what no message has brought yet is false."""
-    return [f"{name!r} in v" for name, kind in names_compared(formula).items() if is_optional(name, kind)]
+    def _known(self, formula: Comparison | TextComparison) -> list[str]:
+        """Whether there is what a comparison reads. A comparison with what is not there yet is false."""
+        parts = (*leaves(formula.left), *leaves(formula.right))
+        names = [f"{name!r} in v" for name, kind in names_compared(formula).items() if is_optional(name, kind)]
+        return names + [f"{self._stateful(part)} is not None" for part in parts if isinstance(part, TimeBetween)]

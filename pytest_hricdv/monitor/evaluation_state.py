@@ -45,14 +45,17 @@ class Values(dict[str, Value]):
         self[field] = value
 
 
-class Outputs(dict[int, float]):
-    """The output of each stateful operator of one monitor, by its number in the program: a truth, or a count."""
+class Outputs(dict[int, float | None]):
+    """The output of each stateful operator of one monitor, by its number in the program: a truth, or a number.
+
+    None is a number that is not there yet.
+    """
 
     def __init__(self) -> None:
         super().__init__()
         self.unknown: dict[int, str] = {}  # operator -> the name without a value that keeps it from starting
 
-    def __missing__(self, index: int) -> float:
+    def __missing__(self, index: int) -> float | None:
         raise UnknownValueError(self.unknown[index])
 
 

@@ -35,6 +35,7 @@ from pytest_hricdv.monitor.past_formula import (
     TextComparison,
     TextName,
     TextTerm,
+    TimeBetween,
     TimeSince,
 )
 
@@ -71,6 +72,7 @@ __all__ = [
     "TextComparison",
     "TextName",
     "TextTerm",
+    "TimeBetween",
     "TimeSince",
 ]
 

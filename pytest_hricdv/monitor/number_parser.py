@@ -42,6 +42,7 @@ class NumberParser(TermParser):
             "last": self._named,
             "count": lambda tree: Measured(self._count(tree), NO_UNIT, "value"),
             "time_since": lambda tree: Measured(ast.TimeSince(self._past(tree.children[1])), SECOND, "value"),
+            "time_between": self._time_between,
             "number": lambda tree: self._constant(tree.children[0]),
             "signed": self._signed,
             "arithmetic": self._arithmetic,
@@ -62,6 +63,10 @@ class NumberParser(TermParser):
         _, window, operand = tree.children
         start_s, end_s = (0.0, math.inf) if window is None else self._window(cast("Tree[Token]", window))
         return ast.Count(self._past(operand), start_s, end_s)
+
+    def _time_between(self, tree: Tree[Token]) -> Measured:
+        _, begin, end = tree.children
+        return Measured(ast.TimeBetween(self._past(begin), self._past(end)), SECOND, "value")
 
     # --- constants
 
@@ -100,7 +105,9 @@ class NumberParser(TermParser):
         """A number that can be a part of others."""
         measured = self._measured(node)
         if isinstance(measured.term, ast.TimeSince):
-            raise self._error(node, "a time_since is compared with a number of seconds, as in `time_since(f) < 3`")
+            advice = "`time_between(f, g)` is a number like others"
+            problem = "a time_since is compared with a number of seconds, as in `time_since(f) < 3`"
+            raise self._error(node, problem, advice)
         return measured
 
     def _signed(self, tree: Tree[Token]) -> Measured:

@@ -19,7 +19,6 @@ from pytest_hricdv.monitor.evaluation_state import (
     NO_MESSAGE,
     Condition,
     EvaluationState,
-    Measure,
     Nanoseconds,
     UnknownValueError,
 )
@@ -229,47 +228,6 @@ class TimeSinceOperator(PastOperator):
         due_ns = self._last_ns + self._bound_ns
         self.wake_ns = due_ns if due_ns > now_ns else math.inf
         return holds_at, elapsed_ns < self._bound_ns
-
-
-class CountOperator(Operator):
-    """How many occurrences there were in [now - end, now - start].
-
-    Args:
-        occurrences: their number at the instant.
-    """
-
-    def __init__(self, index: int, occurrences: Measure, start_ns: Nanoseconds, end_ns: Nanoseconds) -> None:
-        super().__init__(index)
-        self._occurrences = occurrences
-        self._start_ns = start_ns
-        self._end_ns = end_ns
-        self._count = 0
-        self._entering_ns: deque[Nanoseconds] = deque()  # when occurrences come into the window
-        self._leaving_ns: deque[Nanoseconds] = deque()  # right after which they are out of it
-
-    def step(self, now_ns: Nanoseconds, state: EvaluationState) -> None:
-        index = self._index
-        try:
-            new = int(self._occurrences(state.values, state.arrived, state.at))
-        except UnknownValueError as unknown:
-            if self._started:
-                raise
-            self._mark_unknown(state, unknown.name)
-            return
-        state.before[index] = state.after[index] if self._started else 0
-        self._started = True
-        self._entering_ns.extend([now_ns + self._start_ns] * new)
-        while self._entering_ns and self._entering_ns[0] <= now_ns:
-            entered_ns = self._entering_ns.popleft()
-            self._count += 1
-            if self._end_ns < math.inf:
-                self._leaving_ns.append(entered_ns - self._start_ns + self._end_ns)
-        state.at[index] = self._count
-        while self._leaving_ns and self._leaving_ns[0] <= now_ns:
-            self._leaving_ns.popleft()
-            self._count -= 1
-        state.after[index] = self._count
-        self.wake_ns = min(next(iter(self._entering_ns), math.inf), next(iter(self._leaving_ns), math.inf))
 
 
 class HysteresisOperator(Operator):

@@ -167,8 +167,8 @@ class FormulaParser(NumberParser):
 
     def _width(self, node: Node, nodes: tuple[Node, Node], sides: tuple[Measured, Measured]) -> float:
         """The width of a hysteresis, in the unit of the comparison."""
-        if any(isinstance(leaf, ast.Count) for side in sides for leaf in leaves(side.term)):
-            raise self._error(node, "a hysteresis is for measured numbers; a count has no noise")
+        if any(isinstance(leaf, ast.Count | ast.TimeBetween) for side in sides for leaf in leaves(side.term)):
+            raise self._error(node, "a hysteresis is for measured numbers; counts and times have no noise")
         width = self._constant(node)
         if width.unit is not None:
             side = max((0, 1), key=lambda n: (sides[n].unit is not None, sides[n].origin == "value"))
@@ -177,7 +177,8 @@ class FormulaParser(NumberParser):
 
     def _elapsed(self, tree: Tree[Token], left: ast.Term, right: ast.Term) -> ast.PastFormula:
         """A comparison of `time_since`, which is written on the left."""
-        relation, advice = str(tree.children[1]), "for instance `time_since(f) < 3`"
+        relation = str(tree.children[1])
+        advice = "for instance `time_since(f) < 3`; `time_between(f, g)` is a number like others"
         if len(tree.children) > 3:
             raise self._error(tree.children[3], "a comparison of time_since has no [hysteresis] and no [for]")
         if relation not in _FLIPPED:

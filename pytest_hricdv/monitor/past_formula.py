@@ -100,7 +100,21 @@ class TimeSince(Node):
         return f"time_since({self.operand})"
 
 
-Term = Number | FloatName | Negative | Arithmetic | Count | TimeSince
+@dataclass(frozen=True)
+class TimeBetween(Node):
+    """The time (s) from when `begin` last became true to when `end` last became true, as `rise` does.
+
+    It has a value once `end` has become true at or after `begin`, and keeps it until `end` becomes true again.
+    """
+
+    begin: PastFormula
+    end: PastFormula
+
+    def __str__(self) -> str:
+        return f"time_between({self.begin}, {self.end})"
+
+
+Term = Number | FloatName | Negative | Arithmetic | Count | TimeSince | TimeBetween
 
 
 # --- texts: a string at each time

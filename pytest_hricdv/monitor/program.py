@@ -54,14 +54,14 @@ class RequirementProgram(Program):
         antecedent: of the requirement.
         release: the right side of `until`.
         robustness: the signed distance of `condition` to its bounds; None if it compares nothing, or for `eventually`.
-        counts: the text of each count in the formula -> the number of its operator.
+        past_numbers: the text of each count and time between in the formula -> the number of its operator.
         attempt_operators: constructors of the comparisons with hysteresis that are reset at the start of each attempt.
         alternatives: the text of each disjunct of `condition` -> the disjunct; empty if there is only one.
     """
 
     antecedent: Condition
     release: Condition | None
-    counts: Mapping[str, int]
+    past_numbers: Mapping[str, int]
     robustness: Measure | None
     attempt_operators: tuple[Callable[[], HysteresisOperator], ...]
     alternatives: Mapping[str, Condition]
@@ -84,7 +84,7 @@ def compile_formula(formula: Formula) -> RequirementProgram:
         condition=function_of(condition),
         release=None if release is None else function_of(release),
         robustness=None if robustness is None else function_of(robustness),
-        counts=compiler.counts,
+        past_numbers=compiler.past_numbers,
         run_operators=tuple(compiler.run_operators),
         attempt_operators=tuple(compiler.attempt_operators),
         alternatives={text: function_of(part) for text, part in alternatives.items() if len(alternatives) > 1},

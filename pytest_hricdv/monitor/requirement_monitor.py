@@ -90,10 +90,11 @@ class RequirementMonitor(FormulaMonitor):
             return math.inf
 
     def _current_values(self, outputs: Outputs) -> dict[str, Value]:
-        """The last values of what the requirement reads and shows, and its counts."""
-        values, counts = self._state.values, self.program.counts
+        """The last values of what the requirement reads and shows, and its numbers over the past."""
+        values = self._state.values
         known: dict[str, Value] = {name: values[name] for name in self.kinds if name in values}
-        return known | {text: outputs[index] for text, index in counts.items() if index in outputs}
+        numbers = {text: outputs.get(index) for text, index in self.program.past_numbers.items()}
+        return known | {text: number for text, number in numbers.items() if number is not None}
 
 
 @dataclass(slots=True)

@@ -47,6 +47,7 @@ _TERMINAL_NAMES = {
     "LAST": "last",
     "COUNT": "count",
     "TIME_SINCE": "time_since",
+    "TIME_BETWEEN": "time_between",
     "$END": "the end of the formula",
 }
 _WHAT_IS_EXPECTED: dict[Start, str] = {

@@ -16,7 +16,7 @@ from pytest_hricdv.suggestion import nearest
 Node = Tree[Token] | Token
 
 _NOUNS: dict[Kind, str] = {bool: "a condition", float: "a number", str: "a text"}
-_NUMERIC_RULES = ("number", "signed", "arithmetic", "count", "time_since")
+_NUMERIC_RULES = ("number", "signed", "arithmetic", "count", "time_since", "time_between")
 _EXAMPLES: dict[Kind, str] = {float: "`... < 0.25`", str: '`... == "..."`'}
 
 

@@ -38,6 +38,7 @@ from pytest_hricdv.monitor.formula import (
     Text,
     TextComparison,
     TextTerm,
+    TimeBetween,
     TimeSince,
 )
 from pytest_hricdv.search import Budget, BudgetSpentError, Ended
@@ -319,7 +320,7 @@ def _number(term: Term, values: Mapping[str, Value]) -> float | None:
         case FloatName():
             value = values.get(term.name)
             return None if value is None else float(value)
-        case Count():
+        case Count() | TimeBetween():
             value = values.get(str(term))
             return None if value is None else float(value)
         case TimeSince():

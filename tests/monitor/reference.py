@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
+from typing import Any
 
 from pytest_hricdv.monitor import Violation
 from pytest_hricdv.monitor.analysis import conditions, leaves, names_compared, names_of, names_read, walk
@@ -42,6 +43,7 @@ from pytest_hricdv.monitor.formula import (
     Text,
     TextComparison,
     TextTerm,
+    TimeBetween,
     TimeSince,
 )
 from pytest_hricdv.monitor.vocabulary import is_optional
@@ -139,6 +141,7 @@ class ReferenceEvaluator:
     # --- one value per position
 
     def number(self, term: Term, p: int) -> float:
+        """The value of a term that has one."""
         match term:
             case Number():
                 return term.value
@@ -146,6 +149,10 @@ class ReferenceEvaluator:
                 return float(self.values[p].get(term.name, 0.0))
             case Count():
                 return self.counted(term)[p]
+            case TimeBetween():
+                elapsed = self.between(term)[p]
+                assert elapsed is not None
+                return elapsed
             case Negative():
                 return -self.number(term.operand, p)
             case Arithmetic():
@@ -158,13 +165,25 @@ class ReferenceEvaluator:
     @cache  # noqa: B019 - an evaluator lives as long as its test
     def counted(self, f: Count) -> list[int]:
         """The number of edges in the window of the past, a message being one, at every position."""
-        edges = (
-            [a.count(f.operand.topic) for a in self.arrived]
-            if isinstance(f.operand, On)
-            else self.truth(Rise(f.operand))
-        )
+        edges = self.occurrences(f.operand)
         start, end = self.ticks(f.start_s), self.ticks(f.end_s)
         return [sum(edges[max(1, p - 2 * end) : max(1, p - 2 * start + 1)]) for p in self.positions]
+
+    def occurrences(self, f: PastFormula) -> list[int]:
+        return [a.count(f.topic) for a in self.arrived] if isinstance(f, On) else list(map(int, self.truth(Rise(f))))
+
+    @cache  # noqa: B019 - an evaluator lives as long as its test
+    def between(self, f: TimeBetween) -> list[float | None]:
+        """The time from the last begin at or before the last end to that end, at every position."""
+        begins, ends = self.occurrences(f.begin), self.occurrences(f.end)
+        found: list[float | None] = []
+        for p in self.positions:
+            pairs = [
+                (q, max((b for b in range(1, q + 1) if begins[b]), default=None)) for q in range(1, p + 1) if ends[q]
+            ]
+            known = [(end, begin) for end, begin in pairs if begin is not None]
+            found.append((tick_of(known[-1][0]) - tick_of(known[-1][1])) * TICK_S if known else None)
+        return found
 
     def elapsed(self, f: Comparison) -> list[bool]:
         """Whether a time since is less than a bound (at most, with `<=`); the open intervals have no end.
@@ -188,11 +207,13 @@ class ReferenceEvaluator:
         sides = {self.text(f.left, p), self.text(f.right, p)}
         return None not in sides and (len(sides) == 1) == (f.relation == "==")
 
-    def has_last(self, f: Comparison, p: int) -> bool:
-        return all(name in self.values[p] for name in names_compared(f) if name.startswith("last("))
+    def has_values(self, f: Comparison, p: int) -> bool:
+        last = all(name in self.values[p] for name in names_compared(f) if name.startswith("last("))
+        times = [leaf for leaf in (*leaves(f.left), *leaves(f.right)) if isinstance(leaf, TimeBetween)]
+        return last and all(self.between(time)[p] is not None for time in times)
 
     def compare(self, f: Comparison, p: int, shift: float = 0.0) -> bool:
-        if not self.has_last(f, p):
+        if not self.has_values(f, p):
             return False
         left, right = self.number(f.left, p), self.number(f.right, p)
         return {
@@ -267,7 +288,7 @@ class ReferenceEvaluator:
 
     def distance(self, f: PastFormula, p: int) -> float:
         match f:
-            case Comparison(for_s=0) if not isinstance(f.left, TimeSince) and not self.has_last(f, p):
+            case Comparison(for_s=0) if not isinstance(f.left, TimeSince) and not self.has_values(f, p):
                 return -math.inf
             case Comparison(for_s=0) if not isinstance(f.left, TimeSince):
                 gap = self.number(f.right, p) - self.number(f.left, p)
@@ -391,7 +412,9 @@ class ReferenceEvaluator:
         values = {name: known[name] for name in shows if name in known}
         values = {name: max((self.values[p][name] for p in lasting), key=abs) for name in values}
         values.update({name: known[name] for name in names_read(formula) if name in known})
-        values.update({str(count): self.counted(count)[lasting[0]] for count in counts(formula)})
+        values.update({str(count): self.counted(count)[lasting[0]] for count in numbers(formula, Count)})
+        times = {str(time): self.between(time)[lasting[0]] for time in numbers(formula, TimeBetween)}
+        values.update({text: time for text, time in times.items() if time is not None})
         return Violation(tick_of(start) * TICK_S, tick_of(lasting[0]) * TICK_S, values, finite(margin))
 
 
@@ -399,10 +422,10 @@ def finite(margin: float) -> float | None:
     return margin if math.isfinite(margin) else None
 
 
-def counts(formula: Formula) -> list[Count]:
+def numbers(formula: Formula, kind: type[Any]) -> list[Any]:
     parts = [node for part in (formula.antecedent, *conditions(formula.response)) for node in walk(part)]
     terms = [term for node in parts if isinstance(node, Comparison) for term in (node.left, node.right)]
-    return [leaf for term in terms for leaf in leaves(term) if isinstance(leaf, Count)]
+    return [leaf for term in terms for leaf in leaves(term) if isinstance(leaf, kind)]
 
 
 def in_order(violation: Violation) -> tuple[float, float]:

@@ -36,6 +36,7 @@ from pytest_hricdv.monitor.formula import (
     Text,
     TextComparison,
     TextName,
+    TimeBetween,
     TimeSince,
 )
 from tests.monitor.reference import TICK_S, Instant, Trace
@@ -141,6 +142,14 @@ past_comparisons = st.one_of(
         st.sampled_from([0.0, 0.0, TICK_S, 2 * TICK_S]),
     ),
     st.builds(Comparison, st.sampled_from(["<", "<=", ">", ">="]), st.builds(TimeSince, counted), since_bounds),
+    st.builds(
+        Comparison,
+        st.sampled_from(["<", "<=", ">", ">=", "==", "!="]),
+        st.builds(TimeBetween, counted, counted),
+        since_bounds | st.just(FloatName("x")) | st.builds(TimeBetween, counted, counted),
+        st.just(0.0),
+        st.sampled_from([0.0, 0.0, TICK_S, 2 * TICK_S]),
+    ),
     st.builds(Comparison, st.sampled_from(["<", "=="]), st.just(FloatName("last(n.level)")), terms),
     st.just(BooleanName("last(m.ok)")),
     st.sampled_from([TextComparison("!=", TextName("w.name"), TextName("last(w.name)"))]),
@@ -171,6 +180,7 @@ def larger(inner: st.SearchStrategy[PastFormula]) -> st.SearchStrategy[PastFormu
     return st.one_of(
         st.builds(Comparison, st.sampled_from(["<", ">="]), st.builds(Count, inner), numbers),
         st.builds(Comparison, st.sampled_from(["<", "<="]), st.builds(TimeSince, inner), since_bounds),
+        st.builds(Comparison, st.sampled_from(["<", ">="]), st.builds(TimeBetween, inner, inner), since_bounds),
         st.builds(Not, inner),
         st.builds(And, inner, inner),
         st.builds(Or, inner, inner),

@@ -34,6 +34,7 @@ from pytest_hricdv.monitor.build import (
     signal,
     since,
     text,
+    time_between,
     time_since,
     unequal,
 )
@@ -94,6 +95,10 @@ def test_the_case_study_built_in_python_is_the_one_in_the_file() -> None:
         (
             always((count(p) > 2) & (count(a, 0, 2) + 1 <= 3) >> q),
             "always(count(p) > 2 & count[0:2](on(a)) + 1 <= 3 -> q)",
+        ),
+        (
+            always((time_between(a, p | q) + 1 < 3) >> q),
+            "always(time_between(on(a), p | q) + 1 < 3 -> q)",
         ),
         (
             always((time_since(a) < 3) >> (time_since(p | q) >= 2)),

@@ -96,9 +96,17 @@ def test_an_operator_is_true_exactly_at_its_times(formula: str, triggers: list[f
         ("time_since(!q) >= 1.5", [4.5, 7.5]),
         ("on(b) & time_since(on(a)) < 2", [3.0]),
         ("on(b) & time_since(on(a)) <= 2", [3.0, 4.0]),
+        ("time_between(on(a), on(b)) == 1", [3.0]),
+        ("time_between(on(a), on(b)) != 1", [4.0]),  # without a value, this is false, too
+        ("time_between(on(b), on(a)) >= 0", []),
+        ("time_between(on(a), on(b)) - time_between(q, on(b)) < 1.5", [3.0]),
+        ("time_between(q, !q) == 2", [5.0]),
+        ("time_between(on(b), q) == 0", [3.0]),
+        ("time_between(q, on(a)) < 9 | time_between(on(a), q) >= 4", [6.0]),
+        ("time_between(on(a), on(b)) < 3 [for 2]", [5.0]),
     ],
 )
-def test_counts_and_times_since_change_exactly_at_their_times(formula: str, triggers: list[float]) -> None:
+def test_counts_and_times_change_exactly_at_their_times(formula: str, triggers: list[float]) -> None:
     updates = in_time([NO_P], during("q", (3.0, 5.0), (6.0, 8.0)), at("a", 1.0, 2.0), at("b", 3.0, 4.0, 9.0))
     verdict = judge(f"always({formula} -> p)", updates, 10.0)
     assert [violation.trigger_s for violation in verdict.violations] == triggers
