@@ -29,7 +29,7 @@ from pytest_hricdv.monitor import (
     watched,
 )
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
-from pytest_hricdv.runtime.bus import Value
+from pytest_hricdv.runtime.record import Value
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
 
 if TYPE_CHECKING:
@@ -47,12 +47,12 @@ class MonitorFeed:
         self._signals = frozenset(vocabulary.signals)
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
-        """See `runtime.bus.Listener`."""
+        """See `runtime.record.Listener`."""
         kinds = self._fields[topic]
         self._monitors.message(time_s, topic, {name: kind(fields[name]) for name, kind in kinds.items()})
 
     def signal(self, time_s: float, name: str, value: float | bool | str) -> None:
-        """See `runtime.bus.Listener`. A signal the testbench did not declare is a KeyError."""
+        """See `runtime.record.Listener`. A signal the testbench did not declare is a KeyError."""
         if name not in self._signals:
             raise KeyError(f"signal {name!r} is recorded but not declared in the testbench's signals")
         self._monitors.signal(time_s, name, value)

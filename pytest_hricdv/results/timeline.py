@@ -12,8 +12,7 @@ from zlib import crc32
 
 from pytest_hricdv.monitor import Attempt, Verdict
 from pytest_hricdv.results.model import Timeline
-from pytest_hricdv.runtime import Record
-from pytest_hricdv.runtime.bus import RecordedMessage
+from pytest_hricdv.runtime import Record, RecordedMessage
 
 SPANS = 80
 """A signal's run is cut into so many spans of time; of each span its least and its greatest value are kept."""

@@ -1,151 +1,25 @@
-"""A typed message bus in virtual time, and the record of a run.
+"""A typed message bus in virtual time.
 
-The class of a message is its topic, so that types are checked. The record has all messages, all changes of signals and
-all disturbances with their simulated times, and a hash over them.
+The class of a message is its topic, so that types are checked.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
-import math
 import re
-from array import array
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from functools import partial
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
 from pytest_hricdv.runtime.kernel import Kernel, Node
+from pytest_hricdv.runtime.record import Recorder, Value
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
-Value = float | bool | int | str
-
 M = TypeVar("M")
-
-
-class Listener(Protocol):
-    """Receives each event during the run; the monitors are listeners."""
-
-    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None: ...
-
-    def signal(self, time_s: float, name: str, value: float | bool | str) -> None: ...
-
-
-@dataclass(frozen=True, slots=True)
-class RecordedMessage:
-    """One message, or one disturbance: its time (s), sender, topic and fields."""
-
-    time_s: float
-    sender: str
-    topic: str
-    fields: Mapping[str, Value]
-
-    @property
-    def is_disturbance(self) -> bool:
-        """Whether it is a disturbance, such as "disturb outage" or "lost request". Topics of messages are one word."""
-        return " " in self.topic
-
-    def __str__(self) -> str:
-        values = " ".join(f"{name}={value}" for name, value in self.fields.items())
-        return f"{self.time_s:9.3f} {self.sender:>8} {self.topic} {values}".rstrip()
-
-
-@dataclass(frozen=True)
-class Record:
-    """The events of a run. `signals` maps a name to its changes (times in s, values); `texts` those that are strings.
-
-    `messages` has the disturbances, too, in the order of time (see `RecordedMessage.is_disturbance`).
-    `sha256` is over all messages and signals, bit by bit: equal hashes mean equal runs.
-    """
-
-    messages: tuple[RecordedMessage, ...]
-    signals: Mapping[str, tuple[array[float], array[float]]]
-    sha256: str
-    texts: Mapping[str, tuple[array[float], list[str]]] = field(default_factory=dict)
-
-
-@dataclass
-class Recorder:
-    """Records a run, and passes each event to the listeners at once."""
-
-    listeners: list[Listener] = field(default_factory=list)
-    messages: list[RecordedMessage] = field(default_factory=list)
-    _signals: dict[str, tuple[array[float], array[float]]] = field(default_factory=dict)
-    _texts: dict[str, tuple[array[float], list[str]]] = field(default_factory=dict)
-    _last: dict[str, float | bool | str] = field(default_factory=dict)
-
-    def message(self, time_s: float, sender: str, topic: str, fields: Mapping[str, Value]) -> None:
-        """Record one message."""
-        self.messages.append(RecordedMessage(time_s, sender, topic, fields))
-        for listener in self.listeners:
-            listener.message(time_s, topic, fields)
-
-    def disturbance(self, time_s: float, sender: str, event: str, fields: Mapping[str, Value]) -> None:
-        """Record a disturbance, such as "lost request". Listeners do not hear of it: no requirement may depend on it.
-
-        Raises:
-            ValueError: the event is one word, which would be taken for a message.
-        """
-        event_message = RecordedMessage(time_s, sender, event, fields)
-        if not event_message.is_disturbance:
-            raise ValueError(f"disturbance {event!r}: expected at least two words")
-        self.messages.append(event_message)
-
-    def signal(self, time_s: float, name: str, value: float | bool | str) -> None:
-        """Record a signal's value from `time_s` on; an unchanged value is not recorded again.
-
-        Raises:
-            ValueError: the value is NaN or infinite (an error of the world, which no monitor may judge as passed), or
-                a text for a signal that had numbers, or the other way round.
-        """
-        if self._last.get(name) == value and name in self._last:
-            return
-        if isinstance(value, str):
-            self._add_text(time_s, name, value)
-        else:
-            if not math.isfinite(value):
-                raise ValueError(f"signal {name} is {value!r} at {time_s:.6f} s: expected a finite number")
-            series = self._signals.get(name)
-            if series is None:
-                self._require_new(time_s, name, value)
-                series = self._signals[name] = (array("d"), array("d"))
-            series[0].append(time_s)
-            series[1].append(value)
-        self._last[name] = value
-        for listener in self.listeners:
-            listener.signal(time_s, name, value)
-
-    def _add_text(self, time_s: float, name: str, value: str) -> None:
-        series = self._texts.get(name)
-        if series is None:
-            self._require_new(time_s, name, value)
-            series = self._texts[name] = (array("d"), [])
-        series[0].append(time_s)
-        series[1].append(value)
-
-    def _require_new(self, time_s: float, name: str, value: float | bool | str) -> None:
-        if name in self._last:
-            before = f"and was {self._last[name]!r} before"
-            raise ValueError(f"signal {name} is {value!r} at {time_s:.6f} s, {before}: expected values of one type")
-
-    def finish(self) -> Record:
-        """The finished record."""
-        digest = hashlib.sha256()
-        for message in self.messages:
-            line = [message.time_s, message.sender, message.topic, dict(message.fields)]
-            digest.update(json.dumps(line, sort_keys=True).encode())
-        for name in sorted(self._signals):
-            times, values = self._signals[name]
-            digest.update(name.encode() + times.tobytes() + values.tobytes())
-        for name in sorted(self._texts):
-            times, texts = self._texts[name]
-            digest.update(name.encode() + times.tobytes() + json.dumps(texts).encode())
-        return Record(tuple(self.messages), dict(self._signals), digest.hexdigest(), dict(self._texts))
 
 
 def topic_of(kind: type[object]) -> str:
@@ -273,7 +147,8 @@ class Bus:
         """Let a fault happen to the next message of a topic; several faults await one message each, in order.
 
         The record has the message when the code under test could know of it: a message of the code when it is
-        published, any other one when it is delivered, each copy of it.
+        published, any other one when it is delivered, each copy of it. A late copy that nobody listens for any more is
+        recorded as unheard: the code under test owes it no answer.
         """
         self._faults.setdefault(topic, deque()).append(fault)
 
@@ -288,6 +163,9 @@ class Bus:
         def deliver_after(delay_s: float) -> None:
             if delay_s:
                 self.kernel.sleep(delay_s)
+            if delay_s and not self.has_subscribers(type(message)):
+                self.recorder.disturbance(self.kernel.now_s, sender, f"unheard {topic}", fields)
+                return
             if not by_code:
                 self.recorder.message(self.kernel.now_s, sender, topic, fields)
             self._deliver(message)

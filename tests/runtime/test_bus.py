@@ -220,6 +220,25 @@ def test_a_fault_happens_to_the_next_message_of_its_topic_only(
     assert [time_s for time_s, topic in events if topic == "ping"] == [*([1.0] if by_code else recorded_s), 2.0]
 
 
+def test_a_late_message_that_nobody_listens_for_any_more_is_recorded_as_unheard() -> None:
+    kernel, bus, recorder = make()
+
+    def robot() -> None:
+        subscription = bus.subscribe(Ping)
+        assert subscription.wait(5.0) == Ping(1)
+        subscription.close()
+
+    bus.disturb("ping", DOUBLED)
+    kernel.spawn("robot", robot)
+    kernel.spawn("human", lambda: bus.publish("human", Ping(1)))
+    kernel.run(limit_s=10.0)
+    assert [(each.time_s, each.topic) for each in recorder.messages] == [
+        (0.0, "doubled ping"),
+        (0.0, "ping"),
+        (0.5, "unheard ping"),
+    ]
+
+
 def test_listeners_do_not_hear_of_disturbances_and_the_hash_does() -> None:
     class Deaf:
         def message(self, *event: object) -> None:

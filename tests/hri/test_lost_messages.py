@@ -1,0 +1,52 @@
+"""Messages that are lost, late or doubled: the robot copes, and neither requirements nor the model's agent complain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from pytest_hricdv.case import CaseResult, execute, oracles
+from pytest_hricdv.disturbance import MessageDisturbance
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import concretize
+from pytest_hricdv.testbench import Constant, Disturbance, Doubled, Late, Lost
+
+from . import bench
+
+
+def disturbed(disturbance: MessageDisturbance) -> CaseResult:
+    """A run in which this happens to the first message of its kind, with all requirements and the model's agent."""
+    disturbances: dict[str, Disturbance | MessageDisturbance] = {"it": disturbance}
+    testbench = replace(bench.testbench(), disturbances=disturbances)
+    abstract = AbstractTest("test", "tests", "a test", (), ("disturb it", *bench.leg(), *bench.leg("110")), seed=3)
+    test = bench.forcing(concretize(abstract, testbench.commands), {"grip_s": 0.0, "outage_turn": 0.0})
+    criteria = (*bench.requirements(), *oracles(testbench))
+    return execute(testbench, criteria, test, bench.UNMEASURED, "disturbed")
+
+
+@pytest.mark.parametrize(
+    ("disturbance", "outcomes"),
+    [
+        (Lost("request"), ("discarded",)),
+        (Lost("human_ready"), ("no-human-ready", "discarded")),
+        (Lost("leg_ready"), ("no-human-ready", "discarded")),
+        (Late("human_ready", Constant(4.0)), ("released", "discarded")),
+        (Doubled("request", Constant(4.0)), ("released", "discarded")),
+    ],
+    ids=str,
+)
+def test_the_turn_goes_on_as_if_it_had_been_said_when_it_was_heard(
+    disturbance: MessageDisturbance, outcomes: tuple[str, ...]
+) -> None:
+    result = disturbed(disturbance)
+    assert result.outcome.outcomes == outcomes
+    assert not result.failed
+    assert not result.faults
+
+
+@pytest.mark.parametrize("disturbance", [Late("reading", Constant(4.0)), Doubled("reading", Constant(0.05))], ids=str)
+def test_a_reading_that_comes_after_the_decision_asks_for_nothing(disturbance: MessageDisturbance) -> None:
+    result = disturbed(disturbance)
+    assert "unheard reading" in [message.topic for message in result.record.messages]
+    assert not result.failed
