@@ -65,13 +65,15 @@ def page(report: Report) -> tuple[str, dict[str, str]]:
     """The page, and the files beside it: name relative to the page -> text. Equal reports give equal text."""
     packs = list(tests_view.packs(report))
     embedded = sum(map(len, packs)) <= EMBEDDED_BYTES
-    template = _environment(report.rerun.options).get_template("index.html.jinja")
+    template = _environment().get_template("index.html.jinja")
     text = template.render(_context(report), packs=packs if embedded else [])
     beside = {tests_view.pack_name(n): f'hricdvPack({n},"{pack}")\n' for n, pack in enumerate(packs)}
     return text, {} if embedded else beside
 
 
-def _environment(options: Sequence[str]) -> jinja2.Environment:
+@cache
+def _environment() -> jinja2.Environment:
+    """One for all pages: it keeps the compiled templates, which take longer to compile than to fill in."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("pytest_hricdv", "report/page"),
         autoescape=True,
@@ -88,7 +90,6 @@ def _environment(options: Sequence[str]) -> jinja2.Environment:
         anchor=tests_view.anchor,
         address=_address,
         speedup=formatting.speedup,
-        replay_command=lambda file: explanation.replay_command(file, options),
         outcome=_OUTCOME_WORDS.__getitem__,
         coded=_coded,
     )
@@ -137,6 +138,7 @@ def _context(report: Report) -> dict[str, Any]:
         "behaviour": behaviour_view.examples(report),
         "headline": headline,
         "mutation": mutation_view.page(report),
+        "replay_command": lambda file: explanation.replay_command(file, report.rerun.options),
         "violation": lambda found: explanation.violation(found, report.units or {}),
         "nearest_miss": explanation.nearest_miss,
         "styles": Markup("\n".join(_asset(f"{name}.css") for name in _STYLES)),

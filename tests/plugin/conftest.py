@@ -6,6 +6,8 @@ import importlib
 
 import pytest
 
+from pytest_hricdv.coverage import import_coverage
+from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from tests.plugin import project
 
 ENVIRONMENT = ("PY_COLORS", "FORCE_COLOR", "NO_COLOR", "COLUMNS", "CI", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY")
@@ -22,10 +24,21 @@ for _name in (
     importlib.import_module(_name)
 
 
+_imported: dict[str, Bits] = {}
+
+
+def import_bits_once(code: CodeMap) -> Bits:
+    """What importing covers, measured once for equal code: it takes a process of its own, longer than a whole run."""
+    if code.sha256 not in _imported:
+        _imported[code.sha256] = import_coverage.import_bits(code)
+    return _imported[code.sha256]
+
+
 @pytest.fixture
 def lamps(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
     """A `pytester` in whose folder the lamps project lies; its runs see nothing of the run they are part of."""
     for name in (*ENVIRONMENT, "PYTEST_ADDOPTS", "PYTEST_XDIST_WORKER"):
         monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("pytest_hricdv.coverage.measurement.import_bits", import_bits_once)
     project.write(pytester.path)
     return pytester

@@ -253,11 +253,16 @@ def write(folder: Path) -> None:
 
 
 def change(folder: Path, name: str, old: str, new: str) -> None:
-    """Change one place of one file of the project, as its user would."""
+    """Change one place of one file of the project, as its user would.
+
+    Its bytecode goes: Python takes it for current if source and change are of one second and size.
+    """
     path = folder / name
     text = path.read_text(encoding="utf-8")
     assert text.count(old) == 1, f"{name}: expected {old!r} once, found it {text.count(old)} times"
     path.write_text(text.replace(old, new), encoding="utf-8")
+    for stale in path.parent.glob(f"__pycache__/{path.stem}.*"):
+        stale.unlink()
 
 
 def report(folder: Path) -> dict[str, Any]:
