@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 
 import pytest
 
@@ -34,11 +35,18 @@ def import_bits_once(code: CodeMap) -> Bits:
     return _imported[code.sha256]
 
 
+@pytest.fixture(scope="session")
+def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The user's cache folder of all tests; with one for each, as with `pytester`, each builds all parsers anew."""
+    return tmp_path_factory.mktemp("cache")
+
+
 @pytest.fixture
-def lamps(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
+def lamps(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, cache_folder: Path) -> pytest.Pytester:
     """A `pytester` in whose folder the lamps project lies; its runs see nothing of the run they are part of."""
     for name in (*ENVIRONMENT, "PYTEST_ADDOPTS", "PYTEST_XDIST_WORKER"):
         monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache_folder))
     monkeypatch.setattr("pytest_hricdv.coverage.measurement.import_bits", import_bits_once)
     project.write(pytester.path)
     return pytester
