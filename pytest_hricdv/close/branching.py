@@ -49,6 +49,18 @@ def may_fork() -> bool:
     return hasattr(os, "fork") and threading.active_count() == 1
 
 
+def trees(tests: Sequence[ConcreteTest]) -> list[list[int]]:
+    """The numbers of the tests, those of a common beginning together; in the order of their first ones.
+
+    Tests that part at their first action have nothing in common but their world: they are left to other processes.
+    """
+    found: dict[str, list[int]] = {}
+    for number, test in enumerate(tests):
+        first = [[action.command, dict(action.parameters)] for action in test.actions[:1]]
+        found.setdefault(canonical_json([test.seed, dict(test.run), first]), []).append(number)
+    return [*found.values()]
+
+
 class Tree(Generic[T]):
     """Runs tests; what they have in common at their beginning only once.
 
@@ -76,7 +88,6 @@ class Tree(Generic[T]):
         self._tell = tell
         self._limit_s = limit_s
         self._followed: list[int] = []
-        self._parted = True
         self._told: bytearray | mmap.mmap = bytearray(len(tests))
 
     def run(self, *, forking: bool) -> None:
@@ -85,12 +96,14 @@ class Tree(Generic[T]):
         if forking and self._tests:
             self._told = mmap.mmap(-1, len(self._tests))  # shared with all forks
         while left := [number for number in range(len(self._tests)) if not self._told[number]]:
-            self._followed, self._asked = left if forking else left[:1], False
+            self._followed = left if forking else left[:1]
+            status = 1
             try:
                 self._run_followed()
+                status = 0
             finally:
                 if os.getpid() != root:
-                    os._exit(0)  # not into what called this: that is the root's
+                    os._exit(status)  # what called this goes on in the root only
 
     def _run_followed(self) -> None:
         """Run what this process follows to the end, and tell what came of it."""
@@ -100,8 +113,11 @@ class Tree(Generic[T]):
         except Exception as error:
             problem = f"{type(error).__name__}: {error}"
         _pause_limit()
-        # A testbench that takes the test as a whole, and asks for no action, has run the first one only.
-        self._report(self._followed if self._asked else self._followed[:1], result, problem)
+        # Others that would have parted after the end of this run, or that a testbench has taken as a whole, come next:
+        # it knows which test it runs, so what it says of another one can differ.
+        ran, *others = self._followed
+        same = [number for number in others if self._tests[number].actions == self._tests[ran].actions]
+        self._report([ran, *same], result, problem)
 
     def _report(self, numbers: Iterable[int], result: T | None, problem: str) -> None:
         for number in numbers:
@@ -110,7 +126,6 @@ class Tree(Generic[T]):
                 self._told[number] = 1
 
     def _actions(self, run: Run) -> Iterator[ConcreteAction]:
-        self._asked = True
         for place in count():
             self._part(place)
             run.test = self._tests[self._followed[0]]
@@ -142,13 +157,16 @@ class Tree(Generic[T]):
             signal.setitimer(signal.ITIMER_VIRTUAL, watchdog_s, watchdog_s)  # a fork inherits no timer
             return True
         _, status = os.waitpid(pid, 0)
-        self._report(alternative, None, _problem(os.waitstatus_to_exitcode(status), self._limit_s))
+        if status:
+            self._report(alternative, None, _problem(os.waitstatus_to_exitcode(status), self._limit_s))
         signal.setitimer(signal.ITIMER_REAL, left_s)
         return False
 
 
 def _pause_limit() -> float:
     """Stop the timer that ends this process; how much of it is left (s), 0 if it does not run."""
+    if not hasattr(signal, "setitimer"):
+        return 0.0  # nor are there forks
     left_s, _ = signal.setitimer(signal.ITIMER_REAL, 0.0)
     return left_s
 

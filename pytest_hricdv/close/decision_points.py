@@ -21,6 +21,7 @@ import msgspec
 from pytest_hricdv.case import CaseResult
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
+from pytest_hricdv.disturbance import PREFIX
 
 T = TypeVar("T")
 
@@ -93,10 +94,11 @@ def cell_of(point: DecisionPoint, lines: Sequence[str], cross: Mapping[str, Cros
         lines: of the test.
         cross: the cross products of the testbench; those with `planned` tell interactions apart.
     """
+    before = [line for line in lines[: point.taken] if not line.startswith(PREFIX)]
     plans: dict[str, tuple[Bin, ...]] = {}
     for name, product in cross.items():
         if product.planned is not None:
-            plans[name] = tuple(tuple(each) for each in product.planned(lines[: point.taken]))
+            plans[name] = tuple(tuple(each) for each in product.planned(before))
     planned = tuple((name, bins[-1]) for name, bins in sorted(plans.items()) if bins)
     return Cell(point.state, max(map(len, plans.values()), default=0), planned, point.awaited)
 
@@ -132,10 +134,12 @@ class Neighbourhood:
 
 
 @dataclass
-class Known:
-    """A cell: how many runs came through, and the way there that takes the least simulated time (s).
+class WayThere:
+    """How to come to a cell in the least simulated time.
 
     Args:
+        visits: how many runs came there.
+        time_s: simulated time on the way (s).
         run: the number of the run that takes this way.
         taken: the number of its actions on the way.
     """
@@ -150,7 +154,7 @@ class CellArchive:
     """The cells that runs came through."""
 
     def __init__(self) -> None:
-        self.cells: dict[Cell, Known] = {}
+        self.cells: dict[Cell, WayThere] = {}
 
     def add(self, run: int, places: Iterable[tuple[Cell, DecisionPoint]]) -> None:
         """Add a run's decision points, in order; of several in one cell, the first is a visit."""
@@ -158,7 +162,7 @@ class CellArchive:
         for cell, point in places:
             first.setdefault(cell, point)
         for cell, point in first.items():
-            known = self.cells.setdefault(cell, Known(0, math.inf, run, point.taken))
+            known = self.cells.setdefault(cell, WayThere(0, math.inf, run, point.taken))
             known.visits += 1
             if point.time_s < known.time_s:
                 known.time_s, known.run, known.taken = point.time_s, run, point.taken
@@ -167,15 +171,14 @@ class CellArchive:
         """How worthwhile it is to return: the more open points are near, and the fewer runs came through."""
         return (1 + near.size(cell)) / math.sqrt(self.cells[cell].visits + 1)
 
-    def choose(self, count: int, open_points: Iterable[Point], rng: Random) -> list[Cell]:
-        """Different cells, at most `count`, drawn by their weights."""
+    def choices(self, open_points: Iterable[Point], rng: Random) -> Iterator[Cell]:
+        """All cells in random order: the greater its weight, the earlier probably comes a cell."""
         near = Neighbourhood(open_points)
         left = {cell: self.weight(cell, near) for cell in self.cells}
-        chosen: list[Cell] = []
-        while left and len(chosen) < count:
-            chosen.append(drawn(left, rng))
-            del left[chosen[-1]]
-        return chosen
+        while left:
+            cell = drawn(left, rng)
+            del left[cell]
+            yield cell
 
 
 def drawn(weights: Mapping[T, float], rng: Random) -> T:

@@ -169,7 +169,10 @@ def _spell(parts: Sequence[str | None]) -> str:
 
 @dataclass(frozen=True)
 class Draft:
-    """An abstract test without an id, as a method generates it; the fields are those of `AbstractTest`."""
+    """An abstract test without an id, as a method generates it; the fields are those of `AbstractTest`.
+
+    Its seed comes from its content, unless it has one: that of the test whose beginning it has.
+    """
 
     target: str
     beliefs: tuple[str, ...]
@@ -177,6 +180,7 @@ class Draft:
     plans: Plans = field(default_factory=dict, hash=False)
     name: str = ""
     values: Values = field(default_factory=dict, hash=False)
+    seed: int | None = None
 
 
 def slug(text: str) -> str:
@@ -212,12 +216,13 @@ def identify(suite: str, master_seed: int, drafts: Iterable[Draft]) -> tuple[Abs
     does not matter. If two different contents share 8 digits (about one suite in a million of 134 tests), both ids
     have 16 digits.
     """
-    occurrences: dict[tuple[tuple[str, ...], tuple[str, ...], str], int] = {}
+    occurrences: dict[tuple[tuple[str, ...], tuple[str, ...], str, int | None], int] = {}
     numbered: list[tuple[Draft, int, str]] = []
     for draft in drafts:
-        content = (draft.beliefs, draft.lines, canonical_json(chosen_values.to_data(draft.values)))
+        content = (draft.beliefs, draft.lines, canonical_json(chosen_values.to_data(draft.values)), draft.seed)
         occurrence = occurrences[content] = occurrences.get(content, -1) + 1
-        seed = seed_of_test(master_seed, suite, draft.beliefs, draft.lines, occurrence)
+        drawn = seed_of_test(master_seed, suite, draft.beliefs, draft.lines, occurrence)
+        seed = drawn if draft.seed is None else draft.seed
         code = content_digest(suite, draft.beliefs, draft.lines, seed, occurrence, draft.values)
         numbered.append((draft, seed, code))
     short_ids = [id_of_test(suite, draft.target, code[:8]) for draft, _, code in numbered]

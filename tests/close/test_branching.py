@@ -7,12 +7,13 @@ import os
 import threading
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
 import pytest
 
-from pytest_hricdv.close.branching import Actions, Leaf, Tree, may_fork
+from pytest_hricdv.close.branching import Actions, Leaf, Tree, may_fork, trees
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.process_pool import End, Line, ProcessPool, Send
 from tests.close import toy
@@ -90,8 +91,7 @@ def test_each_test_of_a_tree_does_what_it_does_alone() -> None:
 def test_without_forks_the_same_comes_of_it() -> None:
     leaves = tree(PARTING, forking=False)
     assert results(leaves) == toy.texts(PARTING)
-    assert len({each.pid for each in leaves}) == 1
-    assert [each.executed for each in leaves] == [1, 2, 3, 4, 5, 6, 7]
+    assert {each.pid: each.executed for each in leaves} == {leaves[0].pid: 7}
 
 
 def test_the_order_is_the_same_each_time_and_no_fork_keeps_what_others_opened() -> None:
@@ -100,11 +100,11 @@ def test_the_order_is_the_same_each_time_and_no_fork_keeps_what_others_opened() 
     assert len({each.descriptors for each in first}) == 1
 
 
-def test_what_comes_after_the_end_of_a_run_makes_no_difference() -> None:
+def test_tests_that_would_part_after_the_end_of_a_run_are_run_one_by_one() -> None:
     tests = [toy.concrete("ask", "leave", "say"), toy.concrete("ask", "leave", "look"), toy.concrete("ask", "look")]
     leaves = tree(tests)
     assert results(leaves) == toy.texts(tests)
-    assert len({each.pid for each in leaves}) == 2
+    assert [each.number for each in leaves] == [0, 2, 1]
 
 
 @pytest.mark.parametrize(
@@ -142,7 +142,7 @@ def test_a_fork_may_work_on_for_its_time_however_long_its_own_forks_took() -> No
 def test_a_testbench_that_takes_tests_as_a_whole_runs_each_from_the_start() -> None:
     leaves = tree(PARTING, execute=toy.execute_whole)
     assert results(leaves) == toy.texts(PARTING)
-    assert [each.executed for each in leaves] == [1, 2, 3, 4, 5, 6, 7]
+    assert len({each.pid for each in leaves}) == 1
 
 
 def test_the_watchdog_of_the_kernel_holds_in_forks_too() -> None:
@@ -154,6 +154,14 @@ def test_the_watchdog_of_the_kernel_holds_in_forks_too() -> None:
     assert first is not None
     assert "no time has passed for 0.1 s of work" in first
     assert [second] == toy.texts([looks])
+
+
+def test_tests_with_a_common_beginning_make_a_tree() -> None:
+    ask, other_seed = toy.concrete("ask", "say"), toy.concrete("ask", "say", seed=2)
+    other_run = replace(ask, run={"outage_turn": 1.0})
+    other_value = replace(ask, actions=(replace(ask.actions[0], parameters={"takes_s": 9.0}), *ask.actions[1:]))
+    tests = [ask, toy.concrete("sit"), other_seed, toy.concrete("ask", "look"), other_run, other_value, toy.concrete()]
+    assert trees(tests) == [[0, 3], [1], [2], [4], [5], [6]]
 
 
 def test_tests_of_one_tree_have_one_seed() -> None:

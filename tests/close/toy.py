@@ -28,7 +28,7 @@ def run_of(test: ConcreteTest, stuck_after_s: float | None = None) -> Run:
 
 
 def execute(test: ConcreteTest, actions: Actions, stuck_after_s: float | None = None) -> str:
-    """The record's hash, the time, and what was done."""
+    """The record's hash, the time, what was done, and what was to be done."""
     run, done = run_of(test, stuck_after_s), list[str]()
 
     def person() -> None:
@@ -45,7 +45,8 @@ def execute(test: ConcreteTest, actions: Actions, stuck_after_s: float | None = 
     run.go(1000.0)
     if run.ending is not None and run.ending.error is not None:
         raise run.ending.error
-    return f"{run.recorder.finish().sha256} {run.kernel.now_s:g} {' '.join(done)}"
+    planned = " ".join(action.command for action in run.test.actions)
+    return f"{run.recorder.finish().sha256} {run.kernel.now_s:g} {' '.join(done)} of {planned}"
 
 
 def execute_whole(test: ConcreteTest, actions: Actions) -> str:

@@ -137,6 +137,14 @@ def test_chosen_values_distinguish_drafts_but_keep_the_seed() -> None:
     assert first.seed != second.seed
 
 
+def test_a_draft_with_the_beginning_of_another_test_keeps_its_seed() -> None:
+    (first,) = identify("rl", 1, [Draft("leg1", (), ("tell leg", "receivesignal"))])
+    begins_alike = Draft("leg1", (), ("tell leg", "bored"), seed=first.seed)
+    own, kept, again = identify("rl", 1, [replace(begins_alike, seed=None), begins_alike, begins_alike])
+    assert own.seed != kept.seed == again.seed == first.seed
+    assert len({own.id, kept.id, again.id}) == 3
+
+
 def test_data_has_values_only_if_there_are_any() -> None:
     plain = AbstractTest(id="a", suite="s", target="x", beliefs=(), lines=("go",))
     chosen = replace(plain, values={1: {"x_m": 0.1}, 0: {"y_s": 2}})

@@ -1,0 +1,67 @@
+"""Runs tests on several processes, those with a common beginning as one tree, or each from the start."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Generic, TypeVar
+
+from pytest_hricdv.close.branching import Actions, Leaf, Tree, may_fork, trees
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.process_pool import Line, ProcessPool, Send
+
+T = TypeVar("T")
+
+PATIENCE = 2.0
+"""A process is ended after so many times the limit of a fork: only then is it sure that the fork itself was not."""
+
+
+@dataclass(frozen=True)
+class TreeRunner(Generic[T]):
+    """See the module.
+
+    Args:
+        execute: runs a test, with its actions produced by the function.
+        text: what is told of a test, in one line; made in the process that ran it.
+        processes: so many at a time.
+        limit_s: of a run (s of wall time).
+    """
+
+    execute: Callable[[ConcreteTest, Actions], T]
+    text: Callable[[Leaf[T]], str]
+    processes: int
+    limit_s: float
+
+    def run(self, tests: Sequence[ConcreteTest], *, from_the_start: bool = False) -> Iterator[tuple[int, str]]:
+        """Run tests; the number of each with what is told of it, as soon as it is known.
+
+        Args:
+            from_the_start: each test is run alone, whatever it has in common with others.
+        """
+        groups = [[number] for number in range(len(tests))] if from_the_start else trees(tests)
+        yield from self._in_forks(tests, groups) if may_fork() else self._here(tests)
+
+    def _here(self, tests: Sequence[ConcreteTest]) -> Iterator[tuple[int, str]]:
+        for number, test in enumerate(tests):
+            told: list[Leaf[T]] = []
+            Tree([test], self.execute, told.append, self.limit_s).run(forking=False)
+            yield number, self.text(replace(told[0], number=number))
+
+    def _in_forks(self, tests: Sequence[ConcreteTest], groups: list[list[int]]) -> Iterator[tuple[int, str]]:
+        def work(group: list[int], send: Send) -> None:
+            def tell(leaf: Leaf[T]) -> None:
+                leaf = replace(leaf, number=group[leaf.number])
+                send(f"{leaf.number} {self.text(leaf)}")
+
+            Tree([tests[number] for number in group], self.execute, tell, self.limit_s).run(forking=True)
+
+        told: set[int] = set()
+        for event in ProcessPool(work, self.processes, PATIENCE * self.limit_s).run(deque(groups)):
+            if isinstance(event, Line):
+                number, _, text = event.text.partition(" ")
+                told.add(int(number))
+                yield int(number), text
+            else:
+                left = (each for each in event.item if each not in told)
+                yield from ((each, self.text(Leaf(each, None, event.problem))) for each in left)
