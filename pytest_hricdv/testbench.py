@@ -25,6 +25,7 @@ from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
 from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.monitor.vocabulary import Kind
+from pytest_hricdv.online.declaration import Online, OnlineError
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import text_of, topic_of
 from pytest_hricdv.suggestion import nearest
@@ -49,6 +50,8 @@ __all__ = [
     "Late",
     "Lost",
     "Model",
+    "Online",
+    "OnlineError",
     "Outcome",
     "QLearning",
     "Range",
@@ -137,6 +140,8 @@ class Testbench:
         outcome_label: the name in reports of a run's interactions, listed by their outcomes; for instance "legs".
         conformance: the agent of the model that each run is compared with, and what corresponds to what; None where
             there is none.
+        online: the agent of the model that decides in a run what the person does, and what it hears there; None where
+            all actions are known before.
         may_end: how a run may end beside a stop (`kernel.stop`), which is else a fault that fails its test: "limit" (at
             its time limit), "idle" (nothing is left to do), "early" (the code under test has returned before).
         fidelities: ways to simulate the world, of which `--hri-fidelity` chooses one; empty where there is one only.
@@ -166,6 +171,7 @@ class Testbench:
     units: Mapping[str, str] = field(default_factory=dict, hash=False)
     outcome_label: str = "interactions"
     conformance: Conformance | None = None
+    online: Online | None = None
     may_end: tuple[str, ...] = ()
     fidelities: tuple[str, ...] = ()
     fidelity: str = ""
@@ -281,6 +287,8 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
             raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
     if not isinstance(testbench.conformance, Conformance | None):
         raise TestbenchError(f"{where}: conformance is {testbench.conformance!r}; expected Conformance(...) or None")
+    if not isinstance(testbench.online, Online | None):
+        raise TestbenchError(f"{where}: online is {testbench.online!r}; expected Online(...) or None")
     if not callable(testbench.run):
         raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
     for end in testbench.may_end:

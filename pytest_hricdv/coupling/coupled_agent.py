@@ -82,6 +82,11 @@ class CoupledAgent(Agent):
         plan = labelled[-1] if labelled else ""
         self.ready_acts.append(ReadyAct(text, literal, plan, self.run.now_s, intention, acts))
 
+    def is_external(self, intention: Intention) -> bool:
+        """Whether an intention is about to execute an external action."""
+        means = intention.stack[-1]
+        return not means.finished and isinstance(means.statement, ExternalAction)
+
     def _act_of(self, intention: Intention) -> Structure | None:
         """The message or external action that an intention is about to send or execute."""
         means = intention.stack[-1]

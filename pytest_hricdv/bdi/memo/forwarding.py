@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.syntax import For, InternalActionCall, Plan, Statement
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Key, Structure, Term, Variable, source
-from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Bucket, Content, Entry
+from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Content, Entry
+from pytest_hricdv.bdi.logic.tracked_buckets import TrackedBuckets
 from pytest_hricdv.bdi.run.environment import percept_of
 from pytest_hricdv.bdi.run.system import AgentTemplate
 
@@ -183,23 +183,6 @@ class Dependencies:
             self.certain = False
 
 
-class _TrackedBuckets(dict[Key, Bucket]):
-    """Beliefs by predicate; a function is called before each read."""
-
-    def __init__(self, buckets: dict[Key, Bucket], note_read: Callable[[Key], None]) -> None:
-        super().__init__(buckets)
-        self._note_read = note_read
-
-    def get(self, key: Key, default: Any = None) -> Any:
-        """The beliefs of a predicate."""
-        self._note_read(key)
-        return super().get(key, default)
-
-    def peek(self, key: Key) -> Bucket | None:
-        """The beliefs of a predicate, without calling the function."""
-        return super().get(key)
-
-
 class ReceiverBeliefs(BeliefBase):
     """The beliefs of a receiver: a query of an atom that could be forwarded is noted.
 
@@ -223,7 +206,7 @@ class ReceiverBeliefs(BeliefBase):
             belief = dependencies.forwarding.belief(atom)
             if belief.key not in self._settled:
                 self.buckets[belief.key] = {(): belief}
-        self.buckets = self._tracked = _TrackedBuckets(self.buckets, self._note_read)
+        self.buckets = self._tracked = TrackedBuckets(self.buckets, self._note_read)
 
     def _note_read(self, key: Key) -> None:
         if self._depends(key):
@@ -283,7 +266,7 @@ class SteeringBeliefs(BeliefBase):
         super().__init__()
         self.open = beliefs.open
         self._dependencies = dependencies
-        self.buckets = _TrackedBuckets(beliefs.buckets, self._note_read)
+        self.buckets = TrackedBuckets(beliefs.buckets, self._note_read)
 
     def _note_read(self, key: Key) -> None:
         if key == self._dependencies.forwarding.key:

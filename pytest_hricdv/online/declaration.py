@@ -1,0 +1,36 @@
+"""What a testbench declares so that the agent of the person can live in the run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pytest_hricdv.coupling.hears import Hears
+
+
+class OnlineError(Exception):
+    """A declaration of the online agent is wrong, or its run cannot go on; the text says where and what to do."""
+
+
+@dataclass(frozen=True)
+class Online:
+    """The agent that decides, during a run, what the person does.
+
+    It perceives between its actions: whatever has happened when the person is free again. When it has nothing to do,
+    the person waits as the testbench says (`Run.waits`); when there is nothing to do after that, its actions are over.
+
+    Args:
+        agent: its name in the model; its external actions are commands.
+        hears: what it hears and perceives of the run.
+
+    Raises:
+        OnlineError: no name, or `hears` is no tuple of `Hears`.
+    """
+
+    agent: str
+    hears: tuple[Hears, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.agent, str) and self.agent):
+            raise OnlineError(f"Online: agent is {self.agent!r}; expected the name of an agent of the model")
+        if not (isinstance(self.hears, tuple) and all(isinstance(each, Hears) for each in self.hears)):
+            raise OnlineError(f"Online: hears is {self.hears!r}; expected a tuple of Hears(...)")

@@ -1,0 +1,81 @@
+"""Groups of beliefs that are decided only when the agent looks one of them up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from pytest_hricdv.bdi.language.terms import Key, Structure, source
+from pytest_hricdv.bdi.logic.beliefs import BeliefBase
+from pytest_hricdv.bdi.logic.tracked_buckets import TrackedBuckets
+from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.online.chooser import NONE
+
+Choose = Callable[[str, tuple[str, ...]], str]
+"""Chooses one of the options for a group."""
+
+
+class LateBeliefs:
+    """The groups of a space that are open, in one run.
+
+    A group is open as long as the agent believes none of it but a neutral belief; it is decided when the agent looks
+    one of its beliefs up, at most once until `reopen`. In a group without a neutral belief, none may be chosen.
+
+    Args:
+        space: the groups.
+        steering: the name of the agent that gives the beliefs.
+        choose: decides.
+        believe: the agent believes a literal from now on.
+        disbelieve: the agent does not believe a literal any more.
+    """
+
+    def __init__(
+        self,
+        space: BeliefSpace,
+        steering: str,
+        choose: Choose,
+        believe: Callable[[Structure], None],
+        disbelieve: Callable[[Structure], None],
+    ) -> None:
+        self._space = space
+        self._source = source(steering)
+        self._choose, self._believe, self._disbelieve = choose, believe, disbelieve
+        self._group_of: dict[Key, str] = {
+            _atom(belief).key: name for name, group in space.groups.items() for belief in group
+        }
+        self._decided: set[str] = set()
+        self._buckets = TrackedBuckets({}, self._look_up)
+
+    def track(self, beliefs: BeliefBase) -> None:
+        """Notice lookups in a belief base."""
+        beliefs.buckets = self._buckets = TrackedBuckets(beliefs.buckets, self._look_up)
+
+    def reopen(self) -> None:
+        """Groups may be decided anew."""
+        self._decided.clear()
+
+    def _look_up(self, key: Key) -> None:
+        group = self._group_of.get(key)
+        if group is None or group in self._decided:
+            return
+        self._decided.add(group)
+        members = self._space.groups[group]
+        neutral = [belief for belief in members if belief in self._space.neutral]
+        if any(self._is_held(belief) for belief in members if belief not in neutral):
+            return
+        chosen = self._choose(group, members if neutral else (NONE, *members))
+        if chosen == NONE or self._is_held(chosen):
+            return
+        for belief in neutral:
+            if self._is_held(belief):
+                self._disbelieve(self._given(belief))
+        self._believe(self._given(chosen))
+
+    def _is_held(self, belief: str) -> bool:
+        return bool(self._buckets.peek(_atom(belief).key))
+
+    def _given(self, belief: str) -> Structure:
+        return Structure(belief, (), (self._source,))
+
+
+def _atom(belief: str) -> Structure:
+    return Structure(belief)

@@ -1,0 +1,188 @@
+"""The agent of the person in one run: it hears what happens, and gives one command after the other."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable, Mapping
+
+from pytest_hricdv.bdi import BdiError, Structure
+from pytest_hricdv.bdi.agent.intentions import Intention
+from pytest_hricdv.bdi.language.parser import parse_literal
+from pytest_hricdv.coupling.coupled_agent import CoupledAgent, ReadyAct
+from pytest_hricdv.coupling.coupled_run import CoupledRun
+from pytest_hricdv.coupling.events import Events, Happening
+from pytest_hricdv.coupling.hears import CouplingError
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.abstract import command_from_action
+from pytest_hricdv.monitor import Value
+from pytest_hricdv.online.chooser import ACT, GOAL, NONE, START, Chooser, Decision, Situation
+from pytest_hricdv.online.declaration import OnlineError
+from pytest_hricdv.online.late_beliefs import LateBeliefs
+from pytest_hricdv.online.role import Role
+
+
+class ActingAgent(CoupledAgent):
+    """An agent that stops before each external action; takes what an agent takes."""
+
+    def acts_of(self, intention: Intention, literal: Structure) -> tuple[int, ...] | None:
+        """Nothing is declared of external actions; None for a message."""
+        return () if self.is_external(intention) else None
+
+
+class OnlineAgent:
+    """The agent of one run; it listens to the run, as the monitors do.
+
+    Args:
+        role: what all runs share.
+        chooser: decides what the model leaves open.
+    """
+
+    def __init__(self, role: Role, chooser: Chooser) -> None:
+        self._role = role
+        self._chooser = chooser
+        self._run = CoupledRun()
+        self._events = Events(
+            [event.condition for event in role.hears],
+            [name for event in role.hears for name in event.sources.values()],
+        )
+        self._heard: deque[tuple[float, Structure, str, bool]] = deque()
+        """Time (s), literal, source, and whether it is a goal: happened, but not heard yet."""
+        self._state_topic, _, self._state_field = role.state.partition(".")
+        self._state = ""
+        self._begun = False
+        self._doing: ReadyAct | None = None
+        self._error: CouplingError | None = None
+        """Raised when the person asks next: when it occurs, another node runs, and it would be an error of this one."""
+        self.taken: list[str] = []
+        """The commands so far."""
+        self.decisions: list[tuple[Decision, str]] = []
+        """What was decided, in order."""
+        agent = role.agent.agent(self._run, ActingAgent)
+        assert isinstance(agent, ActingAgent)
+        agent.couple()
+        self._agent, self._steering = agent, role.steering.agent(self._run)
+        self._run.put([self._steering, agent], role.others)
+        self._late = LateBeliefs(role.space, role.steering.name, self._choose, agent.believe, agent.disbelieve)
+        self._late.track(agent.beliefs)
+
+    # --- what happens in the run
+
+    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
+        """A message has arrived, as for a `MonitorSet`."""
+        if topic == self._state_topic:
+            self._state = str(fields[self._state_field])
+        if topic in self._events.topics:
+            self._note(self._events.message(time_s, topic, fields))
+
+    def signal(self, time_s: float, name: str, value: Value) -> None:
+        """A signal has a new value, as for a `MonitorSet`."""
+        if name in self._events.signals:
+            self._note(self._events.signal(time_s, name, value))
+
+    def _note(self, happenings: Iterable[Happening]) -> None:
+        for happening in happenings:
+            for number in happening.numbers:
+                event, declared = self._role.hears[number], self._role.declaration.hears[number]
+                try:
+                    literal = event.literal(event.bindings(self._events.values))
+                except CouplingError as error:
+                    self._error = self._error or error
+                else:
+                    self._heard.append((happening.time_s, literal, declared.source, declared.is_goal))
+
+    # --- what the person does
+
+    def next_command(self, time_s: float, waited: bool = False) -> str | None:
+        """The person is free at `time_s` (s): what to do next; None for nothing yet.
+
+        The last command has been done; after that the agent perceives all that has happened by now.
+
+        Args:
+            time_s: now.
+            waited: whether the person has waited because there was nothing to do: then the agent does only what
+                follows from what it has heard meanwhile, so that the same commands without the waiting are the same
+                run.
+
+        Raises:
+            OnlineError: the agent cannot go on, has an action that is no command, or hears what has no value yet.
+        """
+        try:
+            self._go_on(time_s)
+            if not waited:
+                self._post_goal()
+            return self._take()
+        except (BdiError, CouplingError, GenerateError) as error:
+            raise OnlineError(f"Online: {self._agent.name} at {time_s:.3f} s: {error}") from error
+
+    def _go_on(self, time_s: float) -> None:
+        """The agent goes on after its command, and hears what has happened until now."""
+        if not self._begun:
+            self._begun = True
+            self._steer(time_s)
+        elif self._doing is not None:
+            done, self._doing = self._doing, None
+            self._late.reopen()
+            self._agent.go_on_after(done)
+            self._run.settle()
+        self._note(self._events.flush())
+        if self._error is not None:
+            raise self._error
+        while self._heard:
+            happened_s, literal, source, goal = self._heard.popleft()
+            self._advance(happened_s)
+            self._run.tell(self._agent, literal, source, goal)
+        self._advance(time_s)
+
+    def _steer(self, time_s: float) -> None:
+        """Let the steering agent begin, with one start belief chosen."""
+        chosen = self._choose(START, self._role.space.start)
+        model = self._role.model
+        self._run.environment.show(model.steering_agent, [f"{model.chosen}({chosen})"])
+        self._steering.awake = True
+        self._run.settle()
+        self._advance(time_s)
+
+    def _advance(self, time_s: float) -> None:
+        run = self._run
+        while run.due_s <= time_s:
+            run.wait_until(max(run.due_s, run.now_s))
+        if time_s > run.now_s:
+            run.wait_until(time_s)
+
+    def _post_goal(self) -> None:
+        goal = self._choose(GOAL, (NONE, *self._role.goals))
+        if goal != NONE:
+            self._run.tell(self._agent, parse_literal(goal), self._steering.name, goal=True)
+
+    def _take(self) -> str | None:
+        ready = self._agent.ready_acts
+        while not ready and self._run.due_s < math.inf:
+            # Time passes for an agent that waits for time only: the run would not know for how long.
+            self._run.wait_until(max(self._run.due_s, self._run.now_s))
+            ready = self._agent.ready_acts
+        if not ready:
+            return None
+        by_text = {act.text: act for act in reversed(ready)}
+        chosen = (
+            self._choose(ACT, tuple(dict.fromkeys(act.text for act in ready))) if len(by_text) > 1 else ready[0].text
+        )
+        self._doing = by_text[chosen]
+        self.taken.append(command_from_action(chosen))
+        return self.taken[-1]
+
+    def _choose(self, about: str, options: tuple[str, ...]) -> str:
+        decision = Decision(about, options, Situation(self._run.now_s, self._state, tuple(self.taken)))
+        chosen = self._chooser.choose(decision)
+        if chosen not in options:
+            raise OnlineError(
+                f"Online: {chosen!r} was chosen for {about}; expected one of {', '.join(map(repr, options))}"
+            )
+        self.decisions.append((decision, chosen))
+        return chosen
+
+    @property
+    def plans(self) -> tuple[str, ...]:
+        """The labels of the plans that it has executed, sorted, each once."""
+        labelled = {plan.label for plan in self._role.agent.program.plans if plan.has_label}
+        return tuple(sorted(labelled.intersection(self._agent.executed)))

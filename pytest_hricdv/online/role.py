@@ -1,0 +1,60 @@
+"""A declaration of the online agent, checked against the model and the vocabulary, and made ready for runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pytest_hricdv.bdi.run.system import AgentTemplate
+from pytest_hricdv.coupling.agent_names import AgentNames
+from pytest_hricdv.coupling.agents import read_agents
+from pytest_hricdv.coupling.event_pattern import EventPattern, parse_heard
+from pytest_hricdv.coupling.hears import CouplingError
+from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.model import Model
+from pytest_hricdv.monitor import RequirementError, Vocabulary
+from pytest_hricdv.online.declaration import Online, OnlineError
+
+
+@dataclass(frozen=True)
+class Role:
+    """What all runs with an online agent share; made by `load_role`.
+
+    Args:
+        declaration: of the testbench.
+        model: of the testbench.
+        space: the beliefs that are decided.
+        agent: the online agent.
+        steering: the agent that steers it.
+        others: the names of the other agents of the model.
+        hears: an event for each of `declaration.hears`.
+        goals: the goals without parameters that the agent has plans for.
+        state: the field that has the state of the code under test, as `state.name`; empty where there is none.
+    """
+
+    declaration: Online
+    model: Model
+    space: BeliefSpace
+    agent: AgentTemplate
+    steering: AgentTemplate
+    others: tuple[str, ...]
+    hears: tuple[EventPattern, ...]
+    goals: tuple[str, ...]
+    state: str = ""
+
+
+def load_role(declaration: Online, model: Model, space: BeliefSpace, vocabulary: Vocabulary, state: str = "") -> Role:
+    """Check a declaration, and make it ready.
+
+    Raises:
+        OnlineError: the model has no such agent or literal, a literal has a variable that nothing is called after, a
+            condition does not parse, or the agent is the one that steers.
+    """
+    if declaration.agent == model.steering_agent:
+        raise OnlineError(f"Online: agent {declaration.agent!r} steers the others; expected one that it steers")
+    try:
+        (agent, steering), others = read_agents([declaration.agent, model.steering_agent], model)
+        names = AgentNames(agent.name, agent.program.plans)
+        hears = parse_heard(declaration.hears, names, (*others, steering.name), vocabulary)
+    except (CouplingError, RequirementError) as error:
+        raise OnlineError(f"Online: {error}") from error
+    return Role(declaration, model, space, agent, steering, others, hears, names.plain_goals, state)

@@ -1,0 +1,159 @@
+"""The agent of the person in a run: it decides late, hears between its actions, and gives one command after another."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.coupling.hears import Hears
+from pytest_hricdv.online.declaration import Online, OnlineError
+from tests.online.toy import ACT, GOAL, NONE, Life, Wish, role
+
+
+def abouts(chooser: Wish) -> list[str]:
+    """What was asked, but for goals."""
+    return [decision.about for decision in chooser.asked if decision.about != GOAL]
+
+
+def test_it_does_what_its_plans_say_and_then_waits(tmp_path: Path) -> None:
+    life = Life(role(tmp_path), Wish(taste=["likes_cold"], voice=["quiet"]))
+    assert life.commands() == ["press"]
+    life.said("offer", size="small")
+    assert life.commands() == ["cool", "drink small", "nod"]
+    assert life.agent.plans == ("cold", "thirsty")
+
+
+def test_beliefs_are_decided_when_they_are_looked_up_and_not_before(tmp_path: Path) -> None:
+    chooser = Wish(start=["curious"], taste=["likes_hot"], voice=["quiet"])
+    life = Life(role(tmp_path), chooser)
+    assert (life.commands(), abouts(chooser)) == (["wave"], ["start"])
+    life.said("state", name="Pouring")
+    life.said("offer", size="small")
+    assert life.commands(1) == ["drink hot"]
+    assert abouts(chooser) == ["start", "taste"]
+    taste = chooser.asked[-2]
+    assert taste.options == (NONE, "likes_hot", "likes_cold")
+    assert (taste.situation.state, taste.situation.taken, taste.situation.time_s) == ("Pouring", ("wave",), 1.0)
+    assert life.commands() == ["nod"]
+    assert abouts(chooser) == ["start", "taste", "voice"]
+
+
+def test_a_group_without_a_belief_is_open_again_and_one_with_a_belief_is_not(tmp_path: Path) -> None:
+    chooser = Wish(taste=[NONE, "likes_hot"], voice=["quiet", "loud"])
+    life = Life(role(tmp_path), chooser)
+    found = life.commands()
+    for _ in range(3):
+        life.said("offer", size="small")
+        found += life.commands()
+    assert found == ["press", "refuse", "drink hot", "nod", "drink hot", "shout"]
+    assert abouts(chooser) == ["start", "taste", "taste", "voice", "voice"]
+
+
+def test_it_hears_what_happened_meanwhile_only_after_its_command(tmp_path: Path) -> None:
+    life = Life(role(tmp_path, "@a +!fetch <- press; +busy; wave. +alarm : busy <- leave. +alarm <- stay."), Wish())
+    life.agent.signal(0.0, "smoke", False)
+    assert life.agent.next_command(1.0) == "press"
+    life.agent.signal(1.5, "smoke", True)
+    assert life.agent.next_command(3.0) == "wave"
+    assert life.agent.next_command(4.0) == "leave"
+
+
+def test_a_goal_can_be_posted_where_the_agent_decides_what_to_do(tmp_path: Path) -> None:
+    chooser = Wish(goal=["thank", NONE], voice=["loud"], act=["shout"])
+    life = Life(role(tmp_path), chooser)
+    assert life.commands() == ["shout", "press"]
+    goal, act = chooser.asked[1], chooser.asked[3]
+    assert (goal.about, goal.options) == (GOAL, (NONE, "fetch", "thank"))
+    assert (act.about, act.options) == (ACT, ("press", "shout"))
+
+
+def test_after_waiting_it_does_only_what_follows_from_what_it_heard(tmp_path: Path) -> None:
+    chooser = Wish(goal=[NONE, NONE, "thank"], voice=["quiet"])
+    life = Life(role(tmp_path), chooser)
+    assert life.commands() == ["press"]
+    assert life.agent.next_command(5.0, waited=True) is None
+    life.said("offer", size="small")
+    assert life.agent.next_command(6.0, waited=True) == "refuse"
+    assert life.agent.next_command(7.0) == "nod"
+
+
+def test_an_agent_that_waits_for_time_only_takes_none_of_the_run(tmp_path: Path) -> None:
+    life = Life(
+        role(tmp_path, "@a +!fetch <- press; .wait(5000); wave; .wait(alarm, 3000); sit. -!fetch <- leave."), Wish()
+    )
+    assert life.commands() == ["press", "wave", "leave"]
+    assert life.time_s == 3.0
+
+
+def test_what_it_waits_for_comes_before_the_end_of_the_wait(tmp_path: Path) -> None:
+    person = '@a +!fetch <- press; wave; .wait("+cup(_)", 3000); drink. -!fetch <- leave.'
+    life = Life(role(tmp_path, person), Wish())
+    assert life.commands(2) == ["press", "wave"]
+    life.said("offer", size="small")
+    assert life.agent.next_command(10.0) in ("drink", "leave")
+
+
+@pytest.mark.parametrize(
+    ("declaration", "told"),
+    [
+        (Online("persn"), "Online: no agent 'persn' in * nearest: person"),
+        (Online("meta"), "Online: agent 'meta' steers the others; expected one that it steers"),
+        (
+            Online("person", (Hears("cupp(Size)", "on(offer)"),)),
+            "Online: Hears('cupp(Size)'): person has no belief cupp; nearest: cup",
+        ),
+        (
+            Online("person", (Hears("cup", "on(offer)"),)),
+            "Online: Hears('cup'): person has no belief cup with 0 arguments; it has 1",
+        ),
+        (Online("person", (Hears("cup(", "on(offer)"),)), "Online: Hears('cup('): *"),
+        (
+            Online("person", (Hears("cup(Sise)", "on(offer)"),)),
+            "Online: Hears('cup(Sise)'): Sise is no field of its message and no signal; nearest: size",
+        ),
+        (
+            Online("person", (Hears("alarm", "on(offer)", source="robt"),)),
+            "Online: Hears('alarm'): no agent 'robt'; nearest: robot",
+        ),
+        (
+            Online("person", (Hears("alarm", "on(ofer)"),)),
+            "Online: Hears('alarm'), column 4: unknown topic 'ofer'; nearest: offer",
+        ),
+        (Online("person", (Hears("alarm", "smoke"),)), "Online: Hears('alarm'), column 1: expected an event*"),
+    ],
+)
+def test_names_and_conditions_that_are_none_are_refused(tmp_path: Path, declaration: Online, told: str) -> None:
+    with pytest.raises(OnlineError) as error:
+        role(tmp_path, declaration=declaration)
+    begin, _, end = told.partition("*")
+    assert str(error.value).startswith(begin.rstrip()), str(error.value)
+    assert end.strip() in str(error.value), str(error.value)
+
+
+@pytest.mark.parametrize("made", [lambda: Online(""), lambda: Online("person", ("cup",)), lambda: Online(None)])  # type: ignore[arg-type]
+def test_values_that_make_no_sense_are_refused(made) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(OnlineError, match=r"^Online: (agent|hears) is .*; expected "):
+        made()
+
+
+def test_an_agent_that_cannot_go_on_is_an_error_with_its_time(tmp_path: Path) -> None:
+    life = Life(role(tmp_path, "@a +!fetch <- press; !spin. +!spin <- .print(x); !spin."), Wish())
+    assert life.commands(1) == ["press"]
+    with pytest.raises(OnlineError, match=r"Online: person at 1\.000 s: .* does not come to rest"):
+        life.commands()
+
+
+def test_an_action_that_is_no_command_is_an_error(tmp_path: Path) -> None:
+    life = Life(role(tmp_path, "@a +!fetch <- press(a, b, c)."), Wish())
+    with pytest.raises(OnlineError, match="has no text form"):
+        life.commands()
+
+
+def test_what_it_hears_needs_a_value(tmp_path: Path) -> None:
+    hears = (Hears("cup(Smoke)", "on(offer)"),)
+    life = Life(role(tmp_path, declaration=Online("person", hears)), Wish())
+    assert life.commands() == ["press"]
+    life.said("offer", size="small")
+    with pytest.raises(OnlineError, match=r"Hears\('cup\(Smoke\)'\): smoke has no value yet"):
+        life.commands()
