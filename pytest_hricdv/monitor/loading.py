@@ -175,7 +175,9 @@ def _requirement(path: str, document: str, name: str, table: object, vocabulary:
             )
     if kind == "formula" and "pattern" in table:
         raise RequirementError(f"{where}: both 'formula' and 'pattern'\nexpected one of them: a pattern is a formula")
-    text, formula = _formula(FormulaSource(table[kind], name, path, document, key=kind), vocabulary, "source" in table)
+    source = FormulaSource(table[kind], name, path, document, key=kind)
+    text, formula, names = _formula(source, vocabulary, "source" in table)
+    meanings = ((vocabulary.definitions[each].meaning, each) for each in names)
     return Requirement(
         id=name,
         title=table["title"],
@@ -184,32 +186,33 @@ def _requirement(path: str, document: str, name: str, table: object, vocabulary:
         formula=formula,
         shows=tuple(table.get("shows", ())),
         group=table.get("group", ""),
+        names=tuple((meaning, each) for meaning, each in meanings if isinstance(meaning, PastFormula)),
     )
 
 
-def _formula(source: FormulaSource, vocabulary: Vocabulary, has_source: bool) -> tuple[str, Formula]:
-    """A formula or pattern for reports, with what its definitions or the pattern mean; and as data."""
+def _formula(source: FormulaSource, vocabulary: Vocabulary, has_source: bool) -> tuple[str, Formula, Sequence[str]]:
+    """A formula or pattern for reports, with what it means; as data; and the definitions that explain the formula."""
     text = source.formula.strip()
     if source.key == "pattern":
         from pytest_hricdv.monitor.pattern_parser import parse_pattern
 
         formula = parse_pattern(source, vocabulary, has_source=has_source)
-        return f"{text}\nmeans {formula}", formula
+        return f"{text}\nmeans {formula}", formula, ()
     from pytest_hricdv.monitor.parser import parse
 
     formula, used = parse(source, vocabulary)
-    return _explained(text, used, vocabulary), formula
+    names = _needed(used, vocabulary)
+    lines = [f"{name} = {vocabulary.definitions[name].text}" for name in names]
+    return text + "\nwhere " + ";\n      ".join(lines) if lines else text, formula, names
 
 
-def _explained(text: str, used: Iterable[str], vocabulary: Vocabulary) -> str:
-    """The text of a formula and, below it, all definitions that explain it."""
+def _needed(used: Iterable[str], vocabulary: Vocabulary) -> list[str]:
+    """The definitions that are used, and those that they are made of."""
     needed = set(used)
     while more := {each for name in needed for each in vocabulary.definitions[name].uses} - needed:
         needed |= more
     # A definition stands before those that it is made of.
-    names = [name for name in reversed([*vocabulary.definitions]) if name in needed]
-    lines = [f"{name} = {vocabulary.definitions[name].text}" for name in names]
-    return text + "\nwhere " + ";\n      ".join(lines) if lines else text
+    return [name for name in reversed([*vocabulary.definitions]) if name in needed]
 
 
 def _check_key(where: str, key: str, value: object, vocabulary: Vocabulary) -> None:

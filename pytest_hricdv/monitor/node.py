@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 from enum import IntEnum
-from typing import ClassVar
+from typing import Any, ClassVar
 
 
 class Precedence(IntEnum):
@@ -33,6 +35,26 @@ class Node:
     def operand_text(self, minimum: Precedence) -> str:
         """The text as an operand; in parentheses if it binds more weakly than `minimum`."""
         return str(self) if self.precedence >= minimum else f"({self})"
+
+
+@dataclass(frozen=True)
+class _Named(Node):
+    name: str
+
+    def __str__(self) -> str:
+        return self.name
+
+
+def text_with_names(node: Node, names: Mapping[Node, str]) -> str:
+    """The text of a formula, with the name that `names` has for a part in place of it, of nested ones the outermost."""
+
+    def named(part: Any) -> Any:
+        if part in names:
+            return _Named(names[part])
+        parts = {field.name: getattr(part, field.name) for field in fields(part)}
+        return replace(part, **{name: named(each) for name, each in parts.items() if isinstance(each, Node)})
+
+    return str(named(node))
 
 
 def number_text(value: float) -> str:

@@ -19,6 +19,7 @@ from pytest_hricdv.monitor.analysis import (
 from pytest_hricdv.monitor.compiler import ExpressionCompiler, HysteresisScope, function_of
 from pytest_hricdv.monitor.evaluation_state import Condition, Measure
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil, PastFormula
+from pytest_hricdv.monitor.node import text_with_names
 from pytest_hricdv.monitor.operators import HysteresisOperator, Operator
 from pytest_hricdv.monitor.vocabulary import Kind
 
@@ -68,13 +69,15 @@ class RequirementProgram(Program):
 
 
 @lru_cache(maxsize=1024)
-def compile_formula(formula: Formula) -> RequirementProgram:
-    """Compile a formula; equal formulas share one program."""
+def compile_formula(formula: Formula, names: tuple[tuple[PastFormula, str], ...] = ()) -> RequirementProgram:
+    """Compile a formula; equal formulas share one program. The alternatives are told by `names` (`Requirement`)."""
     compiler = ExpressionCompiler()
     response = formula.response
     antecedent = compiler.condition(formula.antecedent, HysteresisScope.RUN)
     scope = _hysteresis_scope(formula)
-    alternatives = {str(part): compiler.condition(part, scope) for part in disjuncts(response.condition)}
+    alternatives = {
+        text_with_names(part, dict(names)): compiler.condition(part, scope) for part in disjuncts(response.condition)
+    }
     condition = f"({' or '.join(alternatives.values())})"
     release = compiler.condition(response.release, HysteresisScope.RUN) if isinstance(response, HoldsUntil) else None
     robustness = None if isinstance(response, Eventually) else compiler.robustness(response.condition)

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Protocol
 
-from pytest_hricdv.monitor.formula import Formula
+from pytest_hricdv.monitor.formula import Formula, PastFormula
 
 
 class Criterion(Protocol):
@@ -42,6 +42,7 @@ class Requirement:
         group: what it belongs to, such as "safety"; reports list the requirements of a group together. May be empty.
         shows: numeric signals that a violation reports in addition to those that the formula reads: while a violation
             lasts, the value with the largest absolute value. They have no effect on verdicts.
+        names: the conditions in the formula that have a definition, each with its name; by it, verdicts show a part.
     """
 
     id: str
@@ -51,6 +52,7 @@ class Requirement:
     formula: Formula
     shows: tuple[str, ...] = ()
     group: str = ""
+    names: tuple[tuple[PastFormula, str], ...] = ()
 
 
 class RequirementError(ValueError):

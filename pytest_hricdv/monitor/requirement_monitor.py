@@ -26,7 +26,7 @@ from pytest_hricdv.monitor.verdict import Outcome, Tally, Verdict
 
 def monitor_of(requirement: Requirement, values: Values, arrived: Mapping[str, int]) -> RequirementMonitor:
     """A new monitor of a requirement; `values` and `arrived` are shared by the monitors of a run."""
-    program, shows = compile_formula(requirement.formula), requirement.shows
+    program, shows = compile_formula(requirement.formula, requirement.names), requirement.shows
     state = EvaluationState(values, arrived)
     match requirement.formula.response:
         case Holds():

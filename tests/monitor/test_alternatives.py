@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary, parse_formula
+from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary, load_requirements, parse_formula
 
 VOCABULARY = Vocabulary(signals={"asked": bool, "x": float, "near": bool}, messages={"answer": {"yes": bool}})
 
@@ -56,3 +58,24 @@ def test_what_guards_a_later_alternative_is_not_passed_by() -> None:
 def test_a_response_that_is_no_disjunction_and_one_that_was_not_triggered_have_none() -> None:
     assert unused("always(asked -> x < 1 & (near | !near))") == ()
     assert unused("always(x > 7 -> x < 1 | near)") == ()
+
+
+def test_an_alternative_is_told_by_the_names_of_its_definitions(tmp_path: Path) -> None:
+    """As it was written: what long definitions mean is below the requirement."""
+    file = tmp_path / "requirements.toml"
+    file.write_text("""
+[definitions]
+limit = 1
+far = "x > limit & !near"
+waits = "!on(answer) since far"
+
+[R]
+title = "..."
+formula = "always(asked -> near | waits & answer.yes | !(far) & previously(far | x > 5) & x > limit & !near & x > 7)"
+""")
+    requirements = load_requirements(file, VOCABULARY)
+    monitors = MonitorSet(requirements)
+    for name, value in (("asked", True), ("x", 0.0), ("near", True)):
+        monitors.signal(0.0, name, value)
+    [verdict] = monitors.finish(1.0)
+    assert verdict.unused == ("waits & answer.yes", "!far & previously(far | x > 5) & x > 1 & !near & x > 7")
