@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances
+from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances, MessageDisturbance
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
@@ -63,15 +63,19 @@ class Run:
         self._disturbed = world
 
     def actions(self) -> Iterator[ConcreteAction]:
-        """The test's actions, one after the other; taking the next one reports that it begins now."""
+        """The test's actions, one after the other; taking the next one reports that it begins now.
+
+        Disturbances are applied when their turn comes, and are not among the actions: nobody enacts them.
+        """
         for number, action in enumerate(self.test.actions):
             self.acting(number)
-            yield action
+            if self._disturbance_of(action) is None:
+                yield action
 
     def acting(self, number: int) -> None:
         """Report that action `number` (from 0, in order) begins now; explanations of failures show these times.
 
-        An action that is a disturbance of the testbench is applied in here: whoever enacts the test skips its line.
+        An action that is a disturbance of the testbench is applied in here: whoever enacts the test skips it.
 
         Raises:
             TestbenchError: a disturbance that has a handler begins, and `disturbs` was not called.
@@ -79,23 +83,27 @@ class Run:
         if number == len(self.acted_s) < len(self.test.actions):
             self.acted_s.append(self.kernel.now_s)
             action = self.test.actions[number]
-            name = action.command.removeprefix(PREFIX)
-            if action.command.startswith(PREFIX) and name in self.disturbances:
-                self._disturb(name, action.parameters)
+            disturbance = self._disturbance_of(action)
+            if disturbance is not None:
+                self._disturb(disturbance, action)
 
-    def _disturb(self, name: str, parameters: Mapping[str, float]) -> None:
-        disturbance = self.disturbances[name]
-        self.recorder.disturbance(self.kernel.now_s, "test", f"{PREFIX}{name}", parameters)
-        if not isinstance(disturbance, Disturbance):
-            self.bus.disturb(disturbance.topic, disturbance.message_fault(parameters))
+    def _disturbance_of(self, action: ConcreteAction) -> Disturbance | MessageDisturbance | None:
+        """The testbench's disturbance of that name; None for what a person does."""
+        prefix, name = action.command[: len(PREFIX)], action.command[len(PREFIX) :]
+        return self.disturbances.get(name) if prefix == PREFIX else None
+
+    def _disturb(self, disturbance: Disturbance | MessageDisturbance, action: ConcreteAction) -> None:
+        self.recorder.disturbance(self.kernel.now_s, "test", action.command, action.parameters)
+        if isinstance(disturbance, MessageDisturbance):
+            self.bus.disturb(disturbance.topic, disturbance.message_fault(action.parameters))
             return
         if self._disturbed is None:
             raise TestbenchError(
-                f"'{PREFIX}{name}' at {self.kernel.now_s:.3f} s: no world to disturb; the testbench's run has to call "
-                "run.disturbs(world) before run.go, with what the handler is to get"
+                f"'{action.command}' at {self.kernel.now_s:.3f} s: no world to disturb; the testbench's run has to "
+                "call run.disturbs(world) before run.go, with what the handler is to get"
             )
         assert disturbance.handler is not None, "checked with the testbench"
-        disturbance.handler(self._disturbed, parameters)
+        disturbance.handler(self._disturbed, action.parameters)
 
     def go(self, limit_s: float) -> str:
         """Run the nodes up to `limit_s`, then on until no monitor has an open deadline; then end all nodes.

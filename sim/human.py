@@ -143,12 +143,17 @@ class Human:
             end = self._ends.wait(deadline_s - self._kernel.now_s)
             if end is not None:
                 self._turn_ended(end)
-        self._awaited_turn = 0
+        if self._awaited_turn:  # the robot's report was not heard: the person takes the turn for ended
+            self._awaited_turn = 0
+            self._sit_back()
 
     def _turn_ended(self, end: TurnDone) -> None:
         self._ended_turn = max(self._ended_turn, end.turn)
         if end.turn >= self._awaited_turn:
             self._awaited_turn = 0
+        self._sit_back()
+
+    def _sit_back(self) -> None:
         self._stop_forces()
         if not self._away:
             self._set_leg_down()

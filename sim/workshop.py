@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Self
 
 from controller.ports import State, TableDone
-from pytest_hricdv.runtime import Bus, Kernel, Recorder
+from pytest_hricdv.runtime import Bus, Kernel, Recorder, topic_of
 from sim.engine import SimulationError
 from sim.human import Human
 from sim.robot import Robot
@@ -53,6 +53,7 @@ class Workshop:
     ) -> None:
         self._kernel = kernel
         self._bus = bus
+        self._recorder = recorder
         self.world = World(recorder, freeze=freeze, fidelity=fidelity)
         try:
             kernel.world = self.world
@@ -74,11 +75,10 @@ class Workshop:
 
         A controller that ends without having reported a table is an error of the robot's node.
         """
-        tables = self._bus.subscribe(TableDone)
 
         def robot() -> None:
             control()
-            if tables.poll() is None:
+            if all(message.topic != topic_of(TableDone) for message in self._recorder.messages):
                 said = self._kernel.last_messages.get("robot", "nothing")
                 raise SimulationError(f"the controller ended without a table; it last said {said}")
             self._kernel.stop("table done")

@@ -15,11 +15,17 @@ from pytest_hricdv.testbench import Constant, Disturbance, Doubled, Late, Lost
 from . import bench
 
 
-def disturbed(disturbance: MessageDisturbance) -> CaseResult:
-    """A run in which this happens to the first message of its kind, with all requirements and the model's agent."""
+def disturbed(disturbance: MessageDisturbance, *further: str) -> CaseResult:
+    """A run in which this happens to the first message of its kind, with all requirements and the model's agent.
+
+    Args:
+        disturbance: to be applied at once.
+        further: commands after the first two legs.
+    """
     disturbances: dict[str, Disturbance | MessageDisturbance] = {"it": disturbance}
     testbench = replace(bench.testbench(), disturbances=disturbances)
-    abstract = AbstractTest("test", "tests", "a test", (), ("disturb it", *bench.leg(), *bench.leg("110")), seed=3)
+    lines = ("disturb it", *bench.leg(), *bench.leg("110"), *further)
+    abstract = AbstractTest("test", "tests", "a test", (), lines, seed=3)
     test = bench.forcing(concretize(abstract, testbench.commands), {"grip_s": 0.0, "outage_turn": 0.0})
     criteria = (*bench.requirements(), *oracles(testbench))
     return execute(testbench, criteria, test, bench.UNMEASURED, "disturbed")
@@ -50,3 +56,10 @@ def test_a_reading_that_comes_after_the_decision_asks_for_nothing(disturbance: M
     result = disturbed(disturbance)
     assert "unheard reading" in [message.topic for message in result.record.messages]
     assert not result.failed
+
+
+def test_a_report_on_the_table_that_nobody_hears_is_given_all_the_same() -> None:
+    result = disturbed(Lost("table_done"), *bench.leg("110") * 2)
+    assert bench.times(result, "table_done")
+    assert result.outcome.ended == "table done"
+    assert not result.faults

@@ -22,6 +22,14 @@ def disturbed(lamps: pytest.Pytester) -> pytest.Pytester:
     change(lamps.path, "conftest.py", 'code=("lamps",),', DECLARED)
     change(lamps.path, "conftest.py", "Model, Range, Testbench", "Model, Range, Testbench\n    " + IMPORT)
     change(lamps.path, "conftest.py", "    lamp.set(0.0)\n", "    lamp.set(0.0)\n    run.disturbs(lamp)\n")
+    change(
+        lamps.path,
+        "conftest.py",
+        "in run.actions():\n",
+        "in run.actions():\n            enacted.append(action.command)\n",
+    )
+    change(lamps.path, "conftest.py", "    lamp = Lamp()\n", "    lamp, enacted = Lamp(), []\n")
+    change(lamps.path, "conftest.py", 'outcomes=("released",)', 'outcomes=("released", *enacted)')
     return lamps
 
 
@@ -81,6 +89,11 @@ def test_a_message_of_the_code_under_test_is_recorded_when_it_is_said(hri_run):
     assert result.verdict("R1").passes == 1
 
 
+def test_the_person_does_not_get_its_line(hri_run):
+    result = hri_run(["enter cellar", "disturb brownout", "greet"])
+    assert result.outcome.outcomes == ("released", "enter cellar", "greet")
+
+
 def test_it_runs_again_to_the_bit_and_another_parameter_is_another_run(hri_run):
     first = hri_run(["disturb brownout"])
     assert hri_run(first.test).record.sha256 == first.record.sha256
@@ -90,7 +103,7 @@ def test_it_runs_again_to_the_bit_and_another_parameter_is_another_run(hri_run):
 
 def test_what_a_disturbance_does(disturbed: pytest.Pytester) -> None:
     (disturbed.path / "test_own.py").write_text(OWN, encoding="utf-8")
-    disturbed.runpytest_inprocess("test_own.py").assert_outcomes(passed=8)
+    disturbed.runpytest_inprocess("test_own.py").assert_outcomes(passed=9)
 
 
 @plain_and_slowly_in_other_modes
