@@ -63,16 +63,20 @@ def _register(config: pytest.Config, options: Options) -> None:
     config.pluginmanager.register(collection, "hricdv-collection")
     config.pluginmanager.register(running, "hricdv-running")
     if worker_input(config) is None:
-        _register_in_controller(config, collection, running)
+        _register_in_controller(config, collection, running, options)
 
 
-def _register_in_controller(config: pytest.Config, collection: Collection, running: Running) -> None:
+def _register_in_controller(config: pytest.Config, collection: Collection, running: Running, options: Options) -> None:
     from pytest_hricdv.session.aggregation import Aggregation
     from pytest_hricdv.session.exports import Exporting, read_targets
     from pytest_hricdv.session.preparation import GateCheck, Preparation
     from pytest_hricdv.session.progress import Progress
     from pytest_hricdv.session.reporting import Reporting
 
+    if options.closing.asked:
+        from pytest_hricdv.session.closing import Closing
+
+        collection.closing = Closing(collection, running).suite
     gate_check = GateCheck(collection)
     aggregation = Aggregation(collection, running)
     reporting = Reporting(collection, running, aggregation, gate_check)

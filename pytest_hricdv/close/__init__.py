@@ -1,1 +1,16 @@
-"""Closes the loop: what is not covered yet drives what is generated next."""
+"""The closing loop: what is not covered yet drives what is run next.
+
+observation        what one run yields: the points that it hits, and how near it came to others
+targets            the points that are to be hit
+way                the protocol of the ways to reach points: each proposes tests from what is known
+archive            all runs, the best test of each point, what is still open
+bandit             the choice among the ways, by what has paid off
+loop               generations of proposals, run on any number of processes, merged in order
+suite              the smallest part of the tests that covers as much as all
+interactions       a script's interactions: what each plans, and what became of it
+outcomes           what has followed from which disturbances, and what probably will
+scripts            the model's scripts by the interactions that they plan
+model_way, disturbance_way, parameter_way      the ways
+
+Independent of pytest: a run is a function that is handed in.
+"""

@@ -38,9 +38,14 @@ def explore(context: GenerationContext, products: Mapping[str, CrossProduct], ca
         CoverageError: a cross product's `planned` returned what is no bin of its first coordinates.
     """
     try:
-        exploration = _explored(context, cache)
+        exploration = explored(context, cache)
     except GenerateError as error:
         exploration = Exploration(reason=f"the model cannot be explored: {error}")
+    return reachable(exploration, products)
+
+
+def reachable(exploration: Exploration, products: Mapping[str, CrossProduct]) -> Reachability:
+    """What an exploration shows of cross products. Raises CoverageError, see `explore`."""
     planned = {name: _planned(name, product, exploration) for name, product in products.items() if product.planned}
     proof = Proof(
         status="proven" if exploration.complete else "not proven", reason=exploration.reason, runs=len(exploration.runs)
@@ -66,7 +71,8 @@ def unexplored(products: Mapping[str, CrossProduct]) -> Reachability:
     return Reachability(products={name: declare(each, Proof(), {}) for name, each in products.items()})
 
 
-def _explored(context: GenerationContext, cache: Any | None) -> Exploration:
+def explored(context: GenerationContext, cache: Any | None) -> Exploration:
+    """Explore a model, or take its exploration from the cache. Raises GenerateError where the model fails."""
     key = CACHE_KEY.format(context.fingerprint("exploration"))
     kept = cache.get(key, None) if cache is not None else None
     if kept is not None:

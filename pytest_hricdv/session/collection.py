@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import glob
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -44,6 +44,8 @@ class Collection:
     def __init__(self, config: pytest.Config, options: Options) -> None:
         self.config = config
         self.options = options
+        self.closing: Callable[[Sequence[GeneratedSuite]], GeneratedSuite] | None = None
+        """Generates the suite that a closing loop leads to, given the others; where one is asked for."""
 
     @cached_property
     def testbench(self) -> Testbench:
@@ -74,7 +76,8 @@ class Collection:
             return replaying.suites(self.replays.values(), self.testbench)
         cache = getattr(self.config, "cache", None)
         root = self.config.invocation_params.dir
-        return selected_suites(self.options, root, self.testbench, cache, self.say)
+        suites = selected_suites(self.options, root, self.testbench, cache, self.say)
+        return suites if self.closing is None else [*suites, self.closing(suites)]
 
     @cached_property
     def replays(self) -> dict[str, ReplayInput]:

@@ -30,7 +30,7 @@ from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.mutation import BIN, ENDING, EXCEPTION, MutantRun
 from pytest_hricdv.session.running import Running
-from pytest_hricdv.session.separate_process import answers, in_session, limit_time, preload, silence
+from pytest_hricdv.session.separate_process import in_session, limit_time, preload, session, silence
 
 SILENCE = 30
 """A mutant that gives no sign of life for so many times the processor time of a run waits for what never comes."""
@@ -236,9 +236,9 @@ def _behaviour(test: TrialTest, result: CaseResult, running: Running) -> Behavio
 
 def main() -> None:
     """Do the job that is read from standard input; a line of standard output is a `Told`."""
-    job = msgspec.json.decode(sys.stdin.buffer.readline(), type=Job)
     preload()
-    with answers() as write:
+    with session() as (messages, write):
+        job = msgspec.json.decode(messages.readline(), type=Job)
         for each in told(job):
             write(msgspec.json.encode(each))
 

@@ -68,9 +68,9 @@ TESTS = (
     Value(
         "suite",
         "NAME|PATH[,...]",
-        "generate and run these suites: by-hand, bdi-random, rl, pseudorandom, all, or a file or folder of abstract "
-        "tests. Unless paths are given, only the files of hri_testpaths are collected, and only items that ask for "
-        "hri_case.",
+        "generate and run these suites: by-hand, bdi-random, rl, pseudorandom, all, closure, or a file or folder of "
+        "abstract tests. Unless paths are given, only the files of hri_testpaths are collected, and only items that "
+        "ask for hri_case.",
     ),
     Value("seed", "N", "seed of generation and concretization (default 0)"),
     Value("tests", "N", "number of abstract tests per suite (default: that of the method)"),
@@ -100,6 +100,12 @@ TESTS = (
         key=False,
     ),
     Value("export", "DIR", "write the suites as text files, which --hri-suite=DIR reads"),
+)
+
+CLOSING = (
+    Flag("close", "after the suites, generate the suite closure, which covers what these leave open", key=False),
+    Value("close-runs", "N", "closure: end the closing loop after N runs (default 400)"),
+    Value("close-seconds", "S", "closure: end the closing loop after S seconds, whatever is open (default 600)"),
 )
 
 LEARNING = (
@@ -199,6 +205,7 @@ def add_options(parser: pytest.Parser) -> None:
     group = parser.getgroup("hri", "coverage-driven verification of human-robot interaction")
     table: Iterable[Value | Flag | Repeatable] = (
         *TESTS,
+        *CLOSING,
         *LEARNING,
         *GATES,
         *AFTER_THE_TESTS,

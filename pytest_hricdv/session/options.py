@@ -24,6 +24,8 @@ from pytest_hricdv.results.gates import (
     parse_exemptions,
     parse_threshold,
 )
+from pytest_hricdv.session.closing_options import NAME as CLOSURE
+from pytest_hricdv.session.closing_options import ClosingOptions, read_closing
 from pytest_hricdv.session.learning_options import LearningOptions, read_learning
 
 SESSION_DAY = "hricdv_session_day"
@@ -95,6 +97,7 @@ class Options:
     search: int = 0
     mutation: MutationOptions = MutationOptions()
     learning: LearningOptions = field(default_factory=LearningOptions)
+    closing: ClosingOptions = field(default_factory=ClosingOptions)
     shard: Shard | None = None
     baseline: Path | None = None
     update_baseline: bool = False
@@ -113,9 +116,10 @@ def read_options(config: pytest.Config) -> Options:
         raise pytest.UsageError("--hri-update-baseline: say which file, with --hri-baseline=FILE or hri_baseline")
     if not baseline and _fail_on_change(config):
         raise pytest.UsageError("--hri-fail-on-change: compared with what? give --hri-baseline=FILE or hri_baseline")
+    suites = "" if replay else _text(config, "suite") or (CLOSURE if config.getoption("hri_close") else "")
     return Options(
-        suites="" if replay else _text(config, "suite"),
-        suite_named=bool(replay) or config.getoption("hri_suite") is not None,
+        suites=suites,
+        suite_named=bool(replay or config.getoption("hri_close")) or config.getoption("hri_suite") is not None,
         seed=_integer(config, "seed", 0, least=None) or 0,
         tests=_integer(config, "tests", None, least=1),
         concretizations=_integer(config, "concretizations", 1, least=1) or 1,
@@ -146,6 +150,7 @@ def read_options(config: pytest.Config) -> Options:
         shrink_seconds=_integer(config, "shrink_seconds", 60, least=1) or 60,
         mutation=_mutation(config),
         learning=read_learning(config),
+        closing=_closing(config, suites),
         again=_again(config),
     )
 
@@ -190,6 +195,18 @@ def _mutation(config: pytest.Config) -> MutationOptions:
     return options
 
 
+def _closing(config: pytest.Config, suites: str) -> ClosingOptions:
+    options = read_closing(
+        suites,
+        close=bool(suites and config.getoption("hri_close")),
+        runs=_integer(config, "close_runs", ClosingOptions.runs, least=1) or 0,
+        seconds=_integer(config, "close_seconds", ClosingOptions.seconds, least=1) or 0,
+    )
+    if options.asked and _sampling(config) != "uniform":
+        raise pytest.UsageError(f"--hri-sampling and the suite {CLOSURE}: the closing loop chooses parameters itself")
+    return options
+
+
 def _again(config: pytest.Config) -> tuple[str, ...]:
     single = [(name, config.getoption(f"hri_{name}")) for name in _AGAIN]
     known = [f"--hri-known={requirement}" for requirement in config.getoption("hri_known") or ()]
@@ -197,7 +214,9 @@ def _again(config: pytest.Config) -> tuple[str, ...]:
     learned = read_learning(config).again
     anyway = ["--hri-replay-anyway"] if config.getoption("hri_replay_anyway") else []
     drawn = (f"--hri-{name}={value}" for name, value in single if value is not None)
-    return (*drawn, *learned, *known, *strict, *anyway)
+    closed = (f"--hri-close-runs={runs}",) if (runs := config.getoption("hri_close_runs")) is not None else ()
+    close = ("--hri-close",) if config.getoption("hri_close") else ()
+    return (*drawn, *learned, *known, *strict, *anyway, *close, *closed)
 
 
 def _sampling(config: pytest.Config) -> str:

@@ -113,16 +113,19 @@ def arguments_of(config: pytest.Config) -> tuple[str, ...]:
 
 
 @contextmanager
-def answers() -> Iterator[Callable[[bytes], None]]:
-    """Within the process: writes lines to the session. What anybody else prints goes nowhere."""
-    with os.fdopen(os.dup(1), "wb") as output:
+def session() -> Iterator[tuple[IO[bytes], Callable[[bytes], None]]]:
+    """Within the process: the lines that the session sends, and what sends it a line.
+
+    pytest replaces standard input and output when it is configured. What anybody else prints goes nowhere.
+    """
+    with os.fdopen(os.dup(0), "rb") as messages, os.fdopen(os.dup(1), "wb") as output:
         silence(1)
 
         def write(line: bytes) -> None:
             output.write(line + b"\n")
             output.flush()
 
-        yield write
+        yield messages, write
 
 
 def preload() -> None:

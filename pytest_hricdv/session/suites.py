@@ -41,7 +41,7 @@ def selected_suites(
         pytest.UsageError: an unknown suite, a missing path, a model or a file that is wrong, or two equal names.
     """
     try:
-        methods = select_methods(options.suites, root)
+        methods = select_methods(options.closing.others, root) if options.closing.others else ()
         context = _context(options, testbench, learns=any(method.name == METHOD for method in methods))
         reading = replace(context, commands=tuple(testbench.commands.commands))  # methods draw no disturbances
         selected = [
@@ -59,11 +59,9 @@ def selected_suites(
     return selected
 
 
-def _context(options: Options, testbench: Testbench, *, learns: bool) -> GenerationContext:
-    """What the suites are generated from."""
-    if options.learning.named and not learns:
-        raise pytest.UsageError(f"{options.learning.named[0]}: nothing is learned; select the suite {METHOD}")
-    context = GenerationContext(
+def generation_context(options: Options, testbench: Testbench) -> GenerationContext:
+    """What suites are generated from, without learning."""
+    return GenerationContext(
         model=testbench.model,
         space=testbench.beliefs,
         commands=tuple(testbench.concretization.commands),
@@ -72,6 +70,13 @@ def _context(options: Options, testbench: Testbench, *, learns: bool) -> Generat
         by_hand=testbench.by_hand,
         lengths=testbench.lengths,
     )
+
+
+def _context(options: Options, testbench: Testbench, *, learns: bool) -> GenerationContext:
+    """What the suites are generated from."""
+    if options.learning.named and not learns:
+        raise pytest.UsageError(f"{options.learning.named[0]}: nothing is learned; select the suite {METHOD}")
+    context = generation_context(options, testbench)
     if not learns:
         return context
     return replace(

@@ -1,0 +1,122 @@
+"""Aiming at open bins: which script, and how to disturb its interactions, so that probably many are hit at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from random import Random
+from typing import NamedTuple
+
+from pytest_hricdv.close.archive import Archive
+from pytest_hricdv.close.experience import Experience
+from pytest_hricdv.close.interactions import UNDISTURBED, Treatment
+from pytest_hricdv.close.scripts import Scripts, Slot
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.coverage.cross_product import Bin
+from pytest_hricdv.generate.rng import random_index
+
+LEAST = 0.02
+"""A bin is not aimed at with a smaller chance than this."""
+
+CANDIDATES = 48
+"""Of the scripts with a wanted interaction, so many are compared: there may be thousands."""
+
+
+class Option(NamedTuple):
+    """What may be done with an interaction.
+
+    Args:
+        worth: how many open bins it will probably hit.
+        rests: of the bins that it is aimed at.
+        treatment: how to disturb it; None for one that is still to be made up.
+    """
+
+    worth: float
+    rests: tuple[Bin, ...]
+    treatment: Treatment | None
+
+
+Options = Callable[[Slot, dict[Bin, float]], list[Option]]
+"""What may be done with an interaction whose open bins (rest -> how open it still is, 1 to 0) are these; best first."""
+
+MakeUp = Callable[[Slot, int, bool], Treatment]
+"""Makes up a treatment that was never tried, for an interaction with so many commands; whether it is the first one."""
+
+
+class Aimed(NamedTuple):
+    """A script with treatments for the interactions of a cross product, and the points that it is aimed at."""
+
+    script: int
+    product: str
+    treatments: tuple[Treatment, ...]
+    aims: tuple[Point, ...]
+
+
+class Aiming:
+    """Aims a generation of tests at open bins. What one test will probably hit, the next ones are aimed at less.
+
+    Args:
+        scripts: of the model.
+        experience: of all runs so far.
+        archive: what is open.
+        options: what may be done with an interaction.
+        make_up: treatments that were never tried.
+    """
+
+    def __init__(
+        self, scripts: Scripts, experience: Experience, archive: Archive, options: Options, make_up: MakeUp
+    ) -> None:
+        self._scripts = scripts
+        self._options = options
+        self._make_up = make_up
+        self._open = {slot: dict.fromkeys(rests, 1.0) for slot, rests in experience.open_bins(archive).items()}
+        self._known: dict[Slot, list[Option]] = {}
+
+    def aim(self, rng: Random) -> Aimed | None:
+        """Aim one test; None where nothing is worth it."""
+        worth = {slot: options[0].worth for slot in self._open if (options := self._of(slot))}
+        if not worth:
+            return None
+        slot = max(worth, key=lambda each: worth[each] * (0.5 + rng.random()))
+        scripts = self._scripts.by_slot[slot]
+        candidates = [scripts[random_index(rng, len(scripts))] for _ in range(min(CANDIDATES, 2 * len(scripts)))]
+        script = max(candidates, key=lambda number: self._worth(number, slot.product))
+        return self._aimed(script, slot.product)
+
+    def _of(self, slot: Slot) -> list[Option]:
+        found = self._known.get(slot)
+        if found is None:
+            options = self._options(slot, self._open.get(slot, {})) if self._open.get(slot) else []
+            found = self._known[slot] = [option for option in options if option.worth >= LEAST]
+        return found
+
+    def _worth(self, number: int, product: str) -> float:
+        """How many open bins a script will probably hit."""
+        used: dict[Slot, int] = {}
+        worth = 0.0
+        for slot in self._scripts.slots(number):
+            if slot.product == product:
+                options, place = self._of(slot), used.get(slot, 0)
+                worth += options[place].worth if place < len(options) else 0.0
+                used[slot] = place + 1
+        return worth
+
+    def _aimed(self, script: int, product: str) -> Aimed:
+        first = self._scripts.first(script, product)
+        ends = (*first[1:], len(self._scripts.runs[script].lines))
+        slots = [slot for slot in self._scripts.slots(script) if slot.product == product]
+        treatments: list[Treatment] = []
+        aims: list[Point] = []
+        for place, slot in enumerate(slots):
+            options = self._of(slot)
+            if not options:
+                treatments.append(UNDISTURBED)
+                continue
+            worth, rests, treatment = options[0]
+            if treatment is None:
+                treatment = self._make_up(slot, ends[place] - first[place], place == 0)
+            treatments.append(tuple(sorted(treatment)))
+            aims += [("bin", product, *slot.planned, *rest) for rest in rests]
+            for rest in rests:
+                self._open[slot][rest] *= 1.0 - min(worth / len(rests), 1.0)
+            self._known.pop(slot, None)
+        return Aimed(script, product, tuple(treatments), tuple(aims))

@@ -1,0 +1,48 @@
+"""The choice among the ways to reach points: each gets tests in proportion to what its tests have paid off lately."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from random import Random
+
+FADING = 0.9
+"""After each generation, what was before counts so much less: what pays off at the beginning does not at the end."""
+
+LEAST = 0.05
+"""No way gets a smaller weight, so that one that pays off later is found."""
+
+
+class Bandit:
+    """Chooses ways, as a bandit with fading memory does.
+
+    Args:
+        names: of the ways.
+    """
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self._tests = dict.fromkeys(names, 0.0)
+        self._paid = dict.fromkeys(self._tests, 0.0)
+
+    def weight(self, name: str) -> float:
+        """The share of the way's tests that hit something new, estimated with one success in two tests before all."""
+        return max(LEAST, (self._paid[name] + 1.0) / (self._tests[name] + 2.0))
+
+    def shares(self, names: Sequence[str], count: int, rng: Random) -> dict[str, int]:
+        """How many of `count` tests each of these ways may propose: drawn in proportion to the weights."""
+        shares, weights = dict.fromkeys(names, 0), [self.weight(name) for name in names]
+        for _ in range(count if names else 0):
+            mark, place = rng.random() * sum(weights), 0
+            while place < len(names) - 1 and mark >= weights[place]:
+                mark -= weights[place]
+                place += 1
+            shares[names[place]] += 1
+        return shares
+
+    def learn(self, results: Iterable[tuple[str, bool]]) -> None:
+        """Learn from a generation: for each test, its way and whether it hit something new."""
+        for name in self._tests:
+            self._tests[name] *= FADING
+            self._paid[name] *= FADING
+        for name, paid in results:
+            self._tests[name] += 1.0
+            self._paid[name] += paid

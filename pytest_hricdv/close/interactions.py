@@ -1,0 +1,122 @@
+"""The interactions of a script: what each plans, how it is disturbed, and what became of it.
+
+A cross product with `planned` says which combination of its first coordinates each interaction of a script aims at. An
+interaction begins with the command at which `planned` of the commands so far returns one combination more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from pytest_hricdv.coverage.cross_product import Bin
+from pytest_hricdv.disturbance import PREFIX
+from pytest_hricdv.generate.chosen_values import Values
+
+Planned = Callable[[Sequence[str]], Iterable[Bin]]
+
+
+class Dose(NamedTuple):
+    """A disturbance of an interaction: name, parameters, and how many of its commands come first."""
+
+    place: int
+    name: str
+    values: tuple[tuple[str, float], ...] = ()
+
+
+Treatment = tuple[Dose, ...]
+"""How an interaction is disturbed, in order."""
+
+UNDISTURBED: Treatment = ()
+
+
+class Interaction(NamedTuple):
+    """One interaction of a run.
+
+    Args:
+        planned: the first coordinates of its bin.
+        treatment: how it was disturbed.
+        effect: what is known of it: of each cross product the bin of this interaction, of its own product the
+            coordinates that are not planned; empty where it has none.
+        hit: its bin; None where the run ended before.
+    """
+
+    planned: Bin
+    treatment: Treatment
+    effect: tuple[Bin, ...]
+    hit: Bin | None
+
+
+def commands_of(lines: Sequence[str]) -> tuple[str, ...]:
+    """The commands of a test without its disturbances."""
+    return tuple(line for line in lines if not line.startswith(PREFIX))
+
+
+def begins(commands: Sequence[str], planned: Planned) -> tuple[int, ...]:
+    """The place of the first command of each interaction."""
+    sizes = [len([*planned(commands[:place])]) for place in range(len(commands) + 1)]
+    return tuple(place for place in range(len(commands)) for _ in range(sizes[place + 1] - sizes[place]))
+
+
+def treatments_of(lines: Sequence[str], values: Values, first: Sequence[int]) -> tuple[Treatment, ...]:
+    """How each interaction of a test is disturbed.
+
+    A disturbance right before the first command of an interaction belongs to the one before, if there is one.
+
+    Args:
+        lines: of the test.
+        values: of the test.
+        first: where its interactions begin, among its commands.
+    """
+    found: list[list[Dose]] = [[] for _ in first]
+    place = number = 0
+    for row, line in enumerate(lines, 1):
+        while number + 1 < len(first) and place > first[number + 1]:
+            number += 1
+        if not line.startswith(PREFIX):
+            place += 1
+        elif first:
+            chosen = tuple(sorted(values.get(row, {}).items()))
+            found[number].append(Dose(place - first[number], line.removeprefix(PREFIX), chosen))
+    return tuple(map(tuple, found))
+
+
+def disturbed(
+    commands: Sequence[str], first: Sequence[int], treatments: Sequence[Treatment]
+) -> tuple[tuple[str, ...], dict[int, dict[str, float]]]:
+    """Lines and values of a test whose interactions are disturbed like this; the reverse of `treatments_of`."""
+    at: dict[int, list[Dose]] = {}
+    for begin, treatment in zip(first, treatments, strict=False):
+        for dose in treatment:
+            at.setdefault(min(max(begin + dose.place, 0), len(commands)), []).append(dose)
+    lines: list[str] = []
+    values: dict[int, dict[str, float]] = {}
+    for place in range(len(commands) + 1):
+        for dose in at.get(place, ()):
+            lines.append(f"{PREFIX}{dose.name}")
+            if dose.values:
+                values[len(lines)] = dict(dose.values)
+        lines += commands[place : place + 1]
+    return tuple(lines), values
+
+
+def interactions_of(
+    lines: Sequence[str], values: Values, hits: Mapping[str, Sequence[Bin]], product: str, planned: Planned
+) -> tuple[Interaction, ...]:
+    """The interactions of a run.
+
+    Args:
+        lines: of its test.
+        values: of its test.
+        hits: cross product -> the bins of its interactions, in their order.
+        product: the cross product in question.
+        planned: of this cross product.
+    """
+    commands = commands_of(lines)
+    treatments = treatments_of(lines, values, begins(commands, planned))
+    found = []
+    for number, (each, treatment) in enumerate(zip(planned(commands), treatments, strict=False)):
+        bins = {name: tuple(own[number]) for name, own in sorted(hits.items()) if number < len(own)}
+        effect = tuple(bins[name][len(each) if name == product else 0 :] for name in bins)
+        found.append(Interaction(tuple(each), treatment, effect, bins.get(product)))
+    return tuple(found)

@@ -1,0 +1,120 @@
+"""The loop: ways propose a generation of tests, these are run, what they yield decides what is proposed next.
+
+The proposals of a generation are made from the archive alone, are run in any order on any number of processes, and are
+merged in the order in which they were proposed. So the same seed gives the same archive, however many processes run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+from pytest_hricdv.close.archive import Archive, Entry
+from pytest_hricdv.close.bandit import Bandit
+from pytest_hricdv.close.observation import Observation
+from pytest_hricdv.close.way import Proposal, Way
+from pytest_hricdv.generate.abstract import AbstractTest, Draft, identify
+from pytest_hricdv.generate.rng import make_rng
+from pytest_hricdv.search import Budget
+
+NAME = "closure"
+"""The name of the method and of its suite."""
+
+GENERATION = 16
+"""So many tests are proposed at a time. Fewer learn sooner, more keep more processes busy."""
+
+Ended = Literal["closed", "runs", "seconds", "nothing to try", "interrupted"]
+"""Why a loop ended: nothing is open, the budget has no runs or seconds left, no way knows a test, or Ctrl-C."""
+
+Runner = Callable[[Sequence[AbstractTest]], Iterable[tuple[int, Observation]]]
+"""Runs tests; yields the number of each (from 0) with what it yielded, in any order. What is run may be another test
+than the one that was handed over, where it is made up while it runs, and one may yield several."""
+
+
+class LoopError(Exception):
+    """The loop makes no sense: every run errs. The text has the first error."""
+
+
+@dataclass
+class Loop:
+    """The closing loop.
+
+    Args:
+        archive: which points are wanted, and what is known of them.
+        ways: that propose tests; of two with the same test, the first one has it.
+        runner: runs them.
+        seed: the master seed.
+        budget: of runs and seconds. Runs are what a result depends on; seconds only guard.
+        progress: called with the archive after each generation.
+    """
+
+    archive: Archive
+    ways: Sequence[Way]
+    runner: Runner
+    seed: int
+    budget: Budget
+    progress: Callable[[Archive], None] = lambda archive: None
+    _drafts: list[Draft] = field(default_factory=list)
+
+    def run(self) -> Ended:
+        """Run the loop to its end. At Ctrl-C it keeps what was reached.
+
+        Raises:
+            LoopError: every run of the first generation errs.
+        """
+        bandit = Bandit(way.name for way in self.ways)
+        try:
+            for number in range(self.budget.runs):
+                if ended := self._ended():
+                    return ended
+                proposals = self._proposals(number, bandit)
+                if not proposals:
+                    return "nothing to try"
+                entries = self._run(proposals)
+                bandit.learn((entry.way, bool(entry.new)) for entry in entries)
+                self.progress(self.archive)
+        except KeyboardInterrupt:
+            return "interrupted"
+        return self._ended() or "runs"
+
+    def _ended(self) -> Ended | None:
+        if not self.archive.open:
+            return "closed"
+        if self.budget.used >= self.budget.runs:
+            return "runs"
+        return "seconds" if self.budget.seconds is not None and self.budget.elapsed_s >= self.budget.seconds else None
+
+    def _proposals(self, number: int, bandit: Bandit) -> list[Proposal]:
+        """A generation. What one way cannot use of its share, the others are offered."""
+        count = min(GENERATION, self.budget.runs - self.budget.used)
+        shares = bandit.shares([way.name for way in self.ways], count, make_rng(NAME, self.seed, number, "shares"))
+        found: list[Proposal] = []
+        for again in (False, True):
+            for way in self.ways:
+                wanted = count - len(found) if again else min(shares[way.name], count - len(found))
+                if wanted > 0:
+                    rng = make_rng(NAME, self.seed, number, way.name, again)
+                    found += way.propose(self.archive, wanted, rng)[:wanted]
+        return found
+
+    def _run(self, proposals: Sequence[Proposal]) -> list[Entry]:
+        """Run a generation, and merge it in order: of an interrupted one, what has come to its end."""
+        tests, observed = self._identified([each.draft for each in proposals]), dict[int, list[Observation]]()
+        entries: list[Entry] = []
+        try:
+            for place, observation in self.runner(tests):
+                self.budget.used += 1
+                observed.setdefault(place, []).append(observation)
+        finally:
+            for place in sorted(observed):
+                proposal = proposals[place]
+                entries += [self.archive.add(each, proposal.way, proposal.aims) for each in observed[place]]
+        if all(entry.observation.error for entry in self.archive.entries):
+            raise LoopError(self.archive.entries[0].observation.error)
+        return entries
+
+    def _identified(self, drafts: list[Draft]) -> list[AbstractTest]:
+        """The tests of new drafts: equal ones are numbered among all so far, so each has its own seed."""
+        self._drafts += drafts
+        return [*identify(NAME, self.seed, self._drafts)[len(self._drafts) - len(drafts) :]]

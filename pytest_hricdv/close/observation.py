@@ -1,0 +1,134 @@
+"""What one run yields: the points that it hits, what became of each interaction, and how near it came to other points.
+
+A point is a tuple of texts, the kind first (as `pytest_hricdv.coverage.closure.Point`):
+
+    ("statement", file, line)  ("branch", file, line, line)  ("plan", agent, label)  ("bin", cross product, *bin)
+    ("verdict", requirement, "Passed" | "Failed")            ("antecedent", requirement, "true" | "false")
+    ("violation", requirement, *what was violated)           ("fault", text without numbers)
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Container, Iterator, Mapping, Sequence
+from typing import Any
+
+import msgspec
+
+from pytest_hricdv.case import CaseResult
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.coverage.code_map import Bits, CodeMap
+from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.monitor import Criterion, NearestMiss, Verdict
+from pytest_hricdv.search.shrink import failure_signature
+
+_NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+
+
+class Observation(msgspec.Struct, frozen=True):
+    """One run.
+
+    Args:
+        test: that was run, as `AbstractTest.to_data` gives it.
+        points: that it hits, sorted.
+        hits: cross product -> the bins of its interactions, in their order.
+        distances: (a point that it does not hit, how far it was from it); 0 is a hit, and points are compared with
+            themselves only.
+        sim_s: simulated time (s).
+        record_sha256: of its record.
+        failed: requirements that it violates and that are not known to fail; then its faults.
+        error: why it came to no end; empty where it did. Then it hits nothing.
+    """
+
+    test: dict[str, Any]
+    points: tuple[Point, ...] = ()
+    hits: dict[str, tuple[Bin, ...]] = {}
+    distances: tuple[tuple[Point, float], ...] = ()
+    sim_s: float = 0.0
+    record_sha256: str = ""
+    failed: tuple[str, ...] = ()
+    error: str = ""
+
+
+def observe(
+    test: AbstractTest,
+    result: CaseResult,
+    *,
+    code: CodeMap,
+    cross: Mapping[str, CrossProduct],
+    requirements: Sequence[Criterion],
+    known: Container[str],
+) -> Observation:
+    """What a run yields.
+
+    Args:
+        test: that was run.
+        code: under test.
+        cross: the cross products of the testbench.
+        requirements: that the run was judged by.
+        known: requirements that are known to fail.
+    """
+    points = {*code_points(code, result.code), *plan_points(test), *_bin_points(result, cross)}
+    points.update(_requirement_points(result, requirements))
+    points.update(("fault", _NUMBER.sub("#", fault)) for fault in result.faults)
+    return Observation(
+        test=test.to_data(),
+        points=tuple(sorted(points)),
+        hits={name: tuple(tuple(each) for each in hits) for name, hits in result.outcome.cross.items()},
+        distances=tuple(_distances(result.verdicts)),
+        sim_s=result.sim_s,
+        record_sha256=result.record.sha256,
+        failed=(*result.unknown(known), *result.faults),
+    )
+
+
+def code_points(code: CodeMap, bits: Bits | None) -> Iterator[Point]:
+    """The statements and branches of a set of bits."""
+    if bits is None:
+        return
+    statement = branch = 0
+    for file in code.files:
+        for place, line in enumerate(file.statements, statement):
+            if bits.statements >> place & 1:
+                yield "statement", file.name, str(line)
+        for place, (begin, end) in enumerate(file.branches, branch):
+            if (bits.branches or 0) >> place & 1:
+                yield "branch", file.name, str(begin), str(end)
+        statement += len(file.statements)
+        branch += len(file.branches)
+
+
+def plan_points(test: AbstractTest) -> Iterator[Point]:
+    """The plans that the model executed for a test."""
+    for agent, labels in test.plans.items():
+        yield from (("plan", agent, label) for label in labels)
+
+
+def _bin_points(result: CaseResult, cross: Mapping[str, CrossProduct]) -> Iterator[Point]:
+    for name, hits in result.cross.items():
+        yield from (("bin", name, *hit) for hit in hits if hit not in cross[name].forbidden)
+
+
+def _requirement_points(result: CaseResult, requirements: Sequence[Criterion]) -> Iterator[Point]:
+    by_id = {each.id: each for each in requirements}
+    for verdict in result.verdicts:
+        name = verdict.requirement
+        yield "antecedent", name, "true" if verdict.attempts else "false"
+        if verdict.verdict != "NC":
+            yield "verdict", name, verdict.verdict
+        for violation in verdict.violations:
+            yield "violation", name, *failure_signature(by_id[name], violation)
+
+
+def _distances(verdicts: Sequence[Verdict]) -> Iterator[tuple[Point, float]]:
+    for verdict in verdicts:
+        if verdict.nearest_miss is not None:
+            yield ("verdict", verdict.requirement, "Passed"), _distance(verdict.nearest_miss)
+
+
+def _distance(miss: NearestMiss) -> float:
+    """The number of conditions that were false; of a single one that compares numbers, how far it was, below 1."""
+    if len(miss.missing) == 1 and miss.distance is not None:
+        return abs(miss.distance) / (1.0 + abs(miss.distance))
+    return float(len(miss.missing))

@@ -1,0 +1,114 @@
+"""The model's scripts: every abstract test that some beliefs make the model give, by the interactions that it plans."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from random import Random
+from typing import NamedTuple
+
+from pytest_hricdv.close.interactions import Planned, Treatment, begins, disturbed
+from pytest_hricdv.coverage.cross_product import Bin
+from pytest_hricdv.generate.abstract import Draft, Plans
+from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.model import Exploration, ExploredRun
+from pytest_hricdv.generate.rng import random_index
+
+
+class Slot(NamedTuple):
+    """What an interaction plans: the first coordinates of a bin of a cross product."""
+
+    product: str
+    planned: Bin
+
+
+class Scripts:
+    """The scripts of an explored model.
+
+    Args:
+        exploration: of the model: all of its runs, or those that are known.
+        space: the belief space.
+        planned: `planned` of each cross product that has it.
+    """
+
+    def __init__(self, exploration: Exploration, space: BeliefSpace, planned: Mapping[str, Planned]) -> None:
+        self.exploration = exploration
+        self.planned = dict(planned)
+        self._space = space
+        self._slots: dict[int, tuple[Slot, ...]] = {}
+
+    @property
+    def runs(self) -> Sequence[ExploredRun]:
+        """The scripts, those of few beliefs first."""
+        return self.exploration.runs
+
+    def slots(self, number: int) -> tuple[Slot, ...]:
+        """What the interactions of a script plan, cross product by cross product, each in order."""
+        found = self._slots.get(number)
+        if found is None:
+            lines = self.runs[number].lines
+            found = tuple(
+                Slot(product, tuple(each)) for product, planned in self.planned.items() for each in planned(lines)
+            )
+            self._slots[number] = found
+        return found
+
+    @cached_property
+    def by_slot(self) -> dict[Slot, list[int]]:
+        """The scripts in which an interaction plans this."""
+        found: dict[Slot, list[int]] = {}
+        for number in range(len(self.runs)):
+            for slot in dict.fromkeys(self.slots(number)):
+                found.setdefault(slot, []).append(number)
+        return found
+
+    @cached_property
+    def by_plan(self) -> dict[tuple[str, str], list[int]]:
+        """The scripts for which the model executes a plan: agent and label -> numbers."""
+        plans = self.exploration.plans
+        found: dict[tuple[str, str], list[int]] = {plan: [] for plan in plans}
+        for number, run in enumerate(self.runs):
+            for place, plan in enumerate(plans):
+                if run.plans >> place & 1:
+                    found[plan].append(number)
+        return found
+
+    @cached_property
+    def by_beliefs(self) -> dict[tuple[str, ...], int]:
+        """Beliefs -> the script that they lead to."""
+        return {self.exploration.belief_set(run.beliefs): number for number, run in enumerate(self.runs)}
+
+    def neighbours(self, beliefs: Sequence[str]) -> list[int]:
+        """The scripts of beliefs of which one is another, is missing, or comes in addition."""
+        bits = sum(self._space.bits[belief] for belief in beliefs)
+        return [number for number, run in enumerate(self.runs) if 0 < (run.beliefs ^ bits).bit_count() <= 2]
+
+    def any(self, rng: Random) -> int:
+        """Any script."""
+        return random_index(rng, len(self.runs))
+
+    def draft(self, number: int, product: str = "", treatments: Sequence[Treatment] = ()) -> Draft:
+        """The test of a script.
+
+        Args:
+            number: of the script.
+            product: the cross product whose interactions are disturbed.
+            treatments: of each of them, in order.
+        """
+        run = self.runs[number]
+        lines, values = run.lines, dict[int, dict[str, float]]()
+        if any(treatments):
+            lines, values = disturbed(run.lines, self.first(number, product), treatments)
+        beliefs = self.exploration.belief_set(run.beliefs)
+        return Draft(self._space.target(beliefs), beliefs, lines, self._plans(run), values=values)
+
+    def first(self, number: int, product: str) -> tuple[int, ...]:
+        """Where the interactions of a script begin."""
+        return begins(self.runs[number].lines, self.planned[product])
+
+    def _plans(self, run: ExploredRun) -> Plans:
+        plans: dict[str, list[str]] = {agent: [] for agent, _ in self.exploration.plans}
+        for place, (agent, label) in enumerate(self.exploration.plans):
+            if run.plans >> place & 1:
+                plans[agent].append(label)
+        return {agent: tuple(sorted(labels)) for agent, labels in sorted(plans.items())}

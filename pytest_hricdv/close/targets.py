@@ -1,0 +1,64 @@
+"""The points that are to be hit: of the code, the model, the cross products and the requirements."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+
+from pytest_hricdv.close.observation import code_points
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.coverage.code_map import Bits, CodeMap
+from pytest_hricdv.coverage.cross_product import CrossProduct
+from pytest_hricdv.coverage.reachability import Reachability
+from pytest_hricdv.generate.abstract import Plans
+
+
+def wanted_points(
+    code: CodeMap | None,
+    plans: Plans,
+    cross: Mapping[str, CrossProduct],
+    reachability: Reachability,
+    ids: Iterable[str],
+) -> tuple[Point, ...]:
+    """All points that are to be hit, without those that are waived, forbidden, or proved impossible by the model.
+
+    Args:
+        code: under test; None where it is not measured.
+        plans: the coverage plans, by agent.
+        cross: the cross products.
+        reachability: what exploring the model has shown.
+        ids: of the requirements, each of which is to be checked at least once with the result Passed.
+    """
+    return (
+        *(_of_code(code) if code is not None else ()),
+        *_of_plans(plans, reachability),
+        *(("verdict", name, "Passed") for name in ids),
+        *_of_cross(cross, reachability),
+    )
+
+
+def by_kind(points: Iterable[Point]) -> Counter[str]:
+    """How many points there are of each kind."""
+    return Counter(point[0] for point in points)
+
+
+def _of_code(code: CodeMap) -> Iterator[Point]:
+    waived = code.waived()
+    statements, branches = (1 << code.statements) - 1, (1 << code.branches) - 1
+    return code_points(code, Bits(statements & ~waived.statements, branches & ~(waived.branches or 0)))
+
+
+def _of_plans(plans: Plans, reachability: Reachability) -> Iterator[Point]:
+    explored = reachability.exploration
+    for agent, labels in plans.items():
+        for label in labels:
+            if explored.status != "proven" or label in (explored.plans or {}).get(agent, {}):
+                yield "plan", agent, label
+
+
+def _of_cross(cross: Mapping[str, CrossProduct], reachability: Reachability) -> Iterator[Point]:
+    for name, product in cross.items():
+        impossible = {each.bin for each in reachability.products[name].impossible}
+        for each in product.bins():
+            if each not in impossible and each not in product.forbidden:
+                yield ("bin", name, *each)

@@ -1,0 +1,285 @@
+"""Closing: generates the suite `closure` by running tests until nothing is open, or the budget is spent."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from pytest_hricdv.close.archive import GIVEN, Archive
+from pytest_hricdv.close.experience import Experience
+from pytest_hricdv.close.loop import NAME, Ended, Loop, LoopError
+from pytest_hricdv.close.model_way import ModelWay
+from pytest_hricdv.close.observation import Observation
+from pytest_hricdv.close.scripts import Scripts
+from pytest_hricdv.close.suite import smallest_suite
+from pytest_hricdv.close.targets import by_kind, wanted_points
+from pytest_hricdv.coverage.code_map import CoverageError
+from pytest_hricdv.coverage.reachability import explored, reachable
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.abstract import AbstractTest, Plans
+from pytest_hricdv.generate.model import Exploration
+from pytest_hricdv.generate.rng import digest
+from pytest_hricdv.generate.suite import Generation, Suite
+from pytest_hricdv.results.building import GeneratedSuite
+from pytest_hricdv.search import Budget
+from pytest_hricdv.session import closing_process
+from pytest_hricdv.session.closing_process import Done, Job, Told
+from pytest_hricdv.session.collection import Collection
+from pytest_hricdv.session.running import Running
+from pytest_hricdv.session.separate_process import ProcessError, SeparateProcess, arguments_of, started
+from pytest_hricdv.session.suites import CACHE_FOLDER, generation_context
+
+CACHE_SCHEMA = "hricdv-closing/1"
+
+STEPS = 10
+"""Where there is no terminal to rewrite a line on, progress is told so many times."""
+
+
+class Closing:
+    """The closing loop of a session.
+
+    Args:
+        collection: of the session.
+        running: of the session.
+    """
+
+    def __init__(self, collection: Collection, running: Running) -> None:
+        self._collection = collection
+        self._running = running
+        self._options = collection.options.closing
+
+    def suite(self, given: Sequence[GeneratedSuite]) -> GeneratedSuite:
+        """The suite: from the cache, or of a new loop.
+
+        Args:
+            given: the other suites of the session.
+
+        Raises:
+            pytest.UsageError: there can be no loop, or every run errs.
+        """
+        _check_forks()
+        tests = [test for each in given for test in each.suite.tests] if self._options.given else []
+        kept = _Kept(self._collection, self._key(tests))
+        suite = kept.read()
+        if suite is not None:
+            return GeneratedSuite(suite, 0.0, cached=True)
+        began_s = time.perf_counter()
+        runs = _Runs(self._collection.config, _processes(self._collection.config))
+        try:
+            with runs:
+                suite, ended = self._closed(runs, tests)
+        except (ProcessError, LoopError) as error:
+            raise pytest.UsageError(f"--hri-suite={NAME}: no run came to its end: {error}") from None
+        except (GenerateError, CoverageError) as error:
+            raise pytest.UsageError(f"--hri-suite={NAME}: {error}") from None
+        if ended not in ("seconds", "interrupted"):  # otherwise it would depend on the machine
+            kept.write(suite, runs.files)
+        return GeneratedSuite(suite, time.perf_counter() - began_s, cached=False)
+
+    def _closed(self, runs: _Runs, given: Sequence[AbstractTest]) -> tuple[Suite, Ended]:
+        archive, progress = Archive(self._wanted()), _Progress(self._collection, self._options.runs)
+        seed = self._collection.options.seed
+        self._collection.say(f"hricdv: closing {_listed(archive)}, at most {self._options.runs} runs (seed {seed}) ...")
+        self._run_given(archive, runs, given)
+        budget = Budget(self._options.runs, self._options.seconds)
+        experience = Experience(self._scripts)
+        ways = (ModelWay(self._scripts, experience),)
+        ended = Loop(archive, ways, runs.run, seed, budget, progress.show).run()
+        suite = self._suite(archive, ended)
+        progress.end(archive, ended, len(suite.tests))
+        return suite, ended
+
+    def _run_given(self, archive: Archive, runs: _Runs, given: Sequence[AbstractTest]) -> None:
+        """What the other suites hit is not open. They are no part of the budget."""
+        if given:
+            self._collection.say(f"hricdv: running the {len(given)} tests of the other suites first ...")
+        observed = dict(runs.run(given)) if given else {}
+        for number in sorted(observed):
+            archive.add(observed[number], GIVEN)
+
+    def _suite(self, archive: Archive, ended: Ended) -> Suite:
+        entries = smallest_suite(archive)
+        tests = tuple(entry.test for entry in entries)[: self._collection.options.tests]
+        runs = [entry for entry in archive.entries if entry.way != GIVEN]
+        erring = [entry.observation.error for entry in runs if entry.observation.error]
+        notes = [f"{len(runs)} runs, {archive.sim_s:.0f} s simulated, ended: {ended}; open: {_listed(archive)}"]
+        if erring:
+            notes.append(f"{len(erring)} runs came to no end; the first: {erring[0]}")
+        explored_runs = len(self._exploration.runs)
+        generation = Generation(bdi_runs=explored_runs, declared_plans=self._plans, notes=tuple(notes))
+        return Suite.of_tests(NAME, self._collection.options.seed, tests, generation)
+
+    def _wanted(self) -> tuple[tuple[str, ...], ...]:
+        testbench, options = self._collection.testbench, self._collection.options
+        code = self._running.code if options.coverage else None
+        reachability = reachable(self._exploration, testbench.cross)
+        ids = [requirement.id for requirement in self._running.requirements]
+        return wanted_points(code, self._plans, testbench.cross, reachability, ids)
+
+    @cached_property
+    def _exploration(self) -> Exploration:
+        context = generation_context(self._collection.options, self._collection.testbench)
+        return explored(context, getattr(self._collection.config, "cache", None))
+
+    @cached_property
+    def _scripts(self) -> Scripts:
+        testbench = self._collection.testbench
+        planned = {name: product.planned for name, product in testbench.cross.items() if product.planned is not None}
+        return Scripts(self._exploration, testbench.beliefs, planned)
+
+    @property
+    def _plans(self) -> Plans:
+        plans: dict[str, tuple[str, ...]] = {}
+        for agent, label in self._exploration.plans:
+            plans[agent] = (*plans.get(agent, ()), label)
+        return plans
+
+    def _key(self, given: Sequence[AbstractTest]) -> str:
+        """Of what a suite depends on, but for the files that runs load."""
+        options, testbench = self._collection.options, self._collection.testbench
+        requirements = testbench.requirements
+        of_file = hashlib.sha256(requirements.read_bytes()).hexdigest() if isinstance(requirements, Path) else ""
+        return digest(
+            CACHE_SCHEMA,
+            generation_context(options, testbench).fingerprint(NAME),
+            self._running.code.sha256,
+            of_file,
+            self._options.runs,
+            options.coverage,
+            testbench.name,
+            testbench.fidelity,
+            [test.id for test in given],
+        )
+
+
+def _check_forks() -> None:
+    if not hasattr(os, "fork"):
+        raise pytest.UsageError(f"--hri-suite={NAME}: this system cannot fork processes; use Linux or macOS")
+
+
+def _processes(config: pytest.Config) -> int:
+    """As many as xdist has workers; without it, as many as there are processors."""
+    return int(getattr(config.option, "numprocesses", None) or os.cpu_count() or 1)
+
+
+def _listed(archive: Archive) -> str:
+    """`12 statements, 3 branches`: what is open."""
+    counts = by_kind(archive.open)
+    named = (f"{count} {kind if count == 1 else _PLURAL.get(kind, f'{kind}s')}" for kind, count in counts.items())
+    return ", ".join(named) or "nothing"
+
+
+_PLURAL = {"branch": "branches"}
+
+
+@dataclass
+class _Runs:
+    """Runs tests in a process beside the session; a context manager, which ends it.
+
+    Args:
+        config: of the session.
+        processes: so many runs at a time.
+    """
+
+    config: pytest.Config
+    processes: int
+    files: tuple[str, ...] = ()
+    """Of the project, that the runs have loaded."""
+    _stack: ExitStack = field(default_factory=ExitStack)
+
+    def __enter__(self) -> _Runs:
+        directory = self.config.invocation_params.dir
+        self._process: SeparateProcess = self._stack.enter_context(started(closing_process, directory))
+        self._process.send(Job(arguments_of(self.config), self.processes))
+        self._lines = self._process.lines()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._stack.close()
+
+    def run(self, tests: Sequence[AbstractTest]) -> Iterator[tuple[int, Observation]]:
+        """Run tests; yields the number of each and what it yields, as soon as it is known.
+
+        Raises:
+            ProcessError: the process failed.
+        """
+        self._process.send(closing_process.Generation(tuple(test.to_data() for test in tests)))
+        for line in self._lines:
+            told = msgspec.json.decode(line, type=Told | Done)
+            if isinstance(told, Done):
+                self.files = told.files
+                return
+            yield told.number, told.observation
+        raise ProcessError("the process of the runs ended")
+
+
+class _Progress:
+    """Tells how far the loop is."""
+
+    def __init__(self, collection: Collection, runs: int) -> None:
+        self._collection = collection
+        self._runs = runs
+        self._told = 0
+        self._reporter: Any = collection.config.pluginmanager.get_plugin("terminalreporter")
+        self._rewrites = self._reporter is not None and self._reporter.isatty
+
+    def show(self, archive: Archive) -> None:
+        """After a generation."""
+        done = sum(entry.way != GIVEN for entry in archive.entries)
+        text = f"hricdv: {done} of {self._runs} runs, {archive.sim_s:.0f} s simulated, open: {_listed(archive)}"
+        if self._rewrites and self._collection.config.get_verbosity() >= 0:
+            self._reporter.rewrite(text, erase=True)
+        elif done * STEPS // self._runs > self._told:
+            self._told = done * STEPS // self._runs
+            self._collection.say(text)
+
+    def end(self, archive: Archive, ended: Ended, tests: int) -> None:
+        """At the end."""
+        done = sum(entry.way != GIVEN for entry in archive.entries)
+        self._collection.say(
+            f"hricdv: closing ended ({ended}) after {done} runs, {archive.sim_s:.0f} s simulated; "
+            f"open: {_listed(archive)}; {tests} tests"
+        )
+        if ended == "interrupted":
+            self._collection.say("hricdv: what was reached until Ctrl-C is kept and runs now; Ctrl-C again ends all")
+
+
+class _Kept:
+    """The suite in pytest's cache, with the files that its runs loaded: where one has changed, it does not hold."""
+
+    def __init__(self, collection: Collection, key: str) -> None:
+        self._cache = getattr(collection.config, "cache", None)
+        self._root = collection.config.rootpath
+        self._key = f"{CACHE_FOLDER}/{key}"
+
+    def read(self) -> Suite | None:
+        """The suite; None where there is none, or it is of other files."""
+        kept = self._cache.get(self._key, None) if self._cache is not None else None
+        try:
+            if kept is None or kept["files"] != self._digests(kept["files"]):
+                return None
+            return Suite.from_json(kept["suite"])
+        except (GenerateError, KeyError, TypeError):
+            return None  # written by another version, or cut off
+
+    def write(self, suite: Suite, files: Sequence[str]) -> None:
+        """Keep a suite."""
+        if self._cache is not None:
+            self._cache.set(self._key, {"files": self._digests(dict.fromkeys(files, "")), "suite": suite.to_json()})
+
+    def _digests(self, files: Mapping[str, str]) -> dict[str, str]:
+        found = {}
+        for name in files:
+            path = self._root / name
+            found[name] = hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+        return found
