@@ -30,6 +30,9 @@ class Drive(Protocol):
     def advance(self, steps: int) -> None:
         """Called before physics steps."""
 
+    def stop(self) -> None:
+        """Brake, and hold the present angles."""
+
     def reset(self, pose: Sequence[float]) -> None:
         """Set the joints to `pose` (rad) at once, and hold it."""
 
@@ -137,6 +140,11 @@ class MotorDrive(Joints):
         else:
             self._move = None
             self._command(goal, [max(speed, HOLD_SPEED_RAD_S) for speed in move.top_speeds_rad_s])
+
+    def stop(self) -> None:
+        """See `Drive`."""
+        self._move = None
+        self._command(self.angles(), [HOLD_SPEED_RAD_S] * len(self._indices))
 
     def reset(self, pose: Sequence[float]) -> None:
         """See `Drive`."""

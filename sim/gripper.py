@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from enum import Enum, auto
 
-from sim.engine import Engine, bullet, check_finite
+from sim.engine import UPRIGHT, Engine, bullet, check_finite
 from sim.fingers import CLOSED, OPEN, Fingers, HandContact
 from sim.layout import HANDOVER_M, LEG_LENGTH_M
 from sim.leg import Leg
@@ -32,6 +32,9 @@ SEEN_OPEN_RAD = 0.10
 
 GRASP_POINT_M = (0.043, 0.10, 0.0)
 """Middle of the grasp, in the palm's frame: one leg radius off the palm, over the roots of the fingers."""
+
+GRASP_HEIGHT_M = 0.09
+"""A leg is grasped this far above its middle."""
 
 GRASP_REGION_M = 0.03
 """A leg whose axis passes this near to the grasp point is between the closing fingers."""
@@ -88,6 +91,16 @@ class Gripper:
             self._signal("hand_distance", self._distance_m)
             self._signal("hand_closing", True)
 
+    def begin_with_leg(self) -> None:
+        """At the start of a run: the fingers are closed around the leg that waited, wherever the arm is."""
+        leg = self._legs.current
+        self._fingers.drive.reset(CLOSED)
+        x, y, z = GRASP_POINT_M
+        in_palm = ((x, y, z - GRASP_HEIGHT_M), UPRIGHT)
+        self._engine.place(leg.body, bullet.multiplyTransforms(*self._torso.palm_pose(), *in_palm))
+        leg.grasp(self._torso)
+        self._signal("leg_held", True)
+
     def open(self) -> None:
         """Start to open the fingers."""
         self._end_closing()
@@ -138,7 +151,7 @@ class Gripper:
         """Once every control tick: has the hand done what it was about?"""
         self._fingers.follow(self._torso.palm_pose())
         held = self._legs.in_hand
-        if held is not None and self._person.pulls and held.torn():
+        if held is not None and (self._person.pulls or held.slippery) and held.torn():
             self._signal("leg_torn", True)
             self._let_go(held)
         if self.motion is FingerMotion.CLOSING and self._stands_at(CLOSED):

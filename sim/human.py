@@ -58,6 +58,7 @@ class Human:
         self._awaited_turn = 0  # the announced turn that is not over; 0 for none
         self._ended_turn = 0
         self._away = False
+        self._silent = False
         self.done = False
 
     def enact(self) -> None:
@@ -81,12 +82,22 @@ class Human:
             if end is not None:
                 self._turn_ended(end)
 
+    def say(self, message: Request | HumanReady) -> None:
+        """Say something now, whether it is time for it or not."""
+        self._bus.publish(message)
+
+    def fall_silent(self) -> None:
+        """Keep the next "ready" to oneself."""
+        self._silent = True
+
     def _enact_command(self, command: str, parameters: Mapping[str, float]) -> None:
         if command == "receivesignal":
             self._receive_signal()
         elif command == "tell humanReady":
             self._kernel.sleep(parameters["voice_s"])
-            self._bus.publish(HumanReady())
+            if not self._silent:
+                self.say(HumanReady())
+            self._silent = False
         elif command == "bored":
             self._walk_off()
         elif command.startswith("set_param gaze"):
@@ -106,7 +117,7 @@ class Human:
             self._move(head=SEAT_HEAD_M, hand=REST_HAND_M)
         self._kernel.sleep(parameters["voice_s"])
         self._ready.clear()  # an earlier announcement does not answer this request
-        self._bus.publish(Request())
+        self.say(Request())
         self._move(hand=(parameters["rest_x_m"], parameters["rest_y_m"], parameters["rest_z_m"]))
 
     def _receive_signal(self) -> None:
@@ -160,16 +171,14 @@ class Human:
             self._move(head=SEAT_HEAD_M, hand=REST_HAND_M)
 
     def _set_leg_down(self) -> None:
-        """Put a received leg down on the person's side of the table."""
+        """Put each received leg down on the person's side of the table."""
         legs = self._world.legs
-        leg = legs.carried
-        if leg is None:
-            return
-        place = assembly_place(legs.received)
-        hand, at = self._world.person.hand.pose()[0], leg.pose()[0]
-        self._move(hand=(place[0] + hand[0] - at[0], place[1] + hand[1] - at[1], place[2] + hand[2] - at[2]))
-        self._world.unfreeze()
-        legs.set_down()
+        while (leg := legs.carried) is not None:
+            place = assembly_place(legs.received)
+            hand, at = self._world.person.hand.pose()[0], leg.pose()[0]
+            self._move(hand=(place[0] + hand[0] - at[0], place[1] + hand[1] - at[1], place[2] + hand[2] - at[2]))
+            self._world.unfreeze()
+            legs.set_down()
 
     def _stop_forces(self) -> None:
         self._world.person.pull(0.0)
@@ -182,4 +191,4 @@ class Human:
         self._kernel.sleep(max(head_s, hand_s))
 
     def _leg_place(self) -> Vector:
-        return self._world.legs.current.pose()[0]
+        return self._world.legs.place()

@@ -13,6 +13,9 @@ PICKUP_M: Vector = (0.30, -0.30, 0.555)
 HANDOVER_M: Vector = (0.48, 0.17, 0.705)
 """Middle of a leg that is held out to the person. Case study, original world frame."""
 
+STORE_M: Vector = (-0.40, -0.90, 0.125)
+"""Middle of a leg that has not been brought to the pickup place yet: on the floor behind the robot."""
+
 LEG_LENGTH_M = 0.25
 LEG_RADIUS_M = 0.025
 LEG_MASS_KG = 0.5

@@ -52,12 +52,25 @@ class Leg(ABC):
         self._engine = engine
         self._client = engine.client
         self.held = Held.PINNED
+        self.grasp_n = GRASP_FORCE_N
         self.body = self._make((place, UPRIGHT), 0.0)
 
     @property
     def graspable(self) -> bool:
         """True while nobody holds it."""
         return self.held in (Held.PINNED, Held.LOOSE)
+
+    @property
+    def slippery(self) -> bool:
+        """True while the robot holds it with less than the full force of its grasp."""
+        return self.held is Held.ROBOT and self.grasp_n < GRASP_FORCE_N
+
+    def weaken(self, grasp_n: float) -> None:
+        """The robot's grasp holds this leg with at most this force (N) from now on."""
+        check_finite("force of a grasp", (grasp_n,))
+        if not 0.0 < grasp_n <= GRASP_FORCE_N:
+            raise SimulationError(f"grasp of {grasp_n} N: expected more than 0 and at most {GRASP_FORCE_N} N")
+        self.grasp_n = grasp_n
 
     def pose(self) -> Pose:
         """Position (m) of the middle and orientation of the leg (its axis is z)."""
@@ -130,13 +143,19 @@ class RigidLeg(Leg):
         velocity = bullet.getBaseVelocity(self.body, physicsClientId=self._client)[0]
         return float(sum(part * part for part in velocity) ** 0.5)
 
+    def weaken(self, grasp_n: float) -> None:
+        """See `Leg`: the joint in the palm gives way beyond this force."""
+        super().weaken(grasp_n)
+        if self.held is Held.ROBOT:
+            bullet.changeConstraint(self._constraint, maxForce=grasp_n, physicsClientId=self._client)
+
     def grasp(self, torso: Torso) -> None:
         """Join the leg to the robot's palm in its present pose, and remove the pin."""
         if self.held is Held.PINNED:
             self._remake(LEG_MASS_KG)
         frame = _relative(torso.palm_mass_pose(), self.pose())
         joint = self._join(torso.body, torso.palm, frame)
-        bullet.changeConstraint(joint, maxForce=GRASP_FORCE_N, physicsClientId=self._client)
+        bullet.changeConstraint(joint, maxForce=self.grasp_n, physicsClientId=self._client)
         self._let_go()
         self._constraint, self._grasp, self.held = joint, (torso, frame), Held.ROBOT
 
@@ -149,6 +168,8 @@ class RigidLeg(Leg):
 
     def take(self, hand: int) -> None:
         """Join the leg to the person's hand only, in its present pose."""
+        if self.held is Held.PINNED:
+            self._remake(LEG_MASS_KG)
         frame = _relative(self._engine.pose(hand), self.pose())
         self._let_go()
         self._constraint = self._join(hand, -1, frame)

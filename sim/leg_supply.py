@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from sim.engine import UPRIGHT, Engine, PhysicsTime, Vector
-from sim.layout import BIN_M, LEG_LENGTH_M, PICKUP_M, assembly_place
+from sim.engine import UPRIGHT, Engine, PhysicsTime, Vector, check_finite
+from sim.layout import BIN_M, LEG_LENGTH_M, PICKUP_M, STORE_M, assembly_place
 from sim.leg import STILL_M_S, Held, Leg, RigidLeg
 
 RESUPPLY_S = 3.0
@@ -30,6 +30,9 @@ class LegSupply:
         self.legs = [self.current]
         self.received = 0  # legs that the person set down
         self.due_step: int | None = None
+        self.missing = False  # the current leg is put away
+        self._not_before_step = 0
+        self._shift_m: tuple[float, float] = (0.0, 0.0)  # of the next leg from the pickup place, along x and y
         self._carried: list[Leg] = []
 
     @property
@@ -38,18 +41,51 @@ class LegSupply:
         return self.current if self.current.held is Held.ROBOT else None
 
     @property
+    def waiting(self) -> Leg | None:
+        """The leg that waits at the pickup place."""
+        return self.current if self.current.held is Held.PINNED and not self.missing else None
+
+    @property
     def carried(self) -> Leg | None:
         """The leg that the person carries."""
         return self._carried[0] if self._carried else None
 
+    def place(self) -> Vector:
+        """Where people and sensors look for the current leg (m): where it is, or where it is missing."""
+        return PICKUP_M if self.missing else self.current.pose()[0]
+
     def release(self, hand: int | None) -> None:
-        """The robot's hand has opened: the person's `hand` (a body) takes the leg, or the leg falls if that is None."""
+        """The leg leaves its place: the person's `hand` (a body) takes it, or it falls if that is None."""
         if hand is None:
             self.current.drop()
         else:
             self.current.take(hand)
             self._carried.append(self.current)
-        self.due_step = self._time.step_in(RESUPPLY_S)
+        self.due_step = max(self._time.step_in(RESUPPLY_S), self._not_before_step)
+
+    def take(self, hand: int, next_s: float) -> None:
+        """The person's `hand` (a body) takes the leg that waits, if one does; the next one comes after `next_s`."""
+        check_finite("time without a leg", (next_s,))
+        if self.waiting is not None:
+            self.release(hand)
+            self.due_step = max(self._time.step_in(next_s), self._not_before_step)
+
+    def withhold(self, for_s: float) -> None:
+        """No leg comes to the pickup place for this time (s); the one that waits there is put away."""
+        check_finite("time without a leg", (for_s,))
+        self._not_before_step = self._time.step_in(for_s)
+        if self.waiting is not None:
+            self.missing = True
+            self._engine.place(self.current.body, (STORE_M, UPRIGHT))
+        if self.due_step is not None or self.missing:
+            self.due_step = max(self.due_step or 0, self._not_before_step)
+
+    def displace(self, dx_m: float, dy_m: float) -> None:
+        """The leg that waits stands beside the pickup place by this much (m); where none waits, the next one will."""
+        check_finite("displacement of a leg", (dx_m, dy_m))
+        self._shift_m = (dx_m, dy_m)
+        if self.waiting is not None:
+            self._engine.place(self.current.body, (self._pickup_place(), UPRIGHT))
 
     def set_down(self) -> None:
         """The person puts the carried leg down at its assembly place."""
@@ -70,8 +106,16 @@ class LegSupply:
                 leg.finish()
             if leg.held is Held.DONE and math.dist(leg.pose()[0], PICKUP_M) < CLEAR_M:
                 self._engine.place(leg.body, ((BIN_M[0], BIN_M[1], BIN_M[2] + LEG_LENGTH_M / 2), UPRIGHT))
-        self.current = self._make_leg(self._engine, PICKUP_M)
-        self.legs.append(self.current)
+        if self.missing:
+            self.missing = False
+            self._engine.place(self.current.body, (self._pickup_place(), UPRIGHT))
+        else:
+            self.current = self._make_leg(self._engine, self._pickup_place())
+            self.legs.append(self.current)
+
+    def _pickup_place(self) -> Vector:
+        (dx_m, dy_m), self._shift_m = self._shift_m, (0.0, 0.0)
+        return (PICKUP_M[0] + dx_m, PICKUP_M[1] + dy_m, PICKUP_M[2])
 
     def still(self) -> bool:
         """True when no leg moves (faster than STILL_M_S) and none is carried."""

@@ -16,7 +16,7 @@ from typing import Protocol
 from sim.drive import Drive, Joints, MotorDrive, Move
 from sim.engine import STEP_S, TICK_STEPS, UPRIGHT, Engine, Pose, SimulationError, Vector, bullet, check_finite
 from sim.layout import LEG_LENGTH_M, LEG_MASS_KG, height_below
-from sim.leg import GRASP_FORCE_N, Held, Leg, RigidLeg
+from sim.leg import Held, Leg, RigidLeg
 from sim.torso import Torso
 
 GRAVITY_M_S2 = 9.81
@@ -100,6 +100,10 @@ class KinematicDrive(Joints):
         """See `Drive`."""
         self._move, self._steps = Move(self.angles(), tuple(goal), duration_s, ramp_s), 0
 
+    def stop(self) -> None:
+        """See `Drive`."""
+        self._move = None
+
     def reset(self, pose: Sequence[float]) -> None:
         """See `Drive`."""
         check_finite("pose", pose)
@@ -139,7 +143,8 @@ class KinematicLeg(Leg):
 
     def torn(self) -> bool:
         """True while the pull exceeds the grasp."""
-        return math.hypot(*self._felt) > GRASP_FORCE_N
+        # The full grasp carries the weight besides the pull, a weakened one has to be told of both.
+        return math.hypot(*(self.reaction() if self.slippery else self._felt)) > self.grasp_n
 
     def take(self, hand: int) -> None:
         """Only the person's hand holds the leg, in its present pose."""

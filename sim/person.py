@@ -108,6 +108,33 @@ class BodyPart:
                 self._movement = None
 
 
+class Pull:
+    """A force (N) that rises to its full value with a ramp."""
+
+    def __init__(self, time: PhysicsTime) -> None:
+        self._time = time
+        self._begin_step = 0
+        self.full_n = 0.0
+
+    @property
+    def changing(self) -> bool:
+        """True while it rises, and in the step in which it ends."""
+        return (self._time.step - self._begin_step) * STEP_S < PULL_RAMP_S
+
+    def set(self, force_n: float) -> None:
+        """Begin to rise to `force_n` now; 0 ends the pull."""
+        check_finite("pull", (force_n,))
+        if force_n < 0.0:
+            raise SimulationError(f"pull of {force_n} N: expected 0 or more")
+        self.full_n, self._begin_step = force_n, self._time.step
+
+    def now_n(self) -> float:
+        """The force (N) of this step."""
+        if self.full_n == 0.0:
+            return 0.0
+        return self.full_n * min(1.0, (self._time.step - self._begin_step) * STEP_S / PULL_RAMP_S)
+
+
 class Person:
     """Head, hand, and the hand's forces on the leg and the robot's fingers.
 
@@ -122,33 +149,32 @@ class Person:
         self.head = BodyPart(engine, time, head, HEAD_SPEED_M_S)
         self.hand = BodyPart(engine, time, hand, HAND_SPEED_M_S)
         self._time = time
-        self._pull_n = 0.0
-        self._pull_step = 0
+        self._pull = Pull(time)
+        self._tug = Pull(time)
         self._grip_s = 0.0
         self._grip_until: int | None = None
 
     def pull(self, force_n: float) -> None:
         """Pull at the leg with this force (N) from now on, with a ramp; 0 ends the pull."""
-        check_finite("pull", (force_n,))
-        if force_n < 0.0:
-            raise SimulationError(f"pull of {force_n} N: expected 0 or more")
-        self._pull_n, self._pull_step = force_n, self._time.step
+        self._pull.set(force_n)
+
+    def tug(self, force_n: float) -> None:
+        """Pull at the leg with this force (N) besides, with the other hand; 0 ends it."""
+        self._tug.set(force_n)
 
     @property
     def pulls(self) -> bool:
         """True while the person pulls at the leg, also during the ramp."""
-        return self._pull_n > 0.0
+        return self._pull.full_n > 0.0 or self._tug.full_n > 0.0
 
     @property
     def pull_changing(self) -> bool:
         """True while a pull rises to its full force, and in the step in which one ends."""
-        return (self._time.step - self._pull_step) * STEP_S < PULL_RAMP_S
+        return self._pull.changing or self._tug.changing
 
     def pull_now(self) -> float:
         """The force (N) of this step."""
-        if self._pull_n == 0.0:
-            return 0.0
-        return self._pull_n * min(1.0, (self._time.step - self._pull_step) * STEP_S / PULL_RAMP_S)
+        return self._pull.now_n() + self._tug.now_n()
 
     def grip(self, duration_s: float) -> None:
         """Grip the robot's fingers together with the leg, until `duration_s` after the fingers began to push open.

@@ -1,7 +1,8 @@
 """Paths of the arm: straight in joint space where that is free, else around the obstacle.
 
 Paths are planned in a separate scene, so that planning never changes the running world. The result depends on start (to
-a milliradian) and waypoints only, and is cached in the process.
+a milliradian), waypoints and the people in the way only, and is cached in the process. No path leads around people: an
+arm waits until they have gone.
 
 Around obstacles a path is sampled by OMPL's RRT-Connect (Kuffner and LaValle 2000). Its random numbers are seeded from
 the query, and it is bounded by a number of collision checks, not by time: the same query has the same result on every
@@ -16,10 +17,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from controller.ports import JointPose, PlanningError
-from sim.engine import STEP_S, Engine, SimulationError, bullet, silenced
+from sim.engine import STEP_S, Engine, SimulationError, Vector, bullet, silenced
+from sim.bystander import add_body
 from sim.fingers import Fingers
 from sim.layout import furnish
-from sim.torso import Torso
+from sim.torso import ARM_LINKS, Torso
 
 MAX_CHECKS = 8000
 """Collision checks before the search for a detour is given up: some seconds."""
@@ -30,22 +32,29 @@ SAMPLE_RAD = 0.04
 CLEARANCE_M = 0.02
 """Smallest allowed distance of the left arm to table, bin and torso."""
 
-ARM_LINKS = ("left_elbow_flex", "left_wrist_pronation", "left_wrist_abduction", "left_wrist_flex")
 TORSO_LINKS = ("hip_flexor",)
 """Links that the left arm must not touch: neck, head and right arm are fixed parts of the hip flexor's link."""
 
-Query = tuple[JointPose, tuple[JointPose, ...]]
+Query = tuple[JointPose, tuple[JointPose, ...], tuple[Vector, ...]]
 
 _paths: dict[Query, tuple[JointPose, ...] | str] = {}
 """The free path, or the reason why there is none."""
 
 
 class CollisionScene:
-    """Robot and furniture in a separate engine, without legs and person, for collision checks of arm poses."""
+    """Robot and furniture in a separate engine, for collision checks of arm poses; without legs, and without the seated
+    person, whose hands the arm has to reach.
 
-    def __init__(self, engine: Engine) -> None:
+    Args:
+        engine: holds the scene.
+        people: where others lean into the workspace (m; see `sim.bystander`).
+    """
+
+    def __init__(self, engine: Engine, people: Sequence[Vector] = ()) -> None:
         self._engine = engine
-        self._furniture = furnish(engine)[1:]  # the arm does not reach the floor
+        furniture = furnish(engine)[1:]  # the arm does not reach the floor
+        self._obstacles = {body: "table or bin" for body in furniture}
+        self._obstacles |= {add_body(engine, place): "a person" for place in people}
         self.torso = Torso(engine)
         self._fingers = Fingers(engine, self.torso.palm_pose())
         self._moving = {
@@ -59,10 +68,10 @@ class CollisionScene:
         self.torso.set_arm(pose)
         self._fingers.follow(self.torso.palm_pose())
         for body, names in self._moving.items():
-            for other in self._furniture:
+            for other, what in self._obstacles.items():
                 for link, distance_m in self._near(body, other):
                     if link in names:
-                        return f"{names[link]} comes within {distance_m:.3f} m of table or bin"
+                        return f"{names[link]} comes within {distance_m:.3f} m of {what}"
             for link, name in names.items():
                 for other in self._standing:
                     for _, distance_m in self._near(body, self.torso.body, link, other):
@@ -92,32 +101,42 @@ class CollisionScene:
         return ""
 
 
-def is_cached(start: JointPose, waypoints: Sequence[JointPose]) -> bool:
+def is_cached(start: JointPose, waypoints: Sequence[JointPose], people: Sequence[Vector] = ()) -> bool:
     """True when `find_path` needs no search."""
-    return _query(start, waypoints) in _paths
+    return _query(start, waypoints, people) in _paths
 
 
-def find_path(start: JointPose, waypoints: Sequence[JointPose]) -> tuple[JointPose, ...]:
+def find_path(
+    start: JointPose, waypoints: Sequence[JointPose], people: Sequence[Vector] = ()
+) -> tuple[JointPose, ...]:
     """Poses (rad) joined by straight, free paths: `waypoints`, and others between them where needed.
+
+    Args:
+        start: where the arm is (rad).
+        waypoints: poses to pass in order (rad).
+        people: where people lean into the workspace (m).
 
     Raises:
         PlanningError: a waypoint is outside the limits or in collision, or no path to it was found.
     """
-    query = _query(start, waypoints)
+    query = _query(start, waypoints, people)
     if query not in _paths:
         with Engine(STEP_S) as engine:
-            _paths[query] = _search(CollisionScene(engine), *query)
+            _paths[query] = _search(CollisionScene(engine, people), *query)
     way = _paths[query]
     if isinstance(way, str):
         raise PlanningError(way)
     return way
 
 
-def _query(start: JointPose, waypoints: Sequence[JointPose]) -> Query:
-    return tuple(round(angle, 3) + 0.0 for angle in start), tuple(tuple(waypoint) for waypoint in waypoints)
+def _query(start: JointPose, waypoints: Sequence[JointPose], people: Sequence[Vector]) -> Query:
+    rounded = tuple(round(angle, 3) + 0.0 for angle in start)
+    return rounded, tuple(tuple(waypoint) for waypoint in waypoints), tuple(people)
 
 
-def _search(scene: CollisionScene, start: JointPose, waypoints: tuple[JointPose, ...]) -> tuple[JointPose, ...] | str:
+def _search(
+    scene: CollisionScene, start: JointPose, waypoints: tuple[JointPose, ...], people: tuple[Vector, ...]
+) -> tuple[JointPose, ...] | str:
     way: list[JointPose] = []
     here = start
     for number, goal in enumerate(waypoints, 1):
@@ -125,6 +144,8 @@ def _search(scene: CollisionScene, start: JointPose, waypoints: tuple[JointPose,
         if wrong:
             return f"waypoint {number} {goal}: {wrong}"
         blocked = scene.obstacle(here, goal)
+        if blocked and people:
+            return f"waypoint {number} {goal}: {blocked}, and no way leads around people"
         around = _detour(scene, here, goal) if blocked else ()
         if around is None:
             return f"waypoint {number} {goal}: {blocked}, and no way around it was found"

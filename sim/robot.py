@@ -12,7 +12,7 @@ from contextlib import suppress
 from controller.ports import JointPose, Path, PlanningError
 from pytest_hricdv.runtime import Kernel, Node
 from sim.leg_supply import PressureSensor
-from sim.planner import find_path, is_cached
+from sim.planner import Query, find_path, is_cached
 from sim.timing import ArmPath, Segment, time_path
 from sim.world import World
 
@@ -53,7 +53,7 @@ class RobotArm:
         self._kernel = kernel
         self._world = world
         self._pressure = pressure
-        self._task: tuple[JointPose, tuple[JointPose, ...]] | None = None
+        self._task: Query | None = None
         self._waiting_node: Node | None = None
         self._planner = kernel.spawn("planner", self._plan_on_demand)
 
@@ -61,13 +61,14 @@ class RobotArm:
         """A path from the arm's present pose through `waypoints` (rad), all joints slower than `max_speed_rad_s`.
 
         Raises:
-            PlanningError: a waypoint is not a pose within the limits, or the path collides with table, bin or torso.
+            PlanningError: a waypoint is not a pose within the limits, or the path collides with table, bin, torso or a person.
         """
         start = self._world.torso.arm_angles()
         time_path(start, waypoints, max_speed_rad_s)  # refuses waypoints that are no poses
-        if not is_cached(start, waypoints):
-            self._request_search(start, tuple(waypoints))
-        return time_path(start, find_path(start, waypoints), max_speed_rad_s)
+        query = (start, tuple(waypoints), self._world.bystander.places)
+        if not is_cached(*query):
+            self._request_search(query)
+        return time_path(start, find_path(*query), max_speed_rad_s)
 
     def follow(self, path: Path) -> bool:
         """Move along `path`, with a stop at each waypoint; blocks until the arm is at rest; True when it has arrived.
@@ -91,8 +92,8 @@ class RobotArm:
         self._kernel.sleep(segment.duration_s)
         return wait_until(self._kernel, self._world, lambda: torso.stands_at(segment.goal, ARRIVED_RAD), LATE_S)
 
-    def _request_search(self, start: JointPose, waypoints: tuple[JointPose, ...]) -> None:
-        self._task, self._waiting_node = (start, waypoints), self._kernel.current()
+    def _request_search(self, query: Query) -> None:
+        self._task, self._waiting_node = query, self._kernel.current()
         self._kernel.wake(self._planner)
         self._kernel.block()
 

@@ -10,6 +10,7 @@ from pytest_hricdv.runtime import Kernel, NodeBus
 from sim.engine import SimulationError
 from sim.gaze import gaze_of
 from sim.leg_supply import PRESSURE_N
+from sim.sensor_faults import SensorFaults
 from sim.world import World
 
 PERIOD_S = 0.02
@@ -39,7 +40,7 @@ class Truth:
 
 def classify(world: World) -> Truth:
     """Classify the present poses."""
-    place = world.legs.current.pose()[0]
+    place = world.legs.place()
     gaze = gaze_of(world.person.head.pose(), place)
     hand = world.person.hand.pose()[0]
     return Truth(
@@ -89,6 +90,7 @@ class Sensors:
         self._turns = bus.subscribe(LegReady)
         self._ends = bus.subscribe(TurnDone)
         self._turn = 0
+        self.faults = SensorFaults()
 
     def sense(self) -> None:
         """The node's body: publish while there are subscribers, forever."""
@@ -97,8 +99,14 @@ class Sensors:
             if self._in_outage():
                 self._turn_ended(self._ends.wait(SILENT_S))
                 continue
-            self._bus.publish(self.read())
-            self._kernel.sleep(PERIOD_S)
+            silent_s = self.faults.silent_until_s - self._kernel.now_s
+            if silent_s > 0.0:
+                self._kernel.sleep(silent_s)
+                continue
+            reading = self.faults.applied(self.read(), self._kernel.now_s)
+            if self._is_heard_after(self.faults.delay_s()):
+                self._bus.publish(reading)
+                self._kernel.sleep(PERIOD_S)
 
     def read(self) -> Reading:
         """One reading with errors. Always draws three random numbers, so that one error never shifts another."""
@@ -110,6 +118,11 @@ class Sensors:
             pressure=truth.pressure or (held and feel),
             location=truth.location and not miss_location,
         )
+
+    def _is_heard_after(self, delay_s: float) -> bool:
+        if delay_s > 0.0:
+            self._kernel.sleep(delay_s)
+        return self._bus.has_subscribers(Reading)
 
     def _in_outage(self) -> bool:
         while (ready := self._turns.poll()) is not None:

@@ -17,6 +17,8 @@ STANDS_RAD_S = 0.001
 """An arm slower than this is at rest."""
 
 PALM = "left_wrist_flex"
+ARM_LINKS = ("left_elbow_flex", "left_wrist_pronation", "left_wrist_abduction", PALM)
+"""Links of the left arm from the elbow on."""
 
 
 class Torso:
@@ -41,6 +43,10 @@ class Torso:
         """
         self.check_goal(goal)
         self.drive.move(goal, duration_s, ramp_s)
+
+    def stop_arm(self) -> None:
+        """Brake the arm where it is, and hold it there until it is moved again."""
+        self.drive.stop()
 
     def check_goal(self, goal: Sequence[float]) -> None:
         """Raise SimulationError unless `goal` is nine finite angles within the arm's limits."""

@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from sim.engine import Vector, bullet
-from sim.gripper import GRASP_POINT_M, offset_of
+from sim.engine import UPRIGHT, Vector, bullet
+from sim.gripper import GRASP_HEIGHT_M, GRASP_POINT_M, offset_of
 from sim.layout import BIN_HEIGHT_M, BIN_M, HANDOVER_M, PICKUP_M, in_bin
 from sim.leg_supply import LegSupply
 from sim.torso import Torso
-
-GRASP_HEIGHT_M = 0.09
-"""A leg is grasped this far above its middle."""
 
 NEAR_M = 0.05
 """The hand is at a place when the middle of its grasp is this near to where it is meant to be."""
@@ -43,15 +40,16 @@ class Whereabouts:
         leg = self._legs.current
         place = leg.pose()[0]
         self._signal("arm_home", all(abs(angle) < HOME_RAD for angle in self._torso.arm_angles()))
-        self._signal("hand_place", hand_place(self._grasp_point()))
+        self._signal("hand_place", self.hand_place())
         self._signal("leg_offset", offset_of(leg))
         self._signal("leg_height", round(place[2], HEIGHT_DIGITS))
         self._signal("leg_in_bin", in_bin(place))
         self._signal("leg_taken", self._legs.carried is not None)
 
-    def _grasp_point(self) -> Vector:
-        point: Vector = bullet.multiplyTransforms(*self._torso.palm_pose(), GRASP_POINT_M, (0.0, 0.0, 0.0, 1.0))[0]
-        return point
+    def hand_place(self) -> str:
+        """Where the robot's hand is, one of `HAND_PLACES`."""
+        grasp_point: Vector = bullet.multiplyTransforms(*self._torso.palm_pose(), GRASP_POINT_M, UPRIGHT)[0]
+        return hand_place(grasp_point)
 
 
 def hand_place(grasp_point: Vector) -> str:

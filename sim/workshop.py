@@ -10,7 +10,7 @@ from controller.ports import State, TableDone
 from pytest_hricdv.runtime import Bus, Kernel, Recorder, topic_of
 from sim.engine import SimulationError
 from sim.human import Human
-from sim.robot import Robot
+from sim.robot import Robot, wait_until
 from sim.sensors import Sensors
 from sim.world import World
 
@@ -51,9 +51,9 @@ class Workshop:
         fidelity: str = "dynamic",
         acting: Callable[[int], None] | None = None,
     ) -> None:
-        self._kernel = kernel
         self._bus = bus
         self._recorder = recorder
+        self.kernel = kernel
         self.world = World(recorder, freeze=freeze, fidelity=fidelity)
         try:
             kernel.world = self.world
@@ -79,18 +79,37 @@ class Workshop:
         def robot() -> None:
             control()
             if all(message.topic != topic_of(TableDone) for message in self._recorder.messages):
-                said = self._kernel.last_messages.get("robot", "nothing")
+                said = self.kernel.last_messages.get("robot", "nothing")
                 raise SimulationError(f"the controller ended without a table; it last said {said}")
-            self._kernel.stop("table done")
+            self.kernel.stop("table done")
 
-        self._kernel.spawn("robot", robot)
-        self._kernel.spawn("human", self.human.enact)
-        self._kernel.spawn("sensors", self.sensors.sense)
-        self._kernel.spawn("end of work", self._end)
+        # The person first: what is so at the start, such as a leg in the hand, has to be before the robot looks.
+        self.kernel.spawn("human", self.human.enact)
+        self.kernel.spawn("robot", robot)
+        self.kernel.spawn("sensors", self.sensors.sense)
+        self.kernel.spawn("end of work", self._end)
+
+    def later(self, delay_s: float, act: Callable[[], None]) -> None:
+        """Do something after a time (s), whatever the person does until then."""
+
+        def wait_and_act() -> None:
+            self.kernel.sleep(delay_s)
+            act()
+
+        self.kernel.spawn("disturbance", wait_and_act)
+
+    def when(self, condition: Callable[[], bool], act: Callable[[], None]) -> None:
+        """Do something at the first control tick at which a condition of the world holds."""
+
+        def wait_and_act() -> None:
+            if wait_until(self.kernel, self.world, condition, WAIT_S):
+                act()
+
+        self.kernel.spawn("disturbance", wait_and_act)
 
     def _end(self) -> None:
         states = self._bus.subscribe(State)
         while True:
             state = states.wait(WAIT_S)
             if state is not None and state.name == IDLE_STATE and self.human.done:
-                self._kernel.stop("nobody asks any more")
+                self.kernel.stop("nobody asks any more")

@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import ClassVar, Self
 
 from pytest_hricdv.runtime import Recorder
+from sim.bystander import Bystander
 from sim.engine import STEP_HZ, STEP_S, TICK_STEPS, Engine, PhysicsTime, SimulationError, steps_until, time_of
 from sim.fingers import Fingers
 from sim.gripper import FingerMotion, Gripper
@@ -139,6 +140,10 @@ class World:
         """After a command: physics must step until everything is at rest again."""
         self._rest_ticks = 0
 
+    def hand_place(self) -> str:
+        """Where the robot's hand is, one of `sim.whereabouts.HAND_PLACES`."""
+        return self._whereabouts.hand_place()
+
     def signal(self, name: str, value: float | bool | str) -> None:
         """Record a signal's value from now on."""
         self._recorder.signal(self.time.now_s, name, value)
@@ -152,6 +157,7 @@ class World:
         self.legs = LegSupply(engine, self.time, self._mechanics.leg)
         self.pressure = PressureSensor(self.legs)
         self.gripper = Gripper(engine, self.torso, self.fingers, self.legs, self.person, self.signal)
+        self.bystander = Bystander(engine, self.torso, self.fingers)
         self._whereabouts = Whereabouts(self.torso, self.legs, self.signal)
         for _ in range(SETTLE_STEPS):
             self._mechanics.step(engine, 1)
@@ -189,6 +195,7 @@ class World:
         self.person.follow()
         self.gripper.tick()
         self.legs.tick()
+        self.bystander.tick()
         self._whereabouts.tick()
         self._rest_ticks = self._rest_ticks + 1 if self._at_rest() else 0
         for watch in tuple(self._watches):
@@ -206,9 +213,11 @@ class World:
         )
 
     def _force_changes(self) -> bool:
-        """True while a force of the person changes; a constant force does not move a robot at rest."""
-        held = self.legs.in_hand is not None
-        return (held and self.person.pull_changing) or self.legs.carried is not None
+        """True while a force changes, or does not keep a leg where it is; a constant force moves no robot at rest."""
+        held = self.legs.in_hand
+        if held is not None and (self.person.pull_changing or held.slippery):
+            return True
+        return self.legs.carried is not None
 
     def _is_frozen(self) -> bool:
         return self._freeze and self._rest_ticks >= REST_TICKS and not self._force_changes()

@@ -1,0 +1,179 @@
+"""What can go wrong at the table, beside what the person's commands bring about; each is applied at a moment of a run.
+
+Each is physical (legs, bodies, forces) or at a port of the world (speech, sensors), never a change of the code under
+test. It is a function of the moment and of its parameters only. Functions take the workshop and the parameters:
+
+`leg_late`: `for_s`; no leg comes to the pickup place for so long, the one that waits there is put away.
+`leg_displaced`: `dx_m`, `dy_m`; the leg that waits, or the next one, stands beside the pickup place.
+`leg_slips`: `after_s` after the next grasp the hand holds the leg with `grasp_n` only; a leg weighs 4.9 N.
+`leg_taken`: after `after_s` the person reaches for the leg that waits and keeps it; `next_s` later the next one comes.
+`leg_pulled_out`: `after_s` after a leg is held out, the person pulls with `pull_n`, more than a grasp holds.
+`leg_in_hand`: at the start of a run, the leg is in the closed hand.
+`somebody_in_the_way`: after `after_s` somebody leans in at one of `PLACES` (`place`, its number), for `for_s`.
+`hand_held_shut`: when the hand opens next, the person grips its fingers for `grip_s`.
+`hand_held_open`: after `after_s` the person's hand is between the fingers and the pickup place, for `for_s`.
+`sensors_silent`, `sensors_stuck`: `for_s`.
+`sensors_late`: the next reading is heard `late_s` after its measurement.
+`sensor_flips`: `sensor` (the number of a field of `Reading`) reads the opposite for `for_s`.
+`says_ready`, `asks_again`: after `after_s`, whether it is time for it or not.
+`falls_silent`: the person does not say the next "ready".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+
+from controller.ports import HumanReady, Reading, Request
+from sim.engine import Vector
+from sim.gripper import FingerMotion
+from sim.layout import HANDOVER_M, PICKUP_M, REST_HAND_M
+from sim.whereabouts import HANDOVER
+from sim.workshop import Workshop
+
+Parameters = Mapping[str, float]
+
+PLACES: Mapping[str, Vector] = {
+    "pickup": (PICKUP_M[0], PICKUP_M[1], PICKUP_M[2] + 0.10),
+    "handover": (HANDOVER_M[0], HANDOVER_M[1], HANDOVER_M[2] + 0.10),
+    "resupply": (0.19, 0.47, 0.80),
+    "home": (0.0, 0.20, 0.50),
+}
+"""Where somebody can lean into the arm's way (m): where the hand goes."""
+
+SENSORS = tuple(field.name for field in fields(Reading))
+
+FINGERS_M: Vector = (0.28, -0.38, 0.63)
+"""The person's hand beside the leg at the pickup place, where the fingers close: they catch no leg."""
+
+
+TUG_S = 1.0
+"""How long a person tugs at a leg: more than twice the time in which a pull rises."""
+
+ROOM_AGAIN_S = 0.5
+"""Somebody who finds no room beside the arm tries again after this time."""
+
+
+def leg_late(shop: Workshop, given: Parameters) -> None:
+    shop.world.unfreeze()
+    shop.world.legs.withhold(given["for_s"])
+
+
+def leg_displaced(shop: Workshop, given: Parameters) -> None:
+    shop.world.unfreeze()
+    shop.world.legs.displace(given["dx_m"], given["dy_m"])
+
+
+def leg_slips(shop: Workshop, given: Parameters) -> None:
+    legs = shop.world.legs
+
+    def weaken() -> None:
+        if legs.in_hand is not None:
+            shop.world.unfreeze()
+            legs.in_hand.weaken(given["grasp_n"])
+
+    shop.when(lambda: legs.in_hand is not None, lambda: shop.later(given["after_s"], weaken))
+
+
+def leg_taken(shop: Workshop, given: Parameters) -> None:
+    world = shop.world
+
+    def reach() -> None:
+        if world.legs.waiting is not None:
+            duration_s = world.person.hand.move(world.legs.place())
+            shop.later(duration_s, take)
+
+    def take() -> None:
+        if world.legs.waiting is not None:
+            world.unfreeze()
+            world.legs.take(world.person.hand.body, given["next_s"])
+        world.person.hand.move(REST_HAND_M)
+
+    shop.later(given["after_s"], reach)
+
+
+def leg_pulled_out(shop: Workshop, given: Parameters) -> None:
+    world = shop.world
+
+    def tug(force_n: float) -> None:
+        world.unfreeze()
+        world.person.tug(force_n)
+
+    def pull() -> None:
+        tug(given["pull_n"])
+        shop.later(TUG_S, lambda: tug(0.0))
+
+    def held_out() -> bool:
+        return world.legs.in_hand is not None and world.hand_place() == HANDOVER
+
+    shop.when(held_out, lambda: shop.later(given["after_s"], pull))
+
+
+def leg_in_hand(shop: Workshop, given: Parameters) -> None:
+    if shop.world.time.step == 0:
+        shop.world.gripper.begin_with_leg()
+
+
+def somebody_in_the_way(shop: Workshop, given: Parameters) -> None:
+    place = list(PLACES.values())[int(given["place"])]
+
+    def lean_in() -> None:
+        if shop.world.bystander.lean_in(place):
+            shop.later(given["for_s"], shop.world.bystander.lean_out)
+        else:
+            shop.later(ROOM_AGAIN_S, lean_in)
+
+    shop.later(given["after_s"], lean_in)
+
+
+def hand_held_shut(shop: Workshop, given: Parameters) -> None:
+    world = shop.world
+
+    def opens() -> bool:
+        return world.gripper.motion is FingerMotion.OPENING and world.legs.in_hand is not None
+
+    shop.when(opens, lambda: world.person.grip(given["grip_s"]))
+
+
+def hand_held_open(shop: Workshop, given: Parameters) -> None:
+    hand = shop.world.person.hand
+
+    def withdraw() -> None:
+        hand.move(REST_HAND_M)
+
+    def reach() -> None:
+        hand.move(FINGERS_M)
+        shop.later(given["for_s"], withdraw)
+
+    shop.later(given["after_s"], reach)
+
+
+def sensors_silent(shop: Workshop, given: Parameters) -> None:
+    shop.sensors.faults.silent_until_s = shop.kernel.now_s + given["for_s"]
+
+
+def sensors_late(shop: Workshop, given: Parameters) -> None:
+    shop.sensors.faults.late_s = given["late_s"]
+
+
+def sensors_stuck(shop: Workshop, given: Parameters) -> None:
+    shop.sensors.faults.stuck_until_s = shop.kernel.now_s + given["for_s"]
+
+
+def sensor_flips(shop: Workshop, given: Parameters) -> None:
+    shop.sensors.faults.flipped_until_s[SENSORS[int(given["sensor"])]] = shop.kernel.now_s + given["for_s"]
+
+
+def says_ready(shop: Workshop, given: Parameters) -> None:
+    shop.later(given["after_s"], lambda: shop.human.say(HumanReady()))
+
+
+def asks_again(shop: Workshop, given: Parameters) -> None:
+    shop.later(given["after_s"], lambda: shop.human.say(Request()))
+
+
+def falls_silent(shop: Workshop, given: Parameters) -> None:
+    shop.human.fall_silent()
+
+
+Handler = Callable[[Workshop, Parameters], None]
