@@ -32,13 +32,19 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         Concretization,
         Conformance,
         CrossProduct,
+        Disturbance,
         Does,
+        Doubled,
         Film,
         Hears,
+        Late,
+        Lost,
         Model,
         Range,
         Testbench,
     )
+    from sim import disturbances
+    from sim.events import EVENTS
     from sim.turns import planned_turns
     from sim.whereabouts import HAND_PLACES
 
@@ -47,6 +53,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     looks_away = {"offset_m": Range(0.2, 0.5, "m"), "distance_m": Range(0.6, 0.8, "m"), "side": side}
     # Where the hand rests while the robot fetches: over the shared table, which includes the pickup place.
     rests = {"rest_x_m": Range(0.475, 0.78, "m"), "rest_y_m": Range(-0.5, 0.1, "m"), "rest_z_m": Range(0.46, 0.7, "m")}
+    beside, soon, for_long = Range(-0.08, 0.08, "m"), Range(0.0, 10.0, "s"), Range(5.0, 90.0, "s")
     return Testbench(
         name="table-assembly",
         model=Model(HERE / "models_bdi" / "table_assembly.mas2j"),
@@ -77,7 +84,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             },
         ),
         requirements=HERE / "tests" / "hri" / "requirements.toml",
-        messages=MESSAGES,
+        messages=(*MESSAGES, *EVENTS),
         signals={
             "leg_held": bool,
             "leg_torn": bool,
@@ -139,6 +146,44 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
                 "sensing_step": "sensing_timeout_s",
             },
         ),
+        disturbances={
+            "leg_late": Disturbance({"for_s": Range(1.0, 120.0, "s")}, disturbances.leg_late),
+            "leg_displaced": Disturbance({"dx_m": beside, "dy_m": beside}, disturbances.leg_displaced),
+            # A leg weighs 4.9 N: a hand that holds it with less loses it on the way, with more when somebody pulls.
+            "leg_slips": Disturbance({"after_s": soon, "grasp_n": Range(1.0, 10.0, "N")}, disturbances.leg_slips),
+            "leg_taken": Disturbance({"after_s": soon, "next_s": Range(3.0, 60.0, "s")}, disturbances.leg_taken),
+            "leg_pulled_out": Disturbance(
+                {"after_s": soon, "pull_n": Range(16.0, 30.0, "N")}, disturbances.leg_pulled_out
+            ),
+            "leg_in_hand": Disturbance({}, disturbances.leg_in_hand),
+            "somebody_in_the_way": Disturbance(
+                {
+                    "place": Range(0.0, 4.0, "place", open_high=True),
+                    "after_s": Range(0.0, 30.0, "s"),
+                    "for_s": for_long,
+                },
+                disturbances.somebody_in_the_way,
+            ),
+            "hand_held_shut": Disturbance({"grip_s": Range(20.0, 60.0, "s")}, disturbances.hand_held_shut),
+            "hand_held_open": Disturbance({"after_s": soon, "for_s": for_long}, disturbances.hand_held_open),
+            "sensors_silent": Disturbance({"for_s": Range(5.0, 150.0, "s")}, disturbances.sensors_silent),
+            "sensors_late": Disturbance({"late_s": Range(0.5, 110.0, "s")}, disturbances.sensors_late),
+            "sensors_stuck": Disturbance({"for_s": Range(5.0, 150.0, "s")}, disturbances.sensors_stuck),
+            "sensor_flips": Disturbance(
+                {"sensor": Range(0.0, 3.0, "sensor", open_high=True), "for_s": Range(30.0, 150.0, "s")},
+                disturbances.sensor_flips,
+            ),
+            "says_ready": Disturbance({"after_s": Range(0.0, 40.0, "s")}, disturbances.says_ready),
+            "asks_again": Disturbance({"after_s": Range(0.0, 40.0, "s")}, disturbances.asks_again),
+            "falls_silent": Disturbance({}, disturbances.falls_silent),
+            "request_lost": Lost("request"),
+            "request_doubled": Doubled("request", Range(0.1, 40.0, "s")),
+            "offer_lost": Lost("leg_ready"),
+            "offer_late": Late("leg_ready", Range(1.0, 20.0, "s")),
+            "ready_lost": Lost("human_ready"),
+            "ready_late": Late("human_ready", Range(1.0, 20.0, "s")),
+            "end_lost": Lost("turn_done"),
+        },
         by_hand=HERE / "tests" / "hri" / "by_hand.toml",
         requires=("sim.engine",),
         fidelities=("dynamic", "kinematic"),
@@ -194,6 +239,7 @@ def run(run: Run) -> Outcome:
             settings = Settings(sensing_timeout_s=test.run["sensing_timeout_s"])
             machine.run(Robot(run.bus.port("robot"), shop.robot.clock, shop.robot.arm, shop.robot.hand, settings))
 
+        run.disturbs(shop)
         shop.start(run.measured(control))
         ended = run.go(LIMIT_S)
         turns = observed_turns(run.recorder.messages)

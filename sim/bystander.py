@@ -1,4 +1,4 @@
-"""Somebody who leans into the robot's workspace: the planner refuses ways through a person, and the arm stops before one.
+"""Somebody who leans into the arm's way: the planner refuses ways through a person, and the arm stops before one.
 
 Real robots have a scanner or a skin for this (ISO 10218-1, protective stop); here the world knows distances.
 """

@@ -26,6 +26,7 @@ from dataclasses import fields
 
 from controller.ports import HumanReady, Reading, Request
 from sim.engine import Vector
+from sim.events import SupplyDisturbed, WayBlocked
 from sim.gripper import FingerMotion
 from sim.layout import HANDOVER_M, PICKUP_M, REST_HAND_M
 from sim.whereabouts import HANDOVER
@@ -55,11 +56,13 @@ ROOM_AGAIN_S = 0.5
 
 
 def leg_late(shop: Workshop, given: Parameters) -> None:
+    shop.tell(SupplyDisturbed())
     shop.world.unfreeze()
     shop.world.legs.withhold(given["for_s"])
 
 
 def leg_displaced(shop: Workshop, given: Parameters) -> None:
+    shop.tell(SupplyDisturbed())
     shop.world.unfreeze()
     shop.world.legs.displace(given["dx_m"], given["dy_m"])
 
@@ -85,6 +88,7 @@ def leg_taken(shop: Workshop, given: Parameters) -> None:
 
     def take() -> None:
         if world.legs.waiting is not None:
+            shop.tell(SupplyDisturbed())
             world.unfreeze()
             world.legs.take(world.person.hand.body, given["next_s"])
         world.person.hand.move(REST_HAND_M)
@@ -117,9 +121,14 @@ def leg_in_hand(shop: Workshop, given: Parameters) -> None:
 def somebody_in_the_way(shop: Workshop, given: Parameters) -> None:
     place = list(PLACES.values())[int(given["place"])]
 
+    def lean_out() -> None:
+        shop.world.bystander.lean_out()
+        shop.tell(WayBlocked(False))
+
     def lean_in() -> None:
         if shop.world.bystander.lean_in(place):
-            shop.later(given["for_s"], shop.world.bystander.lean_out)
+            shop.tell(WayBlocked(True))
+            shop.later(given["for_s"], lean_out)
         else:
             shop.later(ROOM_AGAIN_S, lean_in)
 

@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from controller.ports import JointPose, PlanningError
-from sim.engine import STEP_S, Engine, SimulationError, Vector, bullet, silenced
 from sim.bystander import add_body
+from sim.engine import STEP_S, Engine, SimulationError, Vector, bullet, silenced
 from sim.fingers import Fingers
 from sim.layout import furnish
 from sim.torso import ARM_LINKS, Torso
@@ -53,7 +53,7 @@ class CollisionScene:
     def __init__(self, engine: Engine, people: Sequence[Vector] = ()) -> None:
         self._engine = engine
         furniture = furnish(engine)[1:]  # the arm does not reach the floor
-        self._obstacles = {body: "table or bin" for body in furniture}
+        self._obstacles = dict.fromkeys(furniture, "table or bin")
         self._obstacles |= {add_body(engine, place): "a person" for place in people}
         self.torso = Torso(engine)
         self._fingers = Fingers(engine, self.torso.palm_pose())
@@ -106,9 +106,7 @@ def is_cached(start: JointPose, waypoints: Sequence[JointPose], people: Sequence
     return _query(start, waypoints, people) in _paths
 
 
-def find_path(
-    start: JointPose, waypoints: Sequence[JointPose], people: Sequence[Vector] = ()
-) -> tuple[JointPose, ...]:
+def find_path(start: JointPose, waypoints: Sequence[JointPose], people: Sequence[Vector] = ()) -> tuple[JointPose, ...]:
     """Poses (rad) joined by straight, free paths: `waypoints`, and others between them where needed.
 
     Args:

@@ -61,7 +61,8 @@ class RobotArm:
         """A path from the arm's present pose through `waypoints` (rad), all joints slower than `max_speed_rad_s`.
 
         Raises:
-            PlanningError: a waypoint is not a pose within the limits, or the path collides with table, bin, torso or a person.
+            PlanningError: a waypoint is not a pose within the limits, or the path collides with table, bin, torso or
+                somebody in the way.
         """
         start = self._world.torso.arm_angles()
         time_path(start, waypoints, max_speed_rad_s)  # refuses waypoints that are no poses

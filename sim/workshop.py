@@ -9,6 +9,7 @@ from typing import Self
 from controller.ports import State, TableDone
 from pytest_hricdv.runtime import Bus, Kernel, Recorder, topic_of
 from sim.engine import SimulationError
+from sim.events import SupplyDisturbed, WayBlocked
 from sim.human import Human
 from sim.robot import Robot, wait_until
 from sim.sensors import Sensors
@@ -88,6 +89,10 @@ class Workshop:
         self.kernel.spawn("robot", robot)
         self.kernel.spawn("sensors", self.sensors.sense)
         self.kernel.spawn("end of work", self._end)
+
+    def tell(self, event: SupplyDisturbed | WayBlocked) -> None:
+        """Record an event that the robot hears nothing of."""
+        self._bus.publish("world", event)
 
     def later(self, delay_s: float, act: Callable[[], None]) -> None:
         """Do something after a time (s), whatever the person does until then."""

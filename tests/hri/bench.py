@@ -59,7 +59,7 @@ def concrete(lines: Sequence[str], seed: int = 1, **forced: float) -> ConcreteTe
 
     Nobody grips the robot's fingers, and no sensor is out, unless forced.
     """
-    test = concretize(AbstractTest("test", "tests", "a test", (), tuple(lines), seed=seed), testbench().concretization)
+    test = concretize(AbstractTest("test", "tests", "a test", (), tuple(lines), seed=seed), testbench().commands)
     return forcing(test, {"grip_s": 0.0, "outage_turn": 0.0} | forced)
 
 

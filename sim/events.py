@@ -1,0 +1,20 @@
+"""What happens around the robot that it hears nothing of, as messages in the record: requirements can be told it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SupplyDisturbed:
+    """From now on, until the robot holds one again, no leg has to wait at the pickup place."""
+
+
+@dataclass(frozen=True)
+class WayBlocked:
+    """Somebody leans into the arm's way, or has gone again."""
+
+    blocked: bool
+
+
+EVENTS = (SupplyDisturbed, WayBlocked)

@@ -1,0 +1,59 @@
+"""Runs with disturbances: tests whose lines may have chosen parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+
+from pytest_hricdv.case import CaseResult
+from pytest_hricdv.coverage.code_map import CodeMap, map_code
+from pytest_hricdv.coverage.measurement import Measurement, choose
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import ConcreteTest, concretize
+from tests.hri import bench
+
+Line = str | tuple[str, Mapping[str, float]]
+"""A command, or the name of a disturbance with its parameters."""
+
+OWN_SIDE = {"rest_x_m": 0.78, "rest_y_m": 0.1, "rest_z_m": 0.46}
+"""Where a waiting person's hand is in nobody's way."""
+
+
+def concrete(lines: Sequence[Line], seed: int = 1, **run: float) -> ConcreteTest:
+    """The test with these lines; nobody grips, no sensor is out, and the person's hand waits on its own side."""
+    commands = [line if isinstance(line, str) else f"disturb {line[0]}" for line in lines]
+    values: dict[int, Mapping[str, float]] = {0: {"outage_turn": 0.0} | run}
+    for number, line in enumerate(lines, 1):
+        if not isinstance(line, str):
+            values[number] = {name: float(value) for name, value in line[1].items()}
+        elif line == "tell leg":
+            values[number] = {"voice_s": 4.0, **OWN_SIDE}
+        elif line == "set_param pressure = 1":
+            values[number] = {"pull_n": 8.0, "grip_s": 0.0}
+    chosen = {number: each for number, each in values.items() if each}
+    test = AbstractTest("disturbed", "tests", "a disturbance", (), tuple(commands), seed=seed, values=chosen)
+    return concretize(test, bench.testbench().commands)
+
+
+@cache
+def code() -> CodeMap:
+    """The code under test."""
+    return map_code(bench.testbench().code, bench.ROOT)
+
+
+@cache
+def measurement() -> Measurement:
+    """One measurement for all runs in this process."""
+    return choose(code(), contexts_by_test=False)
+
+
+def executed(result: CaseResult) -> list[str]:
+    """The statements that a measured run executed, as they stand in their files (first line, without comments)."""
+    if result.code is None:
+        return []
+    covered = iter(bin(result.code.statements)[:1:-1].ljust(code().statements, "0"))
+    found = []
+    for file in code().files:
+        text = file.text.splitlines()
+        found += [text[line - 1].partition("  #")[0].strip() for line in file.statements if next(covered) == "1"]
+    return found

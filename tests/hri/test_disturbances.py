@@ -1,0 +1,126 @@
+"""What goes wrong at the table reaches the controller's error paths, and its turns end as they should."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache, partial
+
+import pytest
+
+from pytest_hricdv.case import CaseResult
+from pytest_hricdv.coverage.measurement import Measurement
+from sim.workshop import Workshop
+from tests.hri import bench
+from tests.hri.disturbed import Line, concrete, executed, measurement
+from tests.hri.test_freezing import observed
+
+LEG = bench.leg("111")
+NOT_READY = bench.leg("011")
+ASKED, *THEN = LEG
+
+
+def in_the_way(place: int, after_s: float, for_s: float = 60.0) -> Line:
+    return ("somebody_in_the_way", {"place": place, "after_s": after_s, "for_s": for_s})
+
+
+NO_LEG: list[Line] = [("leg_late", {"for_s": 100.0}), *LEG]
+LEG_BESIDE: list[Line] = [("leg_displaced", {"dx_m": 0.08, "dy_m": 0.0}), *LEG]
+LEG_SLIPS: list[Line] = [("leg_slips", {"after_s": 1.0, "grasp_n": 2.0}), *LEG]
+LEG_TAKEN: list[Line] = [ASKED, ("leg_taken", {"after_s": 1.0, "next_s": 60.0}), *THEN]
+PULLED_OUT: list[Line] = [("leg_pulled_out", {"after_s": 1.0, "pull_n": 20.0}), *LEG]
+PULLED_OUT_LATE: list[Line] = [("leg_pulled_out", {"after_s": 5.0, "pull_n": 20.0}), *LEG]
+IN_HAND: list[Line] = [("leg_in_hand", {}), *LEG]
+NO_WAY_TO_THE_LEG: list[Line] = [in_the_way(0, 1.0), *LEG]
+STOPPED_BEFORE_THE_LEG: list[Line] = [in_the_way(0, 8.0), *LEG]
+NO_WAY_TO_THE_PERSON: list[Line] = [in_the_way(1, 1.0), *LEG]
+STOPPED_BEFORE_THE_PERSON: list[Line] = [in_the_way(1, 17.0), *LEG]
+NO_WAY_TO_THE_BIN: list[Line] = [in_the_way(2, 1.0), *NOT_READY]
+NO_WAY_HOME: list[Line] = [*NOT_READY[:2], in_the_way(3, 0.0), *NOT_READY[2:]]
+HELD_SHUT: list[Line] = [("hand_held_shut", {"grip_s": 30.0}), *LEG]
+HELD_OPEN: list[Line] = [ASKED, ("hand_held_open", {"after_s": 5.0, "for_s": 30.0}), *THEN]
+SILENT: list[Line] = [("sensors_silent", {"for_s": 150.0}), *LEG]
+LATE: list[Line] = [("sensors_late", {"late_s": 8.0}), *LEG]
+TOO_LATE: list[Line] = [("sensors_late", {"late_s": 60.0}), *LEG]
+STUCK: list[Line] = [*LEG, ("sensors_stuck", {"for_s": 100.0}), *bench.leg("000")]
+FLIPPED: list[Line] = [("sensor_flips", {"sensor": 0, "for_s": 100.0}), *NOT_READY]
+FLIPPED_AWAY: list[Line] = [("sensor_flips", {"sensor": 2, "for_s": 100.0}), *LEG]
+TOO_EARLY: list[Line] = [("says_ready", {"after_s": 6.0}), "tell leg", "receivesignal"]
+UNASKED: list[Line] = ["tell leg", "receivesignal", ("says_ready", {"after_s": 6.0})]
+ASKS_AGAIN: list[Line] = [("asks_again", {"after_s": 12.0}), *LEG]
+FALLS_SILENT: list[Line] = [("falls_silent", {}), *LEG]
+
+
+GONE_UNNOTICED: list[Line] = [("sensor_flips", {"sensor": 1, "for_s": 60.0}), *PULLED_OUT_LATE]
+
+REACHED = {
+    'robot.note("something is in the hand at the start")': IN_HAND,
+    'self.note(f"no plan: {error}")': NO_WAY_TO_THE_LEG,
+    'return "pickup place not reached"': STOPPED_BEFORE_THE_LEG,
+    'self.note(f"arm did not arrive within {path.duration_s:.1f} s")': STOPPED_BEFORE_THE_PERSON,
+    'return "handover place not reached"': NO_WAY_TO_THE_PERSON,
+    'return "leg lost on the way"': LEG_SLIPS,
+    'robot.note("discarding where the arm stands")': NO_WAY_TO_THE_BIN,
+    'robot.note("arm stays where it is")': NO_WAY_HOME,
+    'robot.reason = "the fingers did not open"': HELD_SHUT,
+    'robot.reason = "leg pulled out of the hand"': GONE_UNNOTICED,
+}
+"""The first statement of each block that only a disturbance reaches."""
+
+
+def run(lines: Sequence[Line], measurement: Measurement = bench.UNMEASURED) -> CaseResult:
+    return bench.run(concrete(lines, sensing_timeout_s=30.0), measurement)
+
+
+@cache
+def undisturbed() -> list[str]:
+    return executed(run([*LEG, *NOT_READY], measurement()))
+
+
+@pytest.mark.parametrize("statement", REACHED)
+def test_error_paths_are_reached(statement: str) -> None:
+    found = executed(run(REACHED[statement], measurement()))
+    if not found:
+        pytest.skip("nothing is measured here, such as under a debugger")
+    assert found.count(statement) == 1
+    assert statement not in undisturbed()
+
+
+ENDS = [
+    (NO_LEG, "discarded"),
+    (LEG_BESIDE, "discarded"),
+    (LEG_TAKEN, "discarded"),
+    (LEG_SLIPS, "discarded"),
+    (PULLED_OUT, "discarded"),
+    (GONE_UNNOTICED, "discarded"),
+    (IN_HAND, "released"),
+    (NO_WAY_TO_THE_LEG, "discarded"),
+    (STOPPED_BEFORE_THE_LEG, "discarded"),
+    (NO_WAY_TO_THE_PERSON, "discarded"),
+    (STOPPED_BEFORE_THE_PERSON, "discarded"),
+    (NO_WAY_TO_THE_BIN, "discarded"),
+    (NO_WAY_HOME, "discarded"),
+    (HELD_SHUT, "discarded"),
+    (HELD_OPEN, "discarded"),
+    (SILENT, "sensing-timeout"),
+    (LATE, "released"),
+    (TOO_LATE, "sensing-timeout"),
+    (STUCK, "released released"),
+    (FLIPPED, "released"),
+    (FLIPPED_AWAY, "discarded"),
+    (TOO_EARLY, "no-human-ready"),
+    (UNASKED, "discarded"),
+    (ASKS_AGAIN, "released"),
+    (FALLS_SILENT, "no-human-ready"),
+]
+
+
+@pytest.mark.parametrize(("lines", "outcomes"), ENDS, ids=[str(lines[0])[:40] for lines, _ in ENDS])
+def test_turns_end_as_the_disturbance_has_it_with_freezing_and_without(
+    lines: Sequence[Line], outcomes: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frozen = run(lines)
+    assert " ".join(frozen.outcome.outcomes) == outcomes
+    assert not frozen.faults
+    monkeypatch.setattr("sim.workshop.Workshop", partial(Workshop, freeze=False))
+    stepped = run(lines)
+    assert observed(stepped) == observed(frozen)
