@@ -4,5 +4,7 @@ experiment   the four methods beside the paper's figures        docs/experiment.
 agreement    the original's own tests, run here                 docs/agreement.md
 convergence  what the step size of physics changes              docs/convergence.md
 rewards      which reward learns the better suite               docs/rewards.md
+adequacy     the seeded faults that each suite notices          docs/adequacy.md
+false_alarms what fails on the unchanged controller             docs/false-alarms.md
 screenshots  the README's pictures
 """

@@ -20,23 +20,11 @@ from pathlib import Path
 from benchmarks.campaign import results, shard, totals
 from benchmarks.campaign.progress import Progress
 from benchmarks.campaign.shard import Shard, ShardError
-from benchmarks.campaign.state import DIGITS, Plan, State, StateError, depends
+from benchmarks.campaign.state import DIGITS, Plan, State, StateError
+from pytest_hricdv.results.gates import KNOWN, parse_exemptions
 from studies import page, plots, session
+from studies.dependencies import DEPENDS, DependencyError, depends
 from studies.session import machine
-
-DEPENDS = (
-    "conftest.py",
-    "controller",
-    "sim",
-    "tests/hri/requirements.toml",
-    "pytest_hricdv/case.py",
-    "pytest_hricdv/coverage",
-    "pytest_hricdv/generate",
-    "pytest_hricdv/monitor",
-    "pytest_hricdv/testbench.py",
-    "pytest_hricdv/runtime",
-)
-"""Files and folders that the outcome of a run depends on; the stored abstract tests also depend on the models."""
 
 
 def main() -> None:
@@ -45,7 +33,7 @@ def main() -> None:
     try:
         shards = collected(options) if options.again else campaign(options)
         plan = State(options.state.resolve()).plan()
-    except (StateError, ShardError, session.SessionError) as error:
+    except (StateError, ShardError, DependencyError, session.SessionError) as error:
         sys.exit(f"campaign: {error}")
     except KeyboardInterrupt:
         sys.exit("campaign: interrupted; the same command resumes it")
@@ -88,6 +76,7 @@ def campaign(options: argparse.Namespace) -> tuple[Shard, ...]:
 
     Raises:
         StateError, ShardError: the folder belongs to another campaign, is damaged, or is in use.
+        DependencyError: a file that runs depend on is missing.
         SessionError: pytest did not run the tests.
     """
     root, state = options.root.resolve(), State(options.state.resolve())
@@ -132,7 +121,7 @@ def known_violations(root: Path) -> dict[str, str]:
         return {}
     pytest = tomllib.loads(path.read_text(encoding="utf-8")).get("tool", {}).get("pytest", {})
     lines = pytest.get("ini_options", {}).get("hri_known_violations", [])
-    return {name.strip(): reason.strip() for name, _, reason in (line.partition(":") for line in lines)}
+    return {name: each.reason for name, each in parse_exemptions(lines, KNOWN).items()}
 
 
 def write(plan: Plan, shards: Sequence[Shard], known: Mapping[str, str], docs: Path) -> None:

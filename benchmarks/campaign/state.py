@@ -12,12 +12,10 @@ import fcntl
 import hashlib
 import json
 import os
-import platform
 import shutil
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from benchmarks.campaign import shard
@@ -29,9 +27,6 @@ from pytest_hricdv.generate.suite_files import parse_tests
 SCHEMA = "hricdv-campaign/1"
 DIGITS = 64
 """Length of a SHA-256 in hexadecimal digits: distinguishes files from versions."""
-
-LIBRARIES = ("pytest-hricdv", "pybullet", "numpy", "coverage")
-"""Libraries whose versions can change results."""
 
 
 class StateError(Exception):
@@ -76,34 +71,6 @@ class Plan:
             elif before != now:
                 found.append(f"{name} changed" if len(now) == DIGITS else f"{name} was {before}, is {now}")
         return found
-
-
-def depends(root: Path, names: Iterable[str]) -> dict[str, str]:
-    """Hashes of files, and of all text files in folders, and versions of libraries.
-
-    Args:
-        root: the project's folder.
-        names: of files and folders in it.
-
-    Raises:
-        StateError: one of them does not exist.
-    """
-    found = {}
-    for name in names:
-        path = root / name
-        if not path.exists():
-            raise StateError(f"{path}: there is no such file or folder, though runs are said to depend on it")
-        for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
-            if file.is_file() and "__pycache__" not in file.parts:
-                found[file.relative_to(root).as_posix()] = hashlib.sha256(file.read_bytes()).hexdigest()
-    found["python"] = platform.python_version()
-    found["machine"] = platform.machine()
-    for library in LIBRARIES:
-        try:
-            found[library] = version(library)
-        except PackageNotFoundError:
-            continue
-    return found
 
 
 class State:

@@ -8,8 +8,8 @@ from statistics import fmean
 from typing import Any
 
 from pytest_hricdv.results.model import Report
-from pytest_hricdv.results.mutation import MutantResult, MutationResult, MutationScore
-from studies import page, session
+from pytest_hricdv.results.mutation import MutantResult, MutantStatus, MutationResult, MutationScore
+from studies import estimates, page, session
 
 
 @dataclass(frozen=True)
@@ -65,13 +65,29 @@ def sessions(done: Iterable[Done]) -> str:
 
 
 def scores(by_suite: Mapping[str, Sequence[Done]]) -> str:
-    """A row for each suite: the mean over its seeds, with the least and the greatest, and of those that show at all."""
+    """A row for each suite: the share that it kills, and of those that show at all, with 95 % intervals.
+
+    What varies is which mutants there are: each counts once, with the share of seeds at which it was killed.
+    """
     rows = []
     for name, done in by_suite.items():
-        percents = [each.mutation.total.percent or 0.0 for each in done]
-        noticed = [_of_changed(each.mutation) for each in done]
-        rows.append([name, len(done), _spread(percents), _spread(noticed)])
-    return page.table(["suite", "seeds", "killed", "killed, of those that changed a record"], rows)
+        tried = _share_killed(done, ("killed", "survived", "unchanged", "not executed"))
+        changed = _share_killed(done, ("killed", "survived"))
+        rows.append([name, len(done), len(tried), *(page.interval(_mean_share(each)) for each in (tried, changed))])
+    head = ["suite", "seeds", "mutants", "killed, %", "killed, of those that changed a record, %"]
+    return page.table(head, rows)
+
+
+def _share_killed(done: Iterable[Done], counted: Sequence[MutantStatus]) -> list[float]:
+    """Of each mutant: the share of sessions that killed it, of those in which its status is one of these."""
+    killed: dict[str, list[bool]] = {}
+    for mutant in (mutant for each in done for mutant in each.mutation.mutants if mutant.status in counted):
+        killed.setdefault(mutant.id, []).append(mutant.status == "killed")
+    return [fmean(each) for each in killed.values()]
+
+
+def _mean_share(shares: Sequence[float]) -> estimates.Interval | None:
+    return estimates.mean(shares) if shares else None
 
 
 def together(done: Iterable[Done]) -> str:
@@ -133,16 +149,6 @@ def never_killed(results: Sequence[MutationResult]) -> list[MutantResult]:
 
 def _killed(result: MutationResult) -> set[str]:
     return {mutant.id for mutant in result.mutants if mutant.status == "killed"}
-
-
-def _of_changed(result: MutationResult) -> float:
-    changed = result.total.killed + result.total.survived
-    return 100.0 * result.total.killed / changed if changed else 0.0
-
-
-def _spread(values: Sequence[float]) -> str:
-    low, high = min(values), max(values)
-    return page.percent(fmean(values)) + (f" ({low:.1f} to {high:.1f})" if high > low else "")
 
 
 def _mean(values: Iterable[int]) -> str:

@@ -257,5 +257,5 @@ def test_the_page_says_how_many_runs_there_are_and_of_what_code(tmp_path: Path) 
     assert pictures[0] == pictures[1]
 
 
-def test_every_file_that_runs_depend_on_exists() -> None:
-    assert [name for name in campaign.DEPENDS if not (session.ROOT / name).exists()] == []
+def test_a_requirement_that_is_known_to_fail_under_a_condition_is_known_by_its_name() -> None:
+    assert set(campaign.known_violations(session.ROOT)) == {"R1", "R3"}

@@ -11,13 +11,12 @@ from pytest_hricdv.report.files import write
 from pytest_hricdv.results.model import Report
 from studies import session
 from studies.adequacy import __main__ as adequacy
-from studies.adequacy.tables import Done, never_killed, operators, together
+from studies.adequacy.tables import Done, never_killed, operators, scores, together
+from studies.grid import cells
 from tests.report import sample
 
-CODE = "0" * 64
 
-
-def _report(suite: str, seed: int, killed: str = "00000000", code: str = CODE) -> Report:
+def _report(suite: str, seed: int, killed: str = "00000000") -> Report:
     """A report whose mutants are done; `killed` is the id of the one that its suite kills."""
     report = sample.typed(sample.data((suite,), 2) | {"mutation": sample.MUTATION | {"seed": seed, "ended": "done"}})
     assert report.mutation is not None
@@ -25,13 +24,12 @@ def _report(suite: str, seed: int, killed: str = "00000000", code: str = CODE) -
         replace(each, status="killed" if each.id == killed else "survived" if each.status == "killed" else each.status)
         for each in report.mutation.mutants
     ]
-    mutation = replace(report.mutation, mutants=tuple(mutants), tests_per_mutant=10)
-    return replace(report, mutation=mutation, code_under_test=replace(report.code_under_test, sha256=code))
+    return replace(report, mutation=replace(report.mutation, mutants=tuple(mutants), tests_per_mutant=10))
 
 
 @pytest.fixture
 def ran(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """What sessions were run; each leaves a report of the present code."""
+    """What sessions were run."""
     commands: list[list[str]] = []
 
     def run(folder: Path, arguments: list[str]) -> None:
@@ -40,57 +38,39 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
         write(_report(suite, int(seed)), folder)
 
     monkeypatch.setattr(session, "run", run)
-    monkeypatch.setattr(adequacy, "map_code", lambda *_: _Code)
     return commands
 
 
-class _Code:
-    sha256 = CODE
-
-
-CELLS = [adequacy.Cell(suite, 3, None, 10) for suite in ("rl", "by-hand")]
-
-
-def test_sessions_that_are_there_are_not_run_again(tmp_path: Path, ran: list[list[str]]) -> None:
-    adequacy.run(CELLS[:1], tmp_path / "reports", tmp_path, again=False)
-    adequacy.run(CELLS, tmp_path / "reports", tmp_path, again=False)
-    assert [each[:3] for each in ran] == [
-        ["--hri-suite=rl", "--hri-seed=3", "--hri-mutate"],
-        ["--hri-suite=by-hand", "--hri-seed=3", "--hri-mutate"],
-    ]
-    page = (tmp_path / "adequacy.md").read_text(encoding="utf-8")
-    assert "| rl | 3 | 2 | 25.0 % (1) |" in page
-    assert "| by-hand | 3 | 2 | 25.0 % (1) |" in page
-
-
-@pytest.mark.parametrize(
-    "stale",
-    [_report("rl", 3, code="1" * 64), _report("rl", 4), replace(_report("rl", 3), mutation=None)],
-    ids=["other code", "other seed", "no mutants"],
-)
-def test_a_report_of_something_else_is_not_taken(tmp_path: Path, ran: list[list[str]], stale: Report) -> None:
-    write(stale, tmp_path / "reports" / "rl-3")
-    with pytest.raises(session.SessionError, match="no session is complete and of the present code"):
-        adequacy.run(CELLS[:1], tmp_path / "reports", tmp_path, again=True)
-    assert not ran
-    adequacy.run(CELLS[:1], tmp_path / "reports", tmp_path, again=False)
-    assert len(ran) == 1
+CELLS = cells(("rl", "by-hand"), (3,), ("--hri-mutate",))
 
 
 def test_the_page_is_of_what_there_is_and_the_command_says_what_is_not(
     tmp_path: Path, ran: list[list[str]], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    write(_report("rl", 3), tmp_path / "reports" / "rl-3")
+    adequacy.run(CELLS[:1], tmp_path / "reports", tmp_path, again=False)
     adequacy.run(CELLS, tmp_path / "reports", tmp_path, again=True)
     assert "of 1 sessions, without by-hand at seed 3" in capsys.readouterr().out
-    assert not ran
-    assert "by-hand" not in (tmp_path / "adequacy.md").read_text(encoding="utf-8")
+    assert ran == [["--hri-suite=rl", "--hri-seed=3", "--hri-mutate", "-n", "2"]]
+    page = (tmp_path / "adequacy.md").read_text(encoding="utf-8")
+    assert "| rl | 3 | 2 | 25.0 % (1) |" in page
+    assert "by-hand" not in page
 
 
-def test_reports_that_other_requirements_judged_are_not_mixed(tmp_path: Path, ran: list[list[str]]) -> None:
-    write(replace(_report("rl", 3), requirements={}), tmp_path / "reports" / "rl-3")
-    with pytest.raises(session.SessionError, match="by-hand-3 and rl-3 were judged by other requirements"):
-        adequacy.run(CELLS, tmp_path / "reports", tmp_path, again=False)
+def test_a_session_whose_mutants_were_not_all_tried_is_run_again(tmp_path: Path, ran: list[list[str]]) -> None:
+    adequacy.run(CELLS[:1], tmp_path / "reports", tmp_path, again=False)
+    write(replace(_report("rl", 3), mutation=None), tmp_path / "reports" / "rl-3")
+    with pytest.raises(session.SessionError, match="no session is complete and of the present code"):
+        adequacy.run(CELLS[:1], tmp_path / "reports", tmp_path, again=True)
+    adequacy.run(CELLS[:1], tmp_path / "reports", tmp_path, again=False)
+    assert len(ran) == 2
+
+
+def test_a_mutant_counts_once_with_the_share_of_seeds_at_which_it_was_killed() -> None:
+    done = [Done("rl", 0, _report("rl", 0)), Done("rl", 1, _report("rl", 1, killed="00000001"))]
+    row = scores({"rl": done}).splitlines()[-1]
+    # Two mutants are killed at one seed each, two others never; one was not tried.
+    assert row.startswith("| rl | 2 | 4 | 25.0 (")
+    assert row.endswith("| 50.0 (50.0 to 50.0) |")
 
 
 def test_what_any_suite_kills_and_what_only_one_kills_is_told_apart() -> None:
