@@ -223,15 +223,19 @@ def run(run: Run) -> Outcome:
     from controller import machine
     from controller.robot import Robot
     from controller.settings import Settings
+    from pytest_hricdv.disturbance import PREFIX
     from pytest_hricdv.testbench import Outcome
+    from sim.script import check_script
     from sim.turns import observed_turns, planned_turns
     from sim.workshop import Workshop
 
     test = run.test
-    script = [(action.command, action.parameters) for action in test.actions]
+    # What is known is checked before the run; each action is taken when the person is free for it.
+    check_script([(each.command, each.parameters) for each in test.actions if not each.command.startswith(PREFIX)])
+    script = ((action.command, action.parameters) for action in run.actions())
     ports, outage_turn = (run.kernel, run.bus, run.recorder), int(test.run["outage_turn"])
     fidelity = run.fidelity or FIDELITY
-    shop = Workshop(*ports, script, seed=test.seed, outage_turn=outage_turn, fidelity=fidelity, acting=run.acting)
+    shop = Workshop(*ports, script, seed=test.seed, outage_turn=outage_turn, fidelity=fidelity)
     with shop:
 
         def control() -> None:
@@ -244,7 +248,7 @@ def run(run: Run) -> Outcome:
         ended = run.go(LIMIT_S)
         turns = observed_turns(run.recorder.messages)
         legs = tuple(outcome for _, outcome in turns)
-        planned = planned_turns([action.command for action in test.actions])
+        planned = planned_turns([action.command for action in run.enacted.actions])
         cross = {
             "decision": turns,
             "handover": [(*turn, outcome) for turn, outcome in zip(planned, legs, strict=False)],

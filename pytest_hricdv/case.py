@@ -28,6 +28,7 @@ from pytest_hricdv.monitor import (
     explained,
     watched,
 )
+from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
 from pytest_hricdv.runtime.record import Value
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
@@ -106,6 +107,7 @@ def execute(
     context: str,
     filming: Callable[[Run], AbstractContextManager[None]] | None = None,
     known_while: Mapping[str, PastFormula] = MappingProxyType({}),
+    producing: Actions | None = None,
 ) -> CaseResult:
     """Run one concrete test: a pure function of the test and the code.
 
@@ -115,6 +117,8 @@ def execute(
         context: name of this test's share of the measurement.
         filming: see `Run`.
         known_while: requirement -> condition under which its violations are known; others are marked as outside.
+        producing: produces the actions while the run goes on; the result's test has those that were taken (see
+            `Run.enacted`).
 
     Raises:
         TestbenchError: the testbench's `run` returned no Outcome.
@@ -139,6 +143,7 @@ def execute(
         filming=filming,
         fidelity=testbench.fidelity,
         disturbances=testbench.disturbances,
+        producing=producing,
     )
     try:
         outcome, verdicts, record = _finished(testbench, requirements, followers, run, known_while)
@@ -149,7 +154,7 @@ def execute(
     cross, bin_faults = faults.of_bins(testbench, outcome, verdicts)
     ended = faults.of_ending(run.ending, code, testbench.may_end) if run.ending else ()
     return CaseResult(
-        test=test,
+        test=run.enacted,
         outcome=outcome,
         record=record,
         sim_s=kernel.now_s,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances, MessageDisturbance
@@ -35,6 +35,10 @@ INSTANT_S = 1e-6
 """The kernel's resolution of time."""
 
 
+Actions = Callable[["Run"], Iterator[ConcreteAction]]
+"""Produces the actions of a run, each when the person asks for it; called in the person's node."""
+
+
 @dataclass
 class Run:
     """What the testbench's `run` works with: virtual time, bus, record, and the test to enact."""
@@ -48,8 +52,12 @@ class Run:
     monitors: MonitorSet = field(repr=False)
     filming: Callable[[Run], AbstractContextManager[None]] | None = None
     """Entered around the run when it is filmed; None otherwise."""
+    producing: Actions | None = field(default=None, repr=False)
+    """Produces the actions while the run goes on; None: they are those of the test."""
+    taken: list[ConcreteAction] = field(default_factory=list)
+    """The actions that have begun, as far as `actions` or `acting` reported it."""
     acted_s: list[float] = field(default_factory=list)
-    """When each action began (s of simulated time), as far as `actions` or `acting` reported it."""
+    """When each of them began (s of simulated time)."""
     fidelity: str = ""
     """How to simulate the world, as `--hri-fidelity` says; empty where it says nothing."""
     ending: Ending | None = None
@@ -63,26 +71,32 @@ class Run:
         self._disturbed = world
 
     def actions(self) -> Iterator[ConcreteAction]:
-        """The test's actions, one after the other; taking the next one reports that it begins now.
+        """The actions, one after the other; taking the next one reports that it begins now.
 
+        They are those of the test, or are produced while the run goes on: take each when the person is free for it.
         Disturbances are applied when their turn comes, and are not among the actions: nobody enacts them.
         """
-        for number, action in enumerate(self.test.actions):
-            self.acting(number)
+        for number, action in enumerate(self.test.actions if self.producing is None else self.producing(self)):
+            self._begin(number, action)
             if self._disturbance_of(action) is None:
                 yield action
 
     def acting(self, number: int) -> None:
-        """Report that action `number` (from 0, in order) begins now; explanations of failures show these times.
+        """Report that action `number` (from 0, in order) of the test begins now, for a world that has the whole test.
 
-        An action that is a disturbance of the testbench is applied in here: whoever enacts the test skips it.
+        Explanations of failures show these times. An action that is a disturbance of the testbench is applied in here:
+        whoever enacts the test skips it.
 
         Raises:
             TestbenchError: a disturbance that has a handler begins, and `disturbs` was not called.
         """
-        if number == len(self.acted_s) < len(self.test.actions):
+        if 0 <= number < len(self.test.actions):
+            self._begin(number, self.test.actions[number])
+
+    def _begin(self, number: int, action: ConcreteAction) -> None:
+        if number == len(self.taken):
+            self.taken.append(action)
             self.acted_s.append(self.kernel.now_s)
-            action = self.test.actions[number]
             disturbance = self._disturbance_of(action)
             if disturbance is not None:
                 self._disturb(disturbance, action)
@@ -104,6 +118,15 @@ class Run:
             )
         assert disturbance.handler is not None, "checked with the testbench"
         disturbance.handler(self._disturbed, action.parameters)
+
+    @property
+    def enacted(self) -> ConcreteTest:
+        """The test that this is a run of: the one given, or, where its actions were produced, one with those taken.
+
+        Of a given test it has all actions, also those that had not begun when the run was over.
+        """
+        taken = tuple(self.taken)
+        return self.test if self.test.actions[: len(taken)] == taken else replace(self.test, actions=taken)
 
     def go(self, limit_s: float) -> str:
         """Run the nodes up to `limit_s`, then on until no monitor has an open deadline; then end all nodes.

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 from controller.ports import HumanReady, LegReady, Request, TurnDone
 from pytest_hricdv.runtime import Kernel, NodeBus
 from sim.engine import Vector
 from sim.gaze import Gaze, head_pose, orientation_to
 from sim.layout import AWAY_HAND_M, AWAY_HEAD_M, HANDOVER_M, REST_HAND_M, SEAT_HEAD_M, assembly_place
-from sim.script import DISTURB, Script, check_script
+from sim.script import Step, check_script
 from sim.world import World
 
 PATIENCE_S = 60.0
@@ -30,12 +30,12 @@ class Human:
         world: holds the person's head and hand.
         bus: carries the robot's messages and the person's speech.
         kernel: virtual time.
-        script: commands with their parameters (see `sim.script`).
+        script: commands with their parameters (see `sim.script`); each is taken when the person begins it.
         patience_s: how long the person waits for the robot's signal.
-        acting: called with the index of each command (from 0) when it begins.
 
     Raises:
-        SimulationError: an unknown command, or a parameter that is missing or not finite.
+        SimulationError: an unknown command, or a parameter that is missing or not finite; of a script that is produced
+            step by step, in the person's node.
     """
 
     def __init__(
@@ -43,16 +43,14 @@ class Human:
         world: World,
         bus: NodeBus,
         kernel: Kernel,
-        script: Sequence[tuple[str, Mapping[str, float]]],
+        script: Iterable[Step],
         patience_s: float = PATIENCE_S,
-        acting: Callable[[int], None] | None = None,
     ) -> None:
         self._world = world
         self._bus = bus
         self._kernel = kernel
-        self._script: Script = check_script(script)
+        self._script = check_script(script)
         self._patience_s = patience_s
-        self._acting = acting or (lambda number: None)
         self._ready = bus.subscribe(LegReady)
         self._ends = bus.subscribe(TurnDone)
         self._awaited_turn = 0  # the announced turn that is not over; 0 for none
@@ -66,10 +64,7 @@ class Human:
 
         The node goes on to react to the robot: a leg that comes late is still taken and put down.
         """
-        for number, (command, parameters) in enumerate(self._script):
-            self._acting(number)
-            if command.startswith(DISTURB):
-                continue
+        for command, parameters in self._script:
             self._handle_turn_ends()
             if command == "tell leg":
                 self._request_leg(parameters)

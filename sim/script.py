@@ -8,16 +8,16 @@
 `set_param pressure = 0`: none; neither pulls nor grips.
 `tell humanReady`: `voice_s`, then "ready" is heard.
 `bored`: none; walks off and does nothing more until the next `tell leg`.
-`disturb ...`: nothing that the person does; whatever it is happens when the person comes to it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from sim.engine import SimulationError, check_finite
 
-Script = tuple[tuple[str, Mapping[str, float]], ...]
+Step = tuple[str, Mapping[str, float]]
+"""A command with its parameters."""
 
 PARAMETERS: Mapping[str, tuple[str, ...]] = {
     "tell leg": ("voice_s", "rest_x_m", "rest_y_m", "rest_z_m"),
@@ -33,23 +33,32 @@ PARAMETERS: Mapping[str, tuple[str, ...]] = {
 }
 """The ten commands. Case study."""
 
-DISTURB = "disturb "
-"""How the line of a disturbance begins."""
 
+def check_script(script: Iterable[Step]) -> Iterator[Step]:
+    """The steps of a script, each of them a known command with its parameters as finite numbers.
 
-def check_script(script: Sequence[tuple[str, Mapping[str, float]]]) -> Script:
-    """The script, if every command is known and has its parameters as finite numbers.
+    A sequence is checked here, before the first step; what is produced step by step, at each step.
 
     Raises:
         SimulationError: an unknown command, or a parameter that is missing or not finite.
     """
+    if isinstance(script, Sequence):
+        script = tuple((command, dict(parameters)) for command, parameters in script)
+        for number, step in enumerate(script, 1):
+            _check_step(number, *step)
+    return _checked(script)
+
+
+def _checked(script: Iterable[Step]) -> Iterator[Step]:
     for number, (command, parameters) in enumerate(script, 1):
-        if command.startswith(DISTURB):
-            continue
-        if command not in PARAMETERS:
-            raise SimulationError(f"step {number}: unknown command {command!r}; known are {sorted(PARAMETERS)}")
-        missing = [name for name in PARAMETERS[command] if name not in parameters]
-        if missing:
-            raise SimulationError(f"step {number}: {command!r} lacks {missing}; it has {sorted(parameters)}")
-        check_finite(f"step {number}: {command!r}", [parameters[name] for name in PARAMETERS[command]])
-    return tuple((command, dict(parameters)) for command, parameters in script)
+        _check_step(number, command, parameters)
+        yield command, parameters
+
+
+def _check_step(number: int, command: str, parameters: Mapping[str, float]) -> None:
+    if command not in PARAMETERS:
+        raise SimulationError(f"step {number}: unknown command {command!r}; known are {sorted(PARAMETERS)}")
+    missing = [name for name in PARAMETERS[command] if name not in parameters]
+    if missing:
+        raise SimulationError(f"step {number}: {command!r} lacks {missing}; it has {sorted(parameters)}")
+    check_finite(f"step {number}: {command!r}", [parameters[name] for name in PARAMETERS[command]])

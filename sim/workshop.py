@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable
 from types import TracebackType
 from typing import Self
 
@@ -12,6 +12,7 @@ from sim.engine import SimulationError
 from sim.events import SupplyDisturbed, WayBlocked
 from sim.human import Human
 from sim.robot import Robot, wait_until
+from sim.script import Step
 from sim.sensors import Sensors
 from sim.world import World
 
@@ -29,13 +30,12 @@ class Workshop:
         kernel: keeps the time.
         bus: carries the messages.
         recorder: receives the world's signals.
-        script: what the person enacts: commands with their parameters (see `sim.script`).
+        script: what the person enacts: commands with their parameters (see `sim.script`), each taken when it begins.
         seed: of the sensor errors.
         sensor_error: probability of an error per reading and sensor.
         outage_turn: the turn without readings; 0 for none.
         freeze: skip physics steps while nothing can move.
         fidelity: "dynamic" or "kinematic" (see `sim.mechanics`).
-        acting: called with the index of each command (from 0) when the person begins it.
     """
 
     def __init__(
@@ -43,14 +43,13 @@ class Workshop:
         kernel: Kernel,
         bus: Bus,
         recorder: Recorder,
-        script: Sequence[tuple[str, Mapping[str, float]]],
+        script: Iterable[Step],
         *,
         seed: int,
         sensor_error: float = 0.05,
         outage_turn: int = 0,
         freeze: bool = True,
         fidelity: str = "dynamic",
-        acting: Callable[[int], None] | None = None,
     ) -> None:
         self._bus = bus
         self._recorder = recorder
@@ -59,7 +58,7 @@ class Workshop:
         try:
             kernel.world = self.world
             self.robot = Robot(kernel, self.world)
-            self.human = Human(self.world, bus.port("human"), kernel, script, acting=acting)
+            self.human = Human(self.world, bus.port("human"), kernel, script)
             self.sensors = Sensors(self.world, bus.port("sensors"), kernel, seed, sensor_error, outage_turn)
         except BaseException:
             self.world.close()

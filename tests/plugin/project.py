@@ -98,19 +98,21 @@ def run(run):
             if name == "greet":
                 bus.publish(Greeting())
             if name == "set_lamp":
-                bus.publish(Wish(level=float(words[-1]), cellar=place == "cellar"))
+                bus.publish(Wish(level=float(words[-1]), cellar=place_of(run.taken) == "cellar"))
 
     def robot():
         guide.serve(run.bus.port("guide"), run.kernel, lamp, run.test.run["patience_s"])
         run.kernel.stop("patience over")
 
-    commands = [action.command for action in run.test.actions]
-    place = "cellar" if "enter cellar" in commands else "hall"
+    def place_of(actions):
+        return "cellar" if any(action.command == "enter cellar" for action in actions) else "hall"
+
     lamp = Lamp()
     lamp.set(0.0)
     run.kernel.spawn("visitor", visitor)
     run.kernel.spawn("guide", run.measured(robot))
     ended = run.go(LIMIT_S)
+    commands, place = [action.command for action in run.enacted.actions], place_of(run.enacted.actions)
     levels = [command.split()[-1] for command in commands if command.startswith("set_lamp")]
     return Outcome(ended, outcomes=("released",), cross={"light": [(place, level) for level in levels or ["none"]]})
 '''

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import TracebackType
 from typing import Self
 
@@ -69,7 +69,7 @@ class Stage:
         self.kernel.spawn("robot", to_the_end)
         return self.kernel.run(self.kernel.now_s + limit_s)
 
-    def human(self, script: Sequence[Step], patience_s: float = 60.0) -> Human:
+    def human(self, script: Iterable[Step], patience_s: float = 60.0) -> Human:
         """Let a person enact a script."""
         human = Human(self.world, self.bus.port("human"), self.kernel, script, patience_s)
         self.kernel.spawn("human", human.enact)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from itertools import pairwise
 
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.ports import LegReady, Request, TurnDone
+from pytest_hricdv.runtime import NodeError
 from sim.engine import STEP_S, UPRIGHT, SimulationError
 from sim.human import TURN_PATIENCE_S, Human
 from sim.layout import AWAY_HAND_M, REST_HAND_M, SEAT_HEAD_M
@@ -251,6 +253,22 @@ def test_an_unknown_command_is_named_with_the_known_ones() -> None:
         Human(stage.world, stage.bus.port("human"), stage.kernel, [("bored", {}), ("dance", {})])
 
 
+def test_of_a_script_that_is_produced_each_step_is_taken_and_checked_when_it_begins() -> None:
+    with Stage() as stage:
+        taken_s = []
+
+        def script() -> Iterator[Step]:
+            for step in (TELL, ("bored", {}), ("dance", {})):
+                taken_s.append(stage.kernel.now_s)
+                yield step
+
+        stage.human(script())
+        with pytest.raises(NodeError, match="step 3: unknown command 'dance'"):
+            stage.run(lambda: stage.kernel.sleep(60.0))
+        assert taken_s[0] == 0.0
+        assert 2.0 < taken_s[1] < taken_s[2]
+
+
 def test_the_robot_hears_each_request_once() -> None:
     with Stage() as stage:
         requests = stage.bus.port("robot").subscribe(Request)
@@ -258,19 +276,3 @@ def test_the_robot_hears_each_request_once() -> None:
         stage.run(lambda: stage.kernel.sleep(10.0))
         assert requests.poll() == Request()
         assert requests.poll() is None
-
-
-def test_a_disturbance_is_reported_when_the_person_comes_to_it_and_takes_no_time() -> None:
-    script = [TELL, ("disturb leg_slips", {}), ("disturb outage", {"turn": 1.0}), ("tell humanReady", {"voice_s": 1.0})]
-    began: list[float] = []
-    with Stage() as stage:
-
-        def acting(number: int) -> None:
-            began.append(stage.kernel.now_s)
-
-        human = Human(stage.world, stage.bus.port("human"), stage.kernel, script, acting=acting)
-        stage.kernel.spawn("human", human.enact)
-        stage.run(lambda: stage.kernel.sleep(10.0))
-        assert human.done
-        assert began[1] == began[2] == began[3]
-        assert times_of(stage, "human_ready") == [pytest.approx(began[1] + 1.0)]

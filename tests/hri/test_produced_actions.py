@@ -1,0 +1,56 @@
+"""Actions that are produced while the run goes on: the run is stored as an ordinary test, which is the same run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+
+from pytest_hricdv.case import CaseResult, execute
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, abstract_from, concretize
+from pytest_hricdv.run import Actions, Run
+from sim.engine import SimulationError
+from tests.hri import bench
+
+
+def produced(test: ConcreteTest, producing: Actions) -> CaseResult:
+    kinematic = replace(bench.testbench(), fidelity="kinematic")
+    return execute(kinematic, bench.requirements(), test, bench.UNMEASURED, test.id, producing=producing)
+
+
+def test_a_run_with_produced_actions_is_stored_as_a_test_that_is_the_same_run() -> None:
+    source = bench.concrete([*bench.leg("101"), "tell leg", "receivesignal", "bored"])
+    asked_s: list[float] = []
+
+    def producing(run: Run) -> Iterator[ConcreteAction]:
+        for action in source.actions:
+            asked_s.append(run.kernel.now_s)
+            yield action
+
+    found = produced(replace(source, actions=()), producing)
+    assert found.test == source
+    assert tuple(asked_s) == found.acted_s
+    assert asked_s[1] > 0.0
+
+    stored = concretize(abstract_from(found.test, "produced"), bench.testbench().concretization)
+    again = produced(stored, lambda run: iter(run.test.actions))
+    fixed = execute(
+        replace(bench.testbench(), fidelity="kinematic"), bench.requirements(), stored, bench.UNMEASURED, "fixed"
+    )
+    assert again.record.sha256 == fixed.record.sha256 == found.record.sha256
+    assert fixed.outcome == found.outcome
+    assert fixed.cross == found.cross
+    assert fixed.cross["handover"]
+    assert fixed.acted_s == found.acted_s
+
+
+def test_an_action_that_cannot_be_enacted_is_an_error_before_a_fixed_run_and_in_a_produced_one_when_it_comes() -> None:
+    test = bench.concrete(["bored", "bored"])
+    dance = (*test.actions, ConcreteAction("dance"))
+    with pytest.raises(SimulationError, match="step 3: unknown command 'dance'"):
+        bench.run(replace(test, actions=dance))
+    found = produced(replace(test, actions=()), lambda run: iter(dance))
+    assert found.error is not None
+    assert "step 3: unknown command 'dance'" in str(found.error)
+    assert found.acted_s[-1] > 0.0
