@@ -27,19 +27,16 @@ class Option(NamedTuple):
     Args:
         worth: how many open bins it will probably hit.
         rests: of the bins that it is aimed at.
-        treatment: how to disturb it; None for one that is still to be made up.
+        treatment: makes up how to disturb it, where it has so many commands; and whether it is the first one.
     """
 
     worth: float
     rests: tuple[Bin, ...]
-    treatment: Treatment | None
+    treatment: Callable[[int, bool], Treatment]
 
 
 Options = Callable[[Slot, dict[Bin, float]], list[Option]]
 """What may be done with an interaction whose open bins (rest -> how open it still is, 1 to 0) are these; best first."""
-
-MakeUp = Callable[[Slot, int, bool], Treatment]
-"""Makes up a treatment that was never tried, for an interaction with so many commands; whether it is the first one."""
 
 
 class Aimed(NamedTuple):
@@ -59,15 +56,11 @@ class Aiming:
         experience: of all runs so far.
         archive: what is open.
         options: what may be done with an interaction.
-        make_up: treatments that were never tried.
     """
 
-    def __init__(
-        self, scripts: Scripts, experience: Experience, archive: Archive, options: Options, make_up: MakeUp
-    ) -> None:
+    def __init__(self, scripts: Scripts, experience: Experience, archive: Archive, options: Options) -> None:
         self._scripts = scripts
         self._options = options
-        self._make_up = make_up
         self._open = {slot: dict.fromkeys(rests, 1.0) for slot, rests in experience.open_bins(archive).items()}
         self._known: dict[Slot, list[Option]] = {}
 
@@ -86,7 +79,7 @@ class Aiming:
         found = self._known.get(slot)
         if found is None:
             options = self._options(slot, self._open.get(slot, {})) if self._open.get(slot) else []
-            found = self._known[slot] = [option for option in options if option.worth >= LEAST]
+            found = self._known[slot] = [option for option in options if option.worth > 0.0]
         return found
 
     def _worth(self, number: int, product: str) -> float:
@@ -112,9 +105,7 @@ class Aiming:
                 treatments.append(UNDISTURBED)
                 continue
             worth, rests, treatment = options[0]
-            if treatment is None:
-                treatment = self._make_up(slot, ends[place] - first[place], place == 0)
-            treatments.append(tuple(sorted(treatment)))
+            treatments.append(treatment(ends[place] - first[place], place == 0))
             aims += [("bin", product, *slot.planned, *rest) for rest in rests]
             for rest in rests:
                 self._open[slot][rest] *= 1.0 - min(worth / len(rests), 1.0)

@@ -8,8 +8,12 @@ from random import Random
 FADING = 0.9
 """After each generation, what was before counts so much less: what pays off at the beginning does not at the end."""
 
-LEAST = 0.05
+LEAST = 0.07
 """No way gets a smaller weight, so that one that pays off later is found."""
+
+
+EAGERNESS = 2
+"""Shares are in proportion to this power of the weights."""
 
 
 class Bandit:
@@ -29,7 +33,7 @@ class Bandit:
 
     def shares(self, names: Sequence[str], count: int, rng: Random) -> dict[str, int]:
         """How many of `count` tests each of these ways may propose: drawn in proportion to the weights."""
-        shares, weights = dict.fromkeys(names, 0), [self.weight(name) for name in names]
+        shares, weights = dict.fromkeys(names, 0), [self.weight(name) ** EAGERNESS for name in names]
         for _ in range(count if names else 0):
             mark, place = rng.random() * sum(weights), 0
             while place < len(names) - 1 and mark >= weights[place]:
@@ -39,10 +43,11 @@ class Bandit:
         return shares
 
     def learn(self, results: Iterable[tuple[str, bool]]) -> None:
-        """Learn from a generation: for each test, its way and whether it hit something new."""
+        """Learn from a generation: for each test, its way and whether it hit something new. Others do not count."""
         for name in self._tests:
             self._tests[name] *= FADING
             self._paid[name] *= FADING
         for name, paid in results:
-            self._tests[name] += 1.0
-            self._paid[name] += paid
+            if name in self._tests:
+                self._tests[name] += 1.0
+                self._paid[name] += paid

@@ -30,20 +30,23 @@ Treatment = tuple[Dose, ...]
 UNDISTURBED: Treatment = ()
 
 
+Effect = tuple[Bin, ...]
+"""What is known of an interaction: its bins, without the coordinates that were planned."""
+
+
 class Interaction(NamedTuple):
     """One interaction of a run.
 
     Args:
         planned: the first coordinates of its bin.
         treatment: how it was disturbed.
-        effect: what is known of it: of each cross product the bin of this interaction, of its own product the
-            coordinates that are not planned; empty where it has none.
+        effect: of each cross product the bin of this interaction, of its own one the coordinates that are not planned.
         hit: its bin; None where the run ended before.
     """
 
     planned: Bin
     treatment: Treatment
-    effect: tuple[Bin, ...]
+    effect: Effect
     hit: Bin | None
 
 

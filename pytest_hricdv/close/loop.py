@@ -42,7 +42,8 @@ class Loop:
 
     Args:
         archive: which points are wanted, and what is known of them.
-        ways: that propose tests; of two with the same test, the first one has it.
+        ways: that propose tests.
+        last: proposes where these do not know enough.
         runner: runs them.
         seed: the master seed.
         budget: of runs and seconds. Runs are what a result depends on; seconds only guard.
@@ -55,6 +56,7 @@ class Loop:
     seed: int
     budget: Budget
     progress: Callable[[Archive], None] = lambda archive: None
+    last: Way | None = None
     _drafts: list[Draft] = field(default_factory=list)
 
     def run(self) -> Ended:
@@ -90,8 +92,9 @@ class Loop:
         count = min(GENERATION, self.budget.runs - self.budget.used)
         shares = bandit.shares([way.name for way in self.ways], count, make_rng(NAME, self.seed, number, "shares"))
         found: list[Proposal] = []
-        for again in (False, True):
-            for way in self.ways:
+        last = () if self.last is None else (self.last,)
+        for again, ways in ((False, self.ways), (True, (*self.ways, *last))):
+            for way in ways:
                 wanted = count - len(found) if again else min(shares[way.name], count - len(found))
                 if wanted > 0:
                     rng = make_rng(NAME, self.seed, number, way.name, again)

@@ -79,9 +79,16 @@ class Scripts:
         return {self.exploration.belief_set(run.beliefs): number for number, run in enumerate(self.runs)}
 
     def neighbours(self, beliefs: Sequence[str]) -> list[int]:
-        """The scripts of beliefs of which one is another, is missing, or comes in addition."""
+        """The scripts of beliefs of which one is another, and perhaps one more is missing or comes in addition."""
         bits = sum(self._space.bits[belief] for belief in beliefs)
-        return [number for number, run in enumerate(self.runs) if 0 < (run.beliefs ^ bits).bit_count() <= 2]
+        return [number for number, run in enumerate(self.runs) if 0 < (run.beliefs ^ bits).bit_count() <= 3]
+
+    def commands(self, slot: Slot) -> int:
+        """How many commands an interaction has in which this is planned: in the first such script."""
+        number = self.by_slot[slot][0]
+        first = self.first(number, slot.product)
+        place = [each for each in self.slots(number) if each.product == slot.product].index(slot)
+        return (*first, len(self.runs[number].lines))[place + 1] - first[place]
 
     def any(self, rng: Random) -> int:
         """Any script."""
@@ -103,8 +110,9 @@ class Scripts:
         return Draft(self._space.target(beliefs), beliefs, lines, self._plans(run), values=values)
 
     def first(self, number: int, product: str) -> tuple[int, ...]:
-        """Where the interactions of a script begin."""
-        return begins(self.runs[number].lines, self.planned[product])
+        """Where the interactions of a script begin; a script without any is one interaction as a whole."""
+        planned = self.planned.get(product)
+        return (begins(self.runs[number].lines, planned) if planned is not None else ()) or (0,)
 
     def _plans(self, run: ExploredRun) -> Plans:
         plans: dict[str, list[str]] = {agent: [] for agent, _ in self.exploration.plans}

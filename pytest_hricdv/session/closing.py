@@ -16,9 +16,10 @@ import msgspec
 import pytest
 
 from pytest_hricdv.close.archive import GIVEN, Archive
+from pytest_hricdv.close.disturbance_way import DisturbanceWay
 from pytest_hricdv.close.experience import Experience
 from pytest_hricdv.close.loop import NAME, Ended, Loop, LoopError
-from pytest_hricdv.close.model_way import ModelWay
+from pytest_hricdv.close.model_way import ModelWay, UntriedWay
 from pytest_hricdv.close.observation import Observation
 from pytest_hricdv.close.scripts import Scripts
 from pytest_hricdv.close.suite import smallest_suite
@@ -93,8 +94,9 @@ class Closing:
         self._run_given(archive, runs, given)
         budget = Budget(self._options.runs, self._options.seconds)
         experience = Experience(self._scripts)
-        ways = (ModelWay(self._scripts, experience),)
-        ended = Loop(archive, ways, runs.run, seed, budget, progress.show).run()
+        disturbances = {name: each.parameters for name, each in self._collection.testbench.disturbances.items()}
+        ways = (ModelWay(self._scripts, experience), DisturbanceWay(self._scripts, experience, disturbances))
+        ended = Loop(archive, ways, runs.run, seed, budget, progress.show, UntriedWay(self._scripts)).run()
         suite = self._suite(archive, ended)
         progress.end(archive, ended, len(suite.tests))
         return suite, ended
