@@ -10,7 +10,11 @@ suite              the smallest part of the tests that covers as much as all
 interactions       a script's interactions: what each plans, and what became of it
 outcomes           what has followed from which disturbances, and what probably will
 scripts            the model's scripts by the interactions that they plan
-model_way, disturbance_way, parameter_way      the ways
+branching          tests with a common beginning as one tree: where they part, the process forks
+tree_runner        trees on several processes, or each test from the start
+decision_points    where a person could have done something else, and how worthwhile it is to come back there
+continuations      what a person could have done
+model_way, disturbance_way, parameter_way, branching_way      the ways
 
 Independent of pytest: a run is a function that is handed in.
 """

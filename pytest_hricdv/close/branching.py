@@ -21,12 +21,9 @@ from typing import Generic, TypeVar
 
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.generate.rng import canonical_json
-from pytest_hricdv.run import Run
+from pytest_hricdv.run import Actions, Run
 
 T = TypeVar("T")
-
-Actions = Callable[[Run], Iterator[ConcreteAction]]
-"""Produces the actions of a run, each when the person asks for it."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +108,8 @@ class Tree(Generic[T]):
         try:
             result = self._execute(self._tests[self._followed[0]], self._actions)
         except Exception as error:
-            problem = f"{type(error).__name__}: {error}"
+            cause = error.__cause__ or error  # what a node raised says more than that it failed
+            problem = f"{type(cause).__name__}: {cause}"
         _pause_limit()
         # Others that would have parted after the end of this run, or that a testbench has taken as a whole, come next:
         # it knows which test it runs, so what it says of another one can differ.
@@ -173,5 +171,7 @@ def _pause_limit() -> float:
 
 def _problem(code: int, limit_s: float) -> str:
     if code == -signal.SIGALRM:
-        return f"no end within {limit_s:g} s"
-    return f"ended by {signal.Signals(-code).name}" if code < 0 else f"ended with status {code}"
+        return f"its process: no end within {limit_s:g} s"
+    return (
+        f"its process: ended by {signal.Signals(-code).name}" if code < 0 else f"its process: ended with status {code}"
+    )

@@ -16,6 +16,7 @@ from typing import Any
 import msgspec
 
 from pytest_hricdv.case import CaseResult
+from pytest_hricdv.close.decision_points import DecisionPoint, decision_points
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
@@ -38,6 +39,7 @@ class Observation(msgspec.Struct, frozen=True):
         sim_s: simulated time (s).
         record_sha256: of its record.
         failed: requirements that it violates and that are not known to fail; then its faults.
+        decisions: where the person decided what to do next.
         error: why it came to no end; empty where it did. Then it hits nothing.
     """
 
@@ -48,6 +50,7 @@ class Observation(msgspec.Struct, frozen=True):
     sim_s: float = 0.0
     record_sha256: str = ""
     failed: tuple[str, ...] = ()
+    decisions: tuple[DecisionPoint, ...] = ()
     error: str = ""
 
 
@@ -59,6 +62,7 @@ def observe(
     cross: Mapping[str, CrossProduct],
     requirements: Sequence[Criterion],
     known: Container[str],
+    state: str = "",
 ) -> Observation:
     """What a run yields.
 
@@ -68,6 +72,7 @@ def observe(
         cross: the cross products of the testbench.
         requirements: that the run was judged by.
         known: requirements that are known to fail.
+        state: the field that names the state of the code under test (see `Testbench`).
     """
     points = {*code_points(code, result.code), *plan_points(test), *_bin_points(result, cross)}
     points.update(_requirement_points(result, requirements))
@@ -80,6 +85,7 @@ def observe(
         sim_s=result.sim_s,
         record_sha256=result.record.sha256,
         failed=(*result.unknown(known), *result.faults),
+        decisions=decision_points(result, state),
     )
 
 

@@ -1,15 +1,20 @@
-"""Runs tests on several processes, those with a common beginning as one tree, or each from the start."""
+"""Runs tests on several processes, those with a common beginning as one tree, or each from the start.
+
+Each begins in a fork from the same state of this process, whatever ran before, so it does the same each time.
+"""
 
 from __future__ import annotations
 
+import gc
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
-from pytest_hricdv.close.branching import Actions, Leaf, Tree, may_fork, trees
+from pytest_hricdv.close.branching import Leaf, Tree, may_fork, trees
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.process_pool import Line, ProcessPool, Send
+from pytest_hricdv.run import Actions
 
 T = TypeVar("T")
 
@@ -39,8 +44,16 @@ class TreeRunner(Generic[T]):
         Args:
             from_the_start: each test is run alone, whatever it has in common with others.
         """
+        if not may_fork():
+            yield from self._here(tests)
+            return
+        gc.freeze()  # a collection in a fork would copy all that the forks share
         groups = [[number] for number in range(len(tests))] if from_the_start else trees(tests)
-        yield from self._in_forks(tests, groups) if may_fork() else self._here(tests)
+        groups.sort(key=lambda group: -sum(len(tests[number].actions) for number in group))  # so that all end together
+        try:
+            yield from self._in_forks(tests, groups)
+        finally:
+            gc.unfreeze()
 
     def _here(self, tests: Sequence[ConcreteTest]) -> Iterator[tuple[int, str]]:
         for number, test in enumerate(tests):
@@ -64,4 +77,5 @@ class TreeRunner(Generic[T]):
                 yield int(number), text
             else:
                 left = (each for each in event.item if each not in told)
-                yield from ((each, self.text(Leaf(each, None, event.problem))) for each in left)
+                problem = f"its process: {event.problem or 'ended without a result'}"
+                yield from ((each, self.text(Leaf(each, None, problem))) for each in left)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pytest_hricdv.coupling.hears import Hears
-from pytest_hricdv.run import TestbenchError
 
 
-class OnlineError(TestbenchError):
+class OnlineError(Exception):
     """A declaration of the online agent is wrong, or its run cannot go on; the text says where and what to do."""
 
 

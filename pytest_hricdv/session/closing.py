@@ -15,15 +15,18 @@ from typing import Any
 import msgspec
 import pytest
 
+from pytest_hricdv.close import branching_way
 from pytest_hricdv.close.archive import GIVEN, Archive
+from pytest_hricdv.close.branching_way import BranchingWay
 from pytest_hricdv.close.disturbance_way import DisturbanceWay
 from pytest_hricdv.close.experience import Experience
 from pytest_hricdv.close.loop import NAME, Ended, Loop, LoopError
 from pytest_hricdv.close.model_way import ModelWay, UntriedWay
 from pytest_hricdv.close.observation import Observation
 from pytest_hricdv.close.scripts import Scripts
-from pytest_hricdv.close.suite import smallest_suite
+from pytest_hricdv.close.suite import repeatable_suite
 from pytest_hricdv.close.targets import by_kind, wanted_points
+from pytest_hricdv.close.way import Way
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.reachability import explored, reachable
 from pytest_hricdv.generate import GenerateError
@@ -93,13 +96,19 @@ class Closing:
         self._collection.say(f"hricdv: closing {_listed(archive)}, at most {self._options.runs} runs (seed {seed}) ...")
         self._run_given(archive, runs, given)
         budget = Budget(self._options.runs, self._options.seconds)
-        experience = Experience(self._scripts)
-        disturbances = {name: each.parameters for name, each in self._collection.testbench.disturbances.items()}
-        ways = (ModelWay(self._scripts, experience), DisturbanceWay(self._scripts, experience, disturbances))
-        ended = Loop(archive, ways, runs.run, seed, budget, progress.show, UntriedWay(self._scripts)).run()
-        suite = self._suite(archive, ended)
+        ended = Loop(archive, self._ways(), runs.run, seed, budget, progress.show, UntriedWay(self._scripts)).run()
+        suite = self._suite(archive, ended, runs)
         progress.end(archive, ended, len(suite.tests))
         return suite, ended
+
+    def _ways(self) -> tuple[Way, ...]:
+        testbench, scripts, experience = self._collection.testbench, self._scripts, Experience(self._scripts)
+        disturbances = {name: each.parameters for name, each in testbench.disturbances.items()}
+        return (
+            ModelWay(scripts, experience),
+            DisturbanceWay(scripts, experience, disturbances),
+            BranchingWay(testbench.commands, testbench.cross),
+        )
 
     def _run_given(self, archive: Archive, runs: _Runs, given: Sequence[AbstractTest]) -> None:
         """What the other suites hit is not open. They are no part of the budget."""
@@ -109,14 +118,19 @@ class Closing:
         for number in sorted(observed):
             archive.add(observed[number], GIVEN)
 
-    def _suite(self, archive: Archive, ended: Ended) -> Suite:
-        entries = smallest_suite(archive)
+    def _suite(self, archive: Archive, ended: Ended, runs_again: _Runs) -> Suite:
+        entries, left_out = repeatable_suite(archive, (branching_way.NAME,), runs_again.run_from_the_start)
         tests = tuple(entry.test for entry in entries)[: self._collection.options.tests]
         runs = [entry for entry in archive.entries if entry.way != GIVEN]
         erring = [entry.observation.error for entry in runs if entry.observation.error]
         notes = [f"{len(runs)} runs, {archive.sim_s:.0f} s simulated, ended: {ended}; open: {_listed(archive)}"]
         if erring:
             notes.append(f"{len(erring)} runs came to no end; the first: {erring[0]}")
+        if left_out:
+            notes.append(
+                f"{len(left_out)} tests are left out, because from the start they do not do what they did as part of a "
+                f"tree; the first: {left_out[0].test.id}"
+            )
         explored_runs = len(self._exploration.runs)
         generation = Generation(bdi_runs=explored_runs, declared_plans=self._plans, notes=tuple(notes))
         return Suite.of_tests(NAME, self._collection.options.seed, tests, generation)
@@ -210,12 +224,19 @@ class _Runs:
         self._stack.close()
 
     def run(self, tests: Sequence[AbstractTest]) -> Iterator[tuple[int, Observation]]:
-        """Run tests; yields the number of each and what it yields, as soon as it is known.
+        """Run tests, as trees; yields the number of each and what it yields, as soon as it is known.
 
         Raises:
             ProcessError: the process failed.
         """
-        self._process.send(closing_process.Generation(tuple(test.to_data() for test in tests)))
+        return self._run(tests, from_the_start=False)
+
+    def run_from_the_start(self, tests: Sequence[AbstractTest]) -> Iterator[tuple[int, Observation]]:
+        """The same, with each test alone."""
+        return self._run(tests, from_the_start=True)
+
+    def _run(self, tests: Sequence[AbstractTest], *, from_the_start: bool) -> Iterator[tuple[int, Observation]]:
+        self._process.send(closing_process.Generation(tuple(test.to_data() for test in tests), from_the_start))
         for line in self._lines:
             told = msgspec.json.decode(line, type=Told | Done)
             if isinstance(told, Done):

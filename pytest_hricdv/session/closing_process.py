@@ -1,6 +1,7 @@
-"""The process of a closing loop: it runs tests that it is sent, each in a fork of its own, and answers what they yield.
+"""The process of a closing loop: it runs tests that it is sent, in forks, and answers what they yield.
 
 Each run begins from the same state of this process, whatever ran before: so it is the same on any number of processes.
+Tests with a common beginning are run as one tree (see `pytest_hricdv.close.branching`).
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ import importlib
 import io
 import resource
 import sys
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,18 +18,21 @@ from typing import Any
 
 import msgspec
 
+from pytest_hricdv.case import CaseResult
+from pytest_hricdv.close.branching import Leaf
 from pytest_hricdv.close.observation import Observation, observe
+from pytest_hricdv.close.tree_runner import TreeRunner
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.concrete import concretize
-from pytest_hricdv.process_pool import Line, ProcessPool, Send
+from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.results.codec import encode
+from pytest_hricdv.run import Actions
 from pytest_hricdv.session.running import Running
 from pytest_hricdv.session.separate_process import in_session, limit_time, preload, session
 
 RUN_S = 60.0
 """A run that takes more processor time (s) does not end."""
 
-SILENT_S = 120.0
+LIMIT_S = 60.0
 """A run that takes more time (s) waits for what never comes."""
 
 
@@ -48,9 +51,10 @@ class Job:
 
 @dataclass(frozen=True)
 class Generation:
-    """A further line: tests to run, as `AbstractTest.to_data` gives them."""
+    """A further line: tests to run, as `AbstractTest.to_data` gives them; as trees, or each from the start."""
 
     tests: tuple[dict[str, Any], ...]
+    from_the_start: bool = False
 
 
 class Told(msgspec.Struct, frozen=True, tag=True):
@@ -90,50 +94,52 @@ class _Serving:
         _ = self._running.code, self._running.measurement  # once, and not in each fork
         for line in messages:
             generation = msgspec.json.decode(line, type=Generation)
-            for told in self._run([AbstractTest.from_data(each) for each in generation.tests]):
+            tests = [AbstractTest.from_data(each) for each in generation.tests]
+            for told in self._run(tests, from_the_start=generation.from_the_start):
                 self._write(encode(told).encode())
             self._write(msgspec.json.encode(Done(self._files())))
 
-    def _run(self, tests: Sequence[AbstractTest]) -> Iterator[Told]:
-        """Long tests first, so that no process waits for long at the end."""
-        order = sorted(range(len(tests)), key=lambda number: (-len(tests[number].lines), number))
-        pool = ProcessPool[int](lambda number, send: self._work(tests[number], send), self._job.processes, SILENT_S)
-        came: dict[int, Observation] = {}
-        for event in pool.run(deque(order)):
-            if isinstance(event, Line):
-                came[event.item] = msgspec.json.decode(event.text, type=Observation)
-                yield Told(event.item, came[event.item])
-            elif event.item not in came:
-                error = f"its process {event.problem or 'ended without a result'}"
-                yield Told(event.item, Observation(tests[event.item].to_data(), error=error))
+    def _run(self, tests: Sequence[AbstractTest], *, from_the_start: bool) -> Iterator[Told]:
+        commands = self._collection.testbench.commands
+        concrete = [concretize(test, commands) for test in tests]
+        well: list[ConcreteTest] = []
+        runner = TreeRunner(self._execute_in_fork, lambda leaf: self._told(tests, leaf), self._job.processes, LIMIT_S)
+        for number, text in runner.run(concrete, from_the_start=from_the_start):
+            observation = msgspec.json.decode(text, type=Observation)
+            yield Told(number, observation)
+            if not observation.error:
+                well.append(concrete[number])
         if not self._is_warm:
-            self._warm([tests[number] for number in sorted(came) if not came[number].error])
+            self._warm(well)
 
-    def _work(self, test: AbstractTest, send: Send) -> None:
+    def _execute_in_fork(self, test: ConcreteTest, actions: Actions) -> CaseResult:
         limit_time(RUN_S)
-        send(encode(self._observed(test)))
+        return self._execute(test, actions)
 
-    def _observed(self, test: AbstractTest) -> Observation:
-        running, testbench = self._running, self._collection.testbench
-        try:
-            with contextlib.redirect_stdout(io.StringIO()):
-                result = running.execute(concretize(test, testbench.commands), running.measurement, "closing")
-        except Exception as error:
-            cause = error.__cause__ or error
-            return Observation(test.to_data(), error=f"{type(cause).__name__}: {cause}")
+    def _execute(self, test: ConcreteTest, actions: Actions | None) -> CaseResult:
+        with contextlib.redirect_stdout(io.StringIO()):
+            return self._running.execute(test, self._running.measurement, "closing", actions)
+
+    def _told(self, tests: Sequence[AbstractTest], leaf: Leaf[CaseResult]) -> str:
+        return encode(self._observed(tests[leaf.number], leaf))
+
+    def _observed(self, test: AbstractTest, leaf: Leaf[CaseResult]) -> Observation:
+        if leaf.result is None:
+            return Observation(test.to_data(), error=leaf.problem)
         return observe(
             test,
-            result,
-            code=running.code,
-            cross=testbench.cross,
-            requirements=running.requirements,
-            known=running.known,
+            leaf.result,
+            code=self._running.code,
+            cross=self._collection.testbench.cross,
+            requirements=self._running.requirements,
+            known=self._running.known,
+            state=self._collection.testbench.state,
         )
 
-    def _warm(self, tests: Sequence[AbstractTest]) -> None:
+    def _warm(self, tests: Sequence[ConcreteTest]) -> None:
         """Repeat a test here that came to its end in a fork: what it imports and computes once, later forks have."""
         if tests:
-            self._observed(min(tests, key=lambda test: len(test.lines)))
+            self._execute(min(tests, key=lambda test: (len(test.actions), test.to_json())), None)
             self._is_warm = True
 
     def _files(self) -> tuple[str, ...]:

@@ -28,6 +28,7 @@ from pytest_hricdv.report import ci_formats, explanation
 from pytest_hricdv.results.building import build_result, requirement_texts
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import RequirementText, TestOutcome, TestResult
+from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.session.collection import Collection, case_of
 from pytest_hricdv.session.films import Filming, film_text
@@ -194,10 +195,12 @@ class Running:
         report.sections.append(("film", film_text(film, Path(folder))))
         return replace(result, film=film)
 
-    def execute(self, test: ConcreteTest, measurement: Measurement, context: str) -> CaseResult:
-        """Run a test as the session judges it. Raises what `pytest_hricdv.case.execute` does."""
-        testbench = self.collection.testbench
-        return execute(testbench, self.requirements, test, measurement, context, known_while=self.known_while)
+    def execute(
+        self, test: ConcreteTest, measurement: Measurement, context: str, producing: Actions | None = None
+    ) -> CaseResult:
+        """Run a test as the session judges it; see `pytest_hricdv.case.execute`."""
+        bench, known_while = self.collection.testbench, self.known_while
+        return execute(bench, self.requirements, test, measurement, context, None, known_while, producing)
 
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
         self._used = self.measurement

@@ -13,9 +13,10 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from pytest_hricdv.close.branching import Actions, Leaf, Tree, may_fork, trees
+from pytest_hricdv.close.branching import Leaf, Tree, may_fork, trees
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.process_pool import End, Line, ProcessPool, Send
+from pytest_hricdv.run import Actions
 from tests.close import toy
 
 COMMON = ("ask", "wait", "look")
@@ -110,12 +111,12 @@ def test_tests_that_would_part_after_the_end_of_a_run_are_run_one_by_one() -> No
 @pytest.mark.parametrize(
     ("command", "problem"),
     [
-        ("die", "ended by SIGKILL"),
-        ("exit", "ended with status 3"),
-        ("hang", "no end within 0.3 s"),
-        ("spin", "no end within 0.3 s"),
-        ("fail", "NodeError: person failed at 10.000 s: ValueError: tripped over the cable"),
-        ("quit", "NodeError: person failed at 10.000 s: SystemExit: "),
+        ("die", "its process: ended by SIGKILL"),
+        ("exit", "its process: ended with status 3"),
+        ("hang", "its process: no end within 0.3 s"),
+        ("spin", "its process: no end within 0.3 s"),
+        ("fail", "ValueError: tripped over the cable"),
+        ("quit", "SystemExit: "),
     ],
 )
 def test_what_goes_wrong_in_a_leaf_is_an_error_of_that_leaf_only(command: str, problem: str) -> None:
@@ -136,7 +137,7 @@ def test_a_fork_may_work_on_for_its_time_however_long_its_own_forks_took() -> No
         toy.concrete("ask", "wait", "look", "say"),
         toy.concrete("sit"),
     ]
-    assert results(tree(tests, limit_s=0.4)) == [*["no end within 0.4 s"] * 2, *toy.texts(tests[2:])]
+    assert results(tree(tests, limit_s=0.4)) == [*["its process: no end within 0.4 s"] * 2, *toy.texts(tests[2:])]
 
 
 def test_a_testbench_that_takes_tests_as_a_whole_runs_each_from_the_start() -> None:

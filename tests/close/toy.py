@@ -8,10 +8,9 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
-from pytest_hricdv.close.branching import Actions
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.monitor import MonitorSet
-from pytest_hricdv.run import Run
+from pytest_hricdv.run import Actions, Run
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 
 
