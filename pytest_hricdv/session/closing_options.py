@@ -31,9 +31,10 @@ def read_closing(suites: str, *, close: bool, runs: int, seconds: int) -> Closin
     """The options, from the names of suites and the others."""
     names = [name for name in (part.strip() for part in suites.split(",")) if name]
     others = [name for name in names if name != NAME]
+    asked = close or len(others) < len(names)
     return ClosingOptions(
-        asked=close or len(others) < len(names),
-        others=",".join(others),
+        asked=asked,
+        others=",".join(others) if asked else suites,
         given=close and bool(others),
         runs=runs,
         seconds=seconds,

@@ -5,19 +5,34 @@ The model is the one of `tests.generate.toy`; everything else that a user writes
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
+import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from pytest_hricdv.report.__main__ import main
 from tests.generate.toy import lamps
 
-#: The ways to run pytest that every behaviour has to survive.
 MODES = {"plain": (), "on two workers": ("-n", "2"), "without xdist": ("-p", "no:xdist")}
+"""The ways to run pytest that every behaviour has to survive."""
 
-in_each_mode = pytest.mark.parametrize("options", MODES.values(), ids=MODES)
-"""Runs a test in each mode."""
+A_WORKER = ("-n", "1")
+"""For what is the same with any number of workers: each takes as long to start as ten runs in this process."""
+
+in_each_mode = pytest.mark.parametrize(
+    "options",
+    [
+        pytest.param((), id="plain"),
+        pytest.param(A_WORKER, id="on a worker"),
+        pytest.param(MODES["on two workers"], id="on two workers", marks=pytest.mark.slow),
+        pytest.param(MODES["without xdist"], id="without xdist"),
+    ],
+)
+"""Runs a test in each mode; on two workers among the slow tests."""
 
 plain_and_slowly_in_other_modes = pytest.mark.parametrize(
     "options",
@@ -265,6 +280,17 @@ def change(folder: Path, name: str, old: str, new: str) -> None:
     path.write_text(text.replace(old, new), encoding="utf-8")
     for stale in path.parent.glob(f"__pycache__/{path.stem}.*"):
         stale.unlink()
+
+
+def command(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """`python -m pytest_hricdv.report` in the current folder, without a process of its own."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            status = main(arguments)
+        except SystemExit as ended:  # the command line was wrong
+            status = int(ended.code or 0)
+    return subprocess.CompletedProcess(arguments, status, out.getvalue(), err.getvalue())
 
 
 def report(folder: Path) -> dict[str, Any]:

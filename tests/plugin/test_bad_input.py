@@ -35,7 +35,7 @@ def refused(lamps: pytest.Pytester, *options: str) -> str:
     return message.removeprefix("ERROR: ")
 
 
-@pytest.fixture(params=[(), ("-n", "2")], ids=["plain", "on two workers"])
+@pytest.fixture(params=[(), pytest.param(("-n", "2"), marks=pytest.mark.slow)], ids=["plain", "on two workers"])
 def mode(request: pytest.FixtureRequest) -> tuple[str, ...]:
     """Options of the run."""
     options: tuple[str, ...] = request.param

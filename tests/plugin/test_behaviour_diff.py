@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
-from tests.plugin.test_shards import command
+from tests.plugin.project import change, command, plain_and_slowly_in_other_modes, report
 
 BASE = "--hri-baseline=base.json"
 BY_HAND = ("--hri-suite=by-hand", "-q", BASE)
@@ -257,19 +256,19 @@ def test_each_shard_and_the_merged_report_are_compared(kept: pytest.Pytester) ->
         assert result.ret == 0  # gates are those of the merged report
         result.stdout.fnmatch_lines(["* behave* otherwise than in the baseline"])
         result.stdout.no_fnmatch_line("*only in the baseline*")
-    merged = command(kept.path, "merge", *parts, BASE.replace("hri-", ""), "--fail-on-change", "-o", "all")
+    merged = command("merge", *parts, BASE.replace("hri-", ""), "--fail-on-change", "-o", "all")
     assert merged.returncode == 1
     assert "\n4 of 4 tests behave otherwise than in the baseline\n  4  `switched` later\n" in merged.stdout
     assert "\nFAILED 4 of 4 tests behave otherwise than in the baseline\n" in merged.stdout
     together = json.loads((kept.path / "all" / "report.json").read_text(encoding="utf-8"))
     assert len(together["changes"]["changed"]) == 4
     assert "made_with" in together
-    without = command(kept.path, "gate", "all", "--fail-on-change")
+    without = command("gate", "all", "--fail-on-change")
     assert (without.returncode, without.stderr) == (
         2,
         "error: --fail-on-change: compared with what? give --baseline=FILE\n",
     )
     edit(kept.path, seed=3)
-    other = command(kept.path, "gate", "all", "--baseline=base.json")
+    other = command("gate", "all", "--baseline=base.json")
     assert other.returncode == 2
     assert other.stderr.startswith("error: base.json: of suite by-hand with seed 3; this run has seed 0")

@@ -7,9 +7,8 @@ import json
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import report
+from tests.plugin.project import command, report
 from tests.plugin.test_bad_input import refused
-from tests.plugin.test_shards import command
 
 CHOSEN = """\
 # values run: patience_s 6.25
@@ -45,7 +44,7 @@ def test_a_test_with_values_that_is_written_and_read_back_is_the_same_run(chosen
     chosen.runpytest_inprocess("--hri-suite=chosen.txt", *(["--hri-export=kept"] if how == "export" else []))
     (before,) = report(chosen.path)["tests"]
     if how == "minimal":
-        assert command(chosen.path, "minimal", "hri-report", "kept").returncode == 0
+        assert command("minimal", "hri-report", "kept").returncode == 0
     chosen.runpytest_inprocess("--hri-suite=kept")
     (after,) = report(chosen.path)["tests"]
     for key in ("id", "values", "concrete", "record_sha256"):

@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
-from tests.plugin.test_shards import command
+from tests.plugin.project import change, command, plain_and_slowly_in_other_modes, report
 
 
 def covered(written: dict[str, Any]) -> dict[str, Any]:
@@ -28,7 +27,7 @@ def test_the_smallest_suite_covers_as_much_when_it_is_run(lamps: pytest.Pytester
     assert lamps.runpytest_inprocess("--hri-suite=rl", *options).ret == 0
     whole = report(lamps.path)
     steps = whole["closure"]["minimal"]
-    done = command(lamps.path, "minimal", "hri-report", "small")
+    done = command("minimal", "hri-report", "small")
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[0] == f"small/rl.txt: {len(steps)} tests"
     assert lamps.runpytest_inprocess("--hri-suite=small", *options).ret == 0
@@ -99,7 +98,7 @@ def test_a_report_without_tests_is_closed_too(lamps: pytest.Pytester) -> None:
     assert (written["selected"], written["tests"]) == (0, [])
     assert written["closure"]["minimal"] == []
     assert written["suites"][0]["code"]["statements"] is None
-    done = command(lamps.path, "minimal", "hri-report", "small")
+    done = command("minimal", "hri-report", "small")
     assert (done.returncode, done.stdout) == (0, "0 of 0 tests cover all 0 points in 0 of 0 simulated s\n")
 
 
@@ -107,6 +106,6 @@ def test_a_report_without_closure_is_refused(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand", "-q")
     path = lamps.path / "hri-report" / "report.json"
     path.write_text(path.read_text(encoding="utf-8").replace('"closure"', '"closing"'), encoding="utf-8")
-    done = command(lamps.path, "minimal", "hri-report", "small")
+    done = command("minimal", "hri-report", "small")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: hri-report/report.json: Object missing required field `closure`")

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import MODES, report
+from tests.plugin.project import A_WORKER, MODES, report
 
 SUITE = "--hri-suite=by-hand"
 
@@ -32,7 +32,9 @@ def ours(folder: Path) -> dict[str, Any]:
 @pytest.mark.parametrize(
     "options",
     [
-        *(pytest.param(options, id=mode) for mode, options in MODES.items() if mode != "without xdist"),
+        pytest.param((), id="plain"),
+        pytest.param(A_WORKER, id="on a worker"),
+        pytest.param(MODES["on two workers"], id="on two workers", marks=pytest.mark.slow),
         pytest.param(MODES["without xdist"], id="without xdist", marks=pytest.mark.slow),
         pytest.param(("--cov-config=greenlets",), id="told of greenlets", marks=pytest.mark.slow),
         pytest.param(("--hri-no-cov",), id="without ours", marks=pytest.mark.slow),

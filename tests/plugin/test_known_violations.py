@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import sys
+import re
 
 import pytest
 
-from tests.plugin.project import change, outcomes, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, command, outcomes, plain_and_slowly_in_other_modes, report
 
 SUITE = "--hri-suite=by-hand"
 KNOWN = "R2: the hall has no dimmer"
@@ -181,9 +181,9 @@ def test_a_merged_report_keeps_the_conditions_and_what_was_outside(lamps: pytest
     known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
     for shard in ("1/2", "2/2"):
         lamps.runpytest_inprocess(SUITE, f"--hri-shard={shard}", f"--hri-report=shard{shard[0]}")
-    merge = lamps.run(sys.executable, "-m", "pytest_hricdv.report", "merge", "shard1", "shard2")
-    assert merge.ret == 1
-    merge.stdout.fnmatch_lines(["FAILED by-hand-cellar-polite-*: failed"])
+    merge = command("merge", "shard1", "shard2")
+    assert merge.returncode == 1
+    assert re.search(r"^FAILED by-hand-cellar-polite-\S+: failed$", merge.stdout, re.MULTILINE)
     merged = json.loads((lamps.path / "hri-merged" / "report.json").read_text(encoding="utf-8"))
     assert merged["known_while"] == {"R2": "!wish.cellar"}
     assert merged["suites"][0]["requirements"]["R2"]["outside"] == 1

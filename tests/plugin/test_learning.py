@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, nodeids, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import A_WORKER, change, nodeids, plain_and_slowly_in_other_modes, report
 from tests.plugin.test_bad_input import refused, short
 
 RL = "--hri-suite=rl"
@@ -80,7 +80,7 @@ def test_a_saved_table_is_learned_on_from(lamps: pytest.Pytester) -> None:
     cold = nodeids(lamps.runpytest_inprocess(*COLLECT))
     saving = lamps.runpytest_inprocess(*COLLECT, "--hri-rl-save=tables/q.json")
     assert nodeids(saving) == cold, "though the suite was in the cache, it was learned anew for its table"
-    result = lamps.runpytest_inprocess(RL, "--hri-rl-start=tables/q.json", "-n", "2")
+    result = lamps.runpytest_inprocess(RL, "--hri-rl-start=tables/q.json", *A_WORKER)
     assert result.ret == 0
     written = report(lamps.path)
     assert "learning began with q.json" in written["suites"][0]["generation"]["notes"]

@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, in_each_mode, outcomes, report
+from tests.plugin.project import A_WORKER, change, in_each_mode, outcomes, report
 
 SUITE = "--hri-suite=by-hand"  # four tests, of which one wishes for level 10
 
@@ -207,7 +207,7 @@ def test_a_run_stopped_at_the_first_failure_leaves_its_report(lamps: pytest.Pyte
 
 def test_a_run_that_is_interrupted_leaves_its_report(lamps: pytest.Pytester) -> None:
     write_dimmed(lamps, "raise KeyboardInterrupt")
-    result = lamps.runpytest_subprocess("--hri-suite=by-hand")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", no_reraise_ctrlc=True)
     assert result.ret == pytest.ExitCode.INTERRUPTED
     written = report(lamps.path)
     assert written["selected"] == 4
@@ -217,7 +217,7 @@ def test_a_run_that_is_interrupted_leaves_its_report(lamps: pytest.Pytester) -> 
 def test_a_test_that_leaves_no_trace_fails_the_session(lamps: pytest.Pytester) -> None:
     hook = '\n\ndef pytest_runtest_protocol(item):\n    return "cellar" in item.name or None\n'
     change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", f"LIMIT_S = 60.0\n{hook}")
-    for options in ((), ("-n", "2")):
+    for options in ((), A_WORKER):
         result = lamps.runpytest_inprocess(SUITE, *options)
         assert result.ret == 1
         result.stdout.fnmatch_lines(["FAILED 1 of 4 tests left no result: a worker or a plugin lost them"])

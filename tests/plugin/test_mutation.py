@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.session import mutating
+from pytest_hricdv.session.collection import Collection
 from tests import json_schema
 from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
 from tests.plugin.test_bad_input import refused
@@ -131,25 +132,16 @@ def test_when_time_is_over_no_fault_is_begun_and_the_summary_says_so(guide: pyte
     result.stdout.fnmatch_lines([f"  {found['total']['not_tried']} not tried: time was over *"])
 
 
-INTERRUPTING = """
-
-def pytest_configure():
-    from pytest_hricdv.session.collection import Collection
+def test_ctrl_c_keeps_what_was_found(guide: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     say = Collection.say
 
-    def interrupted(self, text):
+    def interrupted(self: Collection, text: str) -> None:
         say(self, text)
         if "1 of 7 mutants" in text:
             raise KeyboardInterrupt
 
-    Collection.say = interrupted
-"""
-
-
-def test_ctrl_c_keeps_what_was_found(guide: pytest.Pytester) -> None:
-    with (guide.path / "conftest.py").open("a", encoding="utf-8") as file:
-        file.write(INTERRUPTING)
-    result = guide.runpytest_subprocess(*ASKED)
+    monkeypatch.setattr(Collection, "say", interrupted)
+    result = guide.runpytest_inprocess(*ASKED, no_reraise_ctrlc=True)
     assert result.ret == pytest.ExitCode.INTERRUPTED
     found = mutation(guide)
     assert found["ended"] == "interrupted"

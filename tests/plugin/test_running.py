@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import MODES, change, nodeids, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import A_WORKER, MODES, change, nodeids, plain_and_slowly_in_other_modes, report
 
 
 def timeless(test: dict[str, Any]) -> dict[str, Any]:
@@ -145,7 +145,7 @@ def test_a_case_shared_with_other_parameters_and_fixtures_runs_for_each(lamps: p
         "def test_lamps(hri_case):",
         "import pytest\n\n\n@pytest.mark.parametrize('shop', ['north-1', 'south'])\ndef test_lamps(shop, hri_case):",
     )
-    for options in ((), ("-n", "2")):
+    for options in ((), A_WORKER):
         assert lamps.runpytest_inprocess("--hri-suite=by-hand", *options).ret == 0
         written = report(lamps.path)
         assert written["selected"] == written["reported"] == 8

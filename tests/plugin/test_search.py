@@ -97,7 +97,7 @@ def test_ctrl_c_in_a_search_keeps_the_report(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", "LIMIT_S = 60.0\nRUNS = 0\n")
     stop = "def run(run):\n    global RUNS\n    RUNS += 1\n    if RUNS > 10:\n        raise KeyboardInterrupt\n"
     change(lamps.path, "conftest.py", "def run(run):\n", stop)
-    result = lamps.runpytest_subprocess("--hri-suite=by-hand", "--hri-search=40")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-search=40", no_reraise_ctrlc=True)
     assert result.ret == pytest.ExitCode.INTERRUPTED
     written = report(lamps.path)
     assert [test["outcome"] for test in written["tests"]].count("passed") == 3

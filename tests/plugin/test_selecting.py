@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import change, in_each_mode, outcomes, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import A_WORKER, change, in_each_mode, outcomes, plain_and_slowly_in_other_modes, report
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
 NODE = f"test_lamps.py::test_lamps[{BRIGHT}]"
@@ -61,7 +61,7 @@ def test_last_failed(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
 
 
 def test_without_the_cache_everything_is_generated_and_run(lamps: pytest.Pytester) -> None:
-    for options in ((), ("-n", "2")):
+    for options in ((), A_WORKER):
         result = lamps.runpytest_inprocess("--hri-suite=rl", "-p", "no:cacheprovider", *options)
         assert result.ret == 0
         assert report(lamps.path)["reported"] == 34

@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import A_WORKER, change, command, plain_and_slowly_in_other_modes, report
 
 RL = "--hri-suite=rl"
-
-
-def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run `python -m pytest_hricdv.report` in a folder."""
-    words = [sys.executable, "-m", "pytest_hricdv.report", *arguments]
-    return subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
 
 
 def shards(lamps: pytest.Pytester, of: int, *options: str) -> list[str]:
@@ -48,14 +40,14 @@ def timeless(report: dict[str, Any]) -> dict[str, Any]:
 def test_the_merged_shards_are_the_whole_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     parts = shards(lamps, 3, *options)
     assert lamps.runpytest_inprocess(RL).ret == 0
-    merged = command(lamps.path, "merge", *parts, "-o", "all")
+    merged = command("merge", *parts, "-o", "all")
     assert merged.returncode == 0, merged.stdout + merged.stderr
     assert merged.stdout.splitlines() == ["all: merged from 3 reports of 3 runs", "expected 34, merged 34"]
     assert timeless(read(lamps.path / "all")) == timeless(report(lamps.path))
     sizes = [read(lamps.path / part)["selected"] for part in parts]
     assert sum(sizes) == 34
     assert min(sizes) > 0
-    again = command(lamps.path, "merge", *reversed(parts), parts[0], "-o", "again")
+    again = command("merge", *reversed(parts), parts[0], "-o", "again")
     assert again.returncode == 0
     for name in ("report.json", "index.html"):
         assert (lamps.path / "again" / name).read_bytes() == (lamps.path / "all" / name).read_bytes()
@@ -63,7 +55,7 @@ def test_the_merged_shards_are_the_whole_run(lamps: pytest.Pytester, options: tu
 
 def test_a_missing_shard_is_told_and_fails(lamps: pytest.Pytester) -> None:
     first, second, _ = shards(lamps, 3)
-    merged = command(lamps.path, "merge", first, second)
+    merged = command("merge", first, second)
     assert merged.returncode == 1
     counted = sum(read(lamps.path / part)["selected"] for part in (first, second))
     assert merged.stdout.splitlines()[1:] == [
@@ -84,20 +76,20 @@ def test_a_shard_without_tests_passes_and_has_a_report(lamps: pytest.Pytester) -
         tests.append(read(lamps.path / f"part{index}")["selected"])
     assert 0 in tests
     assert sum(tests) == 4
-    merged = command(lamps.path, "merge", *(f"part{index}" for index in range(1, 10)))
+    merged = command("merge", *(f"part{index}" for index in range(1, 10)))
     assert (merged.returncode, merged.stdout.splitlines()[1:]) == (0, ["expected 4, merged 4"])
 
 
 def test_gates_are_for_the_merged_report(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under = plans=100")
     parts = shards(lamps, 3, "--hri-fail-under=cross=100", "--hri-fail-on-nc")
-    command(lamps.path, "merge", *parts, "-o", "all")
-    good = command(lamps.path, "gate", "all", "--fail-under=cross=100", "--fail-under=plans=100", "--fail-on-nc")
+    command("merge", *parts, "-o", "all")
+    good = command("gate", "all", "--fail-under=cross=100", "--fail-under=plans=100", "--fail-on-nc")
     assert (good.returncode, good.stdout) == (0, "expected 34, merged 34\n")
-    bad = command(lamps.path, "merge", *parts, "--fail-under=statements=98", "-o", "all")
+    bad = command("merge", *parts, "--fail-under=statements=98", "-o", "all")
     assert bad.returncode == 1
     assert "FAILED suite rl: statements 97.56 %, at least 98 % asked for" in bad.stdout
-    unknown = command(lamps.path, "gate", "all", "--fail-under=lines=98")
+    unknown = command("gate", "all", "--fail-under=lines=98")
     assert unknown.returncode == 2
     assert "lines=98: expected KIND=PCT with KIND in statements," in unknown.stderr
 
@@ -105,31 +97,31 @@ def test_gates_are_for_the_merged_report(lamps: pytest.Pytester) -> None:
 def test_a_merged_report_of_whole_suites_fails_where_nothing_triggers_a_requirement(lamps: pytest.Pytester) -> None:
     change(lamps.path, "requirements.toml", "on(greeting)", "on(greeting) & lamp_level > 200")
     parts = shards(lamps, 2)
-    merged = command(lamps.path, "merge", *parts)
+    merged = command("merge", *parts)
     assert merged.returncode == 1
     assert "FAILED R3 was not checked: no test triggered it" in merged.stdout
-    assert "was not checked" not in command(lamps.path, "gate", parts[0]).stdout
-    assert command(lamps.path, "gate", "hri-merged", "--allow-nc=R3").returncode == 0
+    assert "was not checked" not in command("gate", parts[0]).stdout
+    assert command("gate", "hri-merged", "--allow-nc=R3").returncode == 0
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_allow_nc = R3 in rl: nobody greets so")
-    assert command(lamps.path, "merge", *shards(lamps, 2)).returncode == 0
+    assert command("merge", *shards(lamps, 2)).returncode == 0
 
 
 def test_a_merged_report_is_a_baseline_and_is_held_against_one(lamps: pytest.Pytester) -> None:
     parts = shards(lamps, 2)
-    assert command(lamps.path, "merge", *parts, "--baseline=base.json", "--update-baseline").returncode == 0
+    assert command("merge", *parts, "--baseline=base.json", "--update-baseline").returncode == 0
     assert lamps.runpytest_inprocess(RL, "--hri-baseline=base.json").ret == 0
-    same = command(lamps.path, "gate", "hri-merged", "--baseline=base.json")
+    same = command("gate", "hri-merged", "--baseline=base.json")
     assert same.returncode == 0
     assert same.stdout == "expected 34, merged 34\nall 34 tests behave as in the baseline\n"
     base = json.loads((lamps.path / "base.json").read_text(encoding="utf-8"))
     base["suites"]["rl"]["violations"]["R2"].pop()
     (lamps.path / "base.json").write_text(json.dumps(base), encoding="utf-8")
-    worse = command(lamps.path, "gate", "hri-merged", "--baseline=base.json")
+    worse = command("gate", "hri-merged", "--baseline=base.json")
     assert worse.returncode == 1
     assert "FAILED suite rl: R2 is newly violated by rl-hall-" in worse.stdout
-    partly = command(lamps.path, "merge", parts[0], "--baseline=base.json", "--update-baseline")
+    partly = command("merge", parts[0], "--baseline=base.json", "--update-baseline")
     assert "FAILED base.json was not updated: tests are missing" in partly.stdout
-    nameless = command(lamps.path, "gate", "hri-merged", "--update-baseline")
+    nameless = command("gate", "hri-merged", "--update-baseline")
     assert (nameless.returncode, nameless.stderr) == (
         2,
         "error: --update-baseline: say which file, with --baseline=FILE\n",
@@ -139,7 +131,7 @@ def test_a_merged_report_is_a_baseline_and_is_held_against_one(lamps: pytest.Pyt
 def test_failures_and_expired_allowances_fail_the_merge(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "R2: the hall", "R2 until 2021-01-31: the hall")
     lamps.runpytest_inprocess(RL, "--hri-shard=1/1")
-    merged = command(lamps.path, "merge", "hri-report")
+    merged = command("merge", "hri-report")
     assert merged.returncode == 1
     assert merged.stdout.count(": failed") == 2
     assert "FAILED the known violation of R2" in merged.stdout
@@ -149,7 +141,7 @@ def test_code_that_changed_between_runs_is_refused(lamps: pytest.Pytester) -> No
     lamps.runpytest_inprocess(RL, "--hri-shard=1/2", "--hri-report=part1")
     change(lamps.path, "lamps/guide.py", "return 10.0", "return 11.0")
     lamps.runpytest_inprocess(RL, "--hri-shard=2/2", "--hri-report=part2")
-    merged = command(lamps.path, "merge", "part1", "part2")
+    merged = command("merge", "part1", "part2")
     assert merged.returncode == 2
     assert merged.stderr == "error: part1 and part2: different code under test: lamps/guide.py; run both anew\n"
     assert not (lamps.path / "hri-merged").exists()
@@ -158,10 +150,10 @@ def test_code_that_changed_between_runs_is_refused(lamps: pytest.Pytester) -> No
 def test_suites_of_another_seed_with_the_same_name_are_refused_and_other_suites_are_not(lamps: pytest.Pytester) -> None:
     for name, options in (("a", (RL,)), ("b", (RL, "--hri-seed=1")), ("c", ("--hri-suite=by-hand",))):
         assert lamps.runpytest_inprocess(*options, f"--hri-report={name}", "-q").ret == 0
-    merged = command(lamps.path, "merge", "a", "b")
+    merged = command("merge", "a", "b")
     assert merged.returncode == 2
     assert merged.stderr.startswith("error: a and b: two suites have the name 'rl' but another seed; merge runs of one")
-    merged = command(lamps.path, "merge", "a", "c")
+    merged = command("merge", "a", "c")
     assert (merged.returncode, merged.stdout.splitlines()[1]) == (0, "expected 38, merged 38")
     assert [suite["name"] for suite in read(lamps.path / "hri-merged")["suites"]] == ["by-hand", "rl"]
 
@@ -171,13 +163,13 @@ def test_a_crashed_run_and_its_repetition_make_a_whole(lamps: pytest.Pytester) -
     condition = 'CRASH and any(action.command.endswith("= 10") for action in run.test.actions)'
     crash = f'    if {condition}:\n        __import__("os")._exit(3)\n'
     change(lamps.path, "conftest.py", "    from lamps import guide\n", f"{crash}    from lamps import guide\n")
-    lamps.runpytest_subprocess("--hri-suite=by-hand", "-n", "2", "--hri-report=crashed")
-    alone = command(lamps.path, "merge", "crashed")
+    lamps.runpytest_inprocess("--hri-suite=by-hand", *A_WORKER, "--hri-report=crashed")
+    alone = command("merge", "crashed")
     assert alone.returncode == 1
     assert "expected 4, merged 3" in alone.stdout
     change(lamps.path, "conftest.py", "CRASH = True", "CRASH = False")
-    lamps.runpytest_subprocess("--hri-suite=by-hand", "--hri-report=whole")
-    both = command(lamps.path, "merge", "crashed", "whole")
+    lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-report=whole")
+    both = command("merge", "crashed", "whole")
     assert (both.returncode, both.stdout.splitlines()[1]) == (0, "expected 4, merged 4")
 
 
@@ -201,7 +193,7 @@ def test_a_report_that_cannot_be_used_is_told_by_file(lamps: pytest.Pytester, sp
     lamps.runpytest_inprocess("--hri-suite=by-hand", "-q")
     path = lamps.path / "hri-report" / "report.json"
     path.write_text(spoil(path.read_text(encoding="utf-8")), encoding="utf-8")
-    merged = command(lamps.path, "merge", "hri-report")
+    merged = command("merge", "hri-report")
     assert merged.returncode == 2
     assert merged.stderr.startswith("error: hri-report")
     assert told in merged.stderr
@@ -210,11 +202,11 @@ def test_a_report_that_cannot_be_used_is_told_by_file(lamps: pytest.Pytester, sp
 
 def test_a_missing_report_and_a_folder_that_cannot_be_written_are_told(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand", "-q")
-    missing = command(lamps.path, "merge", "hri-report", "elsewhere")
+    missing = command("merge", "hri-report", "elsewhere")
     assert (missing.returncode, missing.stdout) == (2, "")
     assert "elsewhere: no such report" in missing.stderr
     (lamps.path / "file").write_text("in the way", encoding="utf-8")
-    blocked = command(lamps.path, "merge", "hri-report", "-o", "file/below")
+    blocked = command("merge", "hri-report", "-o", "file/below")
     assert blocked.returncode == 2
     assert "a file is in the way" in blocked.stderr
 

@@ -7,7 +7,7 @@ import shlex
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import A_WORKER, change, plain_and_slowly_in_other_modes, report
 from tests.plugin.test_replay import refused
 
 LONG = ["enter hall", "greet", *(f"set_lamp level = {level}" for level in (10, 0, 100, 10)), "leave"]
@@ -57,7 +57,7 @@ def test_the_shortest_failing_test_of_a_requirement_is_shrunk_and_can_be_replaye
 
 def test_it_is_the_same_on_workers_and_nothing_is_shrunk_unasked(long: pytest.Pytester) -> None:
     found = []
-    for options in (["--hri-shrink"], ["--hri-shrink", "-n", "2"], []):
+    for options in (["--hri-shrink"], ["--hri-shrink", *A_WORKER], []):
         long.runpytest_inprocess(SUITE, *options)
         shrunk = [test["shrunk"]["R2"] | {"wall_s": 0} for test in report(long.path)["tests"] if test.get("shrunk")]
         found.append(shrunk)
@@ -93,7 +93,7 @@ COUNTED = """def run(run):
 def test_ctrl_c_keeps_the_best_so_far_and_the_report(long: pytest.Pytester, limit: int, actions: int) -> None:
     change(long.path, "conftest.py", "LIMIT_S = 60.0\n", "LIMIT_S = 60.0\nRUNS = 0\n")
     change(long.path, "conftest.py", "def run(run):\n", COUNTED.format(limit=limit))
-    result = long.runpytest_subprocess(SUITE, "--hri-shrink")
+    result = long.runpytest_inprocess(SUITE, "--hri-shrink", no_reraise_ctrlc=True)
     assert result.ret == pytest.ExitCode.INTERRUPTED
     (test,) = [test for test in report(long.path)["tests"] if test.get("shrunk")]
     shrunk = test["shrunk"]["R2"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import plain_and_slowly_in_other_modes
+from tests.plugin.project import A_WORKER, plain_and_slowly_in_other_modes
 
 SUITE = "--hri-suite=rl"
 TITLE = "human-robot interaction"
@@ -49,7 +49,7 @@ def test_quiet_leaves_out_the_header_and_keeps_the_section(lamps: pytest.Pyteste
 
 
 def test_warnings_are_errors_and_nothing_breaks(lamps: pytest.Pytester) -> None:
-    for options in ((), ("-n", "2"), ("--cov=lamps", "--cov-report=")):
+    for options in ((), A_WORKER, ("--cov=lamps", "--cov-report=")):
         result = lamps.runpytest_subprocess("--hri-suite=by-hand", "-W", "error", *options)
         assert result.ret == 0
         result.stdout.no_fnmatch_line("*warnings summary*")

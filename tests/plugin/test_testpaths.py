@@ -33,7 +33,7 @@ def ini(lamps: pytest.Pytester, line: str) -> None:
 @in_each_mode
 @pytest.mark.usefixtures("hosts")
 def test_files_elsewhere_are_not_imported(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    result = lamps.runpytest_subprocess("--hri-suite=by-hand", *options)
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", *options)
     result.assert_outcomes(passed=3, xfailed=1)
     assert result.ret == 0
 
@@ -43,18 +43,18 @@ def test_other_tests_in_the_same_files_are_deselected(
     lamps: pytest.Pytester, hosts: Path, options: tuple[str, ...]
 ) -> None:
     (hosts / "test_more.py").write_text("def test_more():\n    pass\n", encoding="utf-8")
-    listed = nodeids(lamps.runpytest_subprocess(*COLLECT, *options))
+    listed = nodeids(lamps.runpytest_inprocess(*COLLECT, *options))
     assert [line.startswith(HOSTS) for line in listed] == [True] * 4
 
 
 def test_the_same_tests_are_collected_from_every_folder(
     lamps: pytest.Pytester, hosts: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    at_root = nodeids(lamps.runpytest_subprocess(*COLLECT))
+    at_root = nodeids(lamps.runpytest_inprocess(*COLLECT))
     monkeypatch.chdir(hosts)
-    in_folder = nodeids(lamps.runpytest_subprocess(*COLLECT))
+    in_folder = nodeids(lamps.runpytest_inprocess(*COLLECT))
     monkeypatch.chdir(lamps.path / "models")
-    elsewhere = nodeids(lamps.runpytest_subprocess(*COLLECT))
+    elsewhere = nodeids(lamps.runpytest_inprocess(*COLLECT))
     assert len(at_root) == 4
     assert in_folder == elsewhere == at_root
 
@@ -62,7 +62,7 @@ def test_the_same_tests_are_collected_from_every_folder(
 @pytest.mark.parametrize("value", ["hosts/test_l*.py", "host?", "**/test_lamps.py", "hosts/test_lamps.py hosts"])
 @pytest.mark.usefixtures("hosts")
 def test_the_key_has_globs_and_several_paths(lamps: pytest.Pytester, value: str) -> None:
-    listed = nodeids(lamps.runpytest_subprocess(*COLLECT, "-o", f"hri_testpaths={value}"))
+    listed = nodeids(lamps.runpytest_inprocess(*COLLECT, "-o", f"hri_testpaths={value}"))
     assert len(listed) == len(set(listed)) == 4
 
 
@@ -71,7 +71,7 @@ def test_a_path_that_does_not_exist_is_an_error_with_its_place(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
     ini(lamps, "hri_testpaths = . hosts/*.txt")
-    result = lamps.runpytest_subprocess("--hri-suite=by-hand", *options)
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", *options)
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     folder = lamps.path
     result.stderr.fnmatch_lines(
@@ -84,7 +84,7 @@ def test_a_path_that_does_not_exist_is_an_error_with_its_place(
 def test_with_paths_or_without_a_named_suite_all_files_are_collected(
     lamps: pytest.Pytester, arguments: tuple[str, ...]
 ) -> None:
-    result = lamps.runpytest_subprocess(*arguments)
+    result = lamps.runpytest_inprocess(*arguments)
     assert result.ret != 0
     result.stdout.fnmatch_lines(["*No module named 'a_package_that_is_not_installed'*"])
 
@@ -95,8 +95,8 @@ def test_without_the_key_testpaths_are_collected_and_other_tests_deselected(
 ) -> None:
     (lamps.path / "deep").mkdir()
     (lamps.path / "deep" / "test_deep.py").write_text("from test_lamps import test_lamps\n", encoding="utf-8")
-    result = lamps.runpytest_subprocess(*COLLECT, *options)
+    result = lamps.runpytest_inprocess(*COLLECT, *options)
     assert len(nodeids(result)) == 8
     ini(lamps, "testpaths = deep")
-    listed = nodeids(lamps.runpytest_subprocess(*COLLECT, *options))
+    listed = nodeids(lamps.runpytest_inprocess(*COLLECT, *options))
     assert [line.startswith("deep/") for line in listed] == [True] * 4
