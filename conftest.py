@@ -40,6 +40,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         Late,
         Lost,
         Model,
+        Online,
         Range,
         Testbench,
     )
@@ -184,6 +185,14 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "ready_late": Late("human_ready", Range(1.0, 20.0, "s")),
             "end_lost": Lost("turn_done"),
         },
+        online=Online(
+            agent="human",
+            hears=(
+                Hears("leg_ready", "on(leg_ready)", source="robot_code"),
+                Hears("leg_released", "on(turn_done) & turn_done.outcome == 'released'", source="robot_code"),
+                Hears("leg_discarded", "on(turn_done) & turn_done.outcome != 'released'", source="robot_code"),
+            ),
+        ),
         by_hand=HERE / "tests" / "hri" / "by_hand.toml",
         requires=("sim.engine",),
         fidelities=("dynamic", "kinematic"),
@@ -244,6 +253,7 @@ def run(run: Run) -> Outcome:
             machine.run(Robot(run.bus.port("robot"), shop.robot.clock, shop.robot.arm, shop.robot.hand, settings))
 
         run.disturbs(shop)
+        run.waits(shop.human.await_turn_end)
         shop.start(run.measured(control))
         ended = run.go(LIMIT_S)
         turns = observed_turns(run.recorder.messages)

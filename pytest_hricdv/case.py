@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from pytest_hricdv import faults
 from pytest_hricdv.coverage.code_map import Bits
@@ -39,10 +39,18 @@ if TYPE_CHECKING:
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 
+class Watcher(Protocol):
+    """Sees a run in the words of its requirements, as the monitors do."""
+
+    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None: ...
+
+    def signal(self, time_s: float, name: str, value: Value) -> None: ...
+
+
 class MonitorFeed:
     """Forwards events of the record to the monitors: those that the vocabulary names, numbers as floats."""
 
-    def __init__(self, monitors: MonitorSet | ConformanceMonitor, vocabulary: Vocabulary) -> None:
+    def __init__(self, monitors: Watcher, vocabulary: Vocabulary) -> None:
         self._monitors = monitors
         self._fields = {topic: dict(fields) for topic, fields in vocabulary.messages.items()}
         self._signals = frozenset(vocabulary.signals)
@@ -108,6 +116,7 @@ def execute(
     filming: Callable[[Run], AbstractContextManager[None]] | None = None,
     known_while: Mapping[str, PastFormula] = MappingProxyType({}),
     producing: Actions | None = None,
+    watching: Iterable[Watcher] = (),
 ) -> CaseResult:
     """Run one concrete test: a pure function of the test and the code.
 
@@ -119,6 +128,7 @@ def execute(
         known_while: requirement -> condition under which its violations are known; others are marked as outside.
         producing: produces the actions while the run goes on; the result's test has those that were taken (see
             `Run.enacted`).
+        watching: who else sees the run, before what produces its actions asks them.
 
     Raises:
         TestbenchError: the testbench's `run` returned no Outcome.
@@ -128,8 +138,8 @@ def execute(
     monitors = MonitorSet(_formulas(requirements))
     followers = _followers(requirements, test)
     vocabulary = testbench.vocabulary()
-    watching: tuple[MonitorSet | ConformanceMonitor, ...] = (monitors, *followers)
-    recorder.listeners += [MonitorFeed(each, vocabulary) for each in watching]
+    watchers: tuple[Watcher, ...] = (monitors, *followers, *watching)
+    recorder.listeners += [MonitorFeed(each, vocabulary) for each in watchers]
     # Disable the watchdog while debugging.
     kernel = Kernel(stuck_after_s=math.inf if debugger() else None)
     code = CodeUnderTest(kernel, lambda body: measurement.measured(context, body))

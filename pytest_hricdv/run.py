@@ -64,11 +64,23 @@ class Run:
     """How `go` ended; None before."""
     disturbances: Disturbances = field(default_factory=dict)
     """Those of the testbench."""
+    waiting: Callable[[], None] | None = field(default=None, init=False, repr=False)
+    """How the person waits, if `waits` was called."""
     _disturbed: Any = field(default=None, init=False, repr=False)
 
     def disturbs(self, world: Any) -> None:
         """Hand over what the handlers of disturbances are called with; to be called before `go`."""
         self._disturbed = world
+
+    def waits(self, wait: Callable[[], None]) -> None:
+        """Say how the person waits while there is nothing to do yet; to be called before `go`.
+
+        Args:
+            wait: called in the person's node by what produces the actions. It returns when something has happened, or
+                nothing more is to be expected. What a command waits for before it begins may be waited for in here
+                already: the run is the same without this waiting, as when its test is run again.
+        """
+        self.waiting = wait
 
     def actions(self) -> Iterator[ConcreteAction]:
         """The actions, one after the other; taking the next one reports that it begins now.

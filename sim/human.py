@@ -70,7 +70,7 @@ class Human:
                 self._request_leg(parameters)
             elif not self._away:
                 self._enact_command(command, parameters)
-        self._await_turn_end()
+        self.await_turn_end()
         self.done = True
         while True:
             end = self._ends.wait(REST_OF_RUN_S)
@@ -106,7 +106,7 @@ class Human:
             self._stop_forces()
 
     def _request_leg(self, parameters: Mapping[str, float]) -> None:
-        self._await_turn_end()
+        self.await_turn_end()
         if self._away:
             self._away = False
             self._move(head=SEAT_HEAD_M, hand=REST_HAND_M)
@@ -141,17 +141,19 @@ class Human:
         while (end := self._ends.poll()) is not None:
             self._turn_ended(end)
 
-    def _await_turn_end(self) -> None:
-        """Wait for the end of the announced turn, if there is one."""
+    def await_turn_end(self) -> None:
+        """Wait for the end of the announced turn, if there is one. A second time right after it does nothing."""
         self._handle_turn_ends()
         deadline_s = self._kernel.now_s + TURN_PATIENCE_S
         while self._awaited_turn and self._kernel.now_s < deadline_s:
             end = self._ends.wait(deadline_s - self._kernel.now_s)
             if end is not None:
                 self._turn_ended(end)
+            self._handle_turn_ends()
         if self._awaited_turn:  # the robot's report was not heard: the person takes the turn for ended
             self._awaited_turn = 0
             self._sit_back()
+            self._handle_turn_ends()
 
     def _turn_ended(self, end: TurnDone) -> None:
         self._ended_turn = max(self._ended_turn, end.turn)

@@ -154,6 +154,24 @@ def concretize(test: AbstractTest, concretization: Concretization, k: int = 0, s
     return ConcreteTest(test.id, test.suite, test.seed, tuple(actions), run)
 
 
+def draw_action(command: str, concretization: Concretization, seed: int, place: int) -> ConcreteAction:
+    """An action of a test that is made up while it runs, with parameters as `concretize` draws them.
+
+    Args:
+        command: its command line.
+        seed: of the test.
+        place: of the action in the test, from 0.
+
+    Raises:
+        GenerateError: no ranges are declared for the command.
+    """
+    samplers = concretization.commands.get(command)
+    if samplers is None:
+        known = nearest(command, concretization.commands)
+        raise GenerateError(f"command {place + 1}: no ranges are declared for {command!r}{known}")
+    return ConcreteAction(command, _drawn(samplers, {}, SAMPLINGS[UNIFORM], seed, place, command))
+
+
 def _drawn(samplers: Mapping[str, Sampler], chosen: Parameters, sample: Sampling, *key: int | str) -> dict[str, float]:
     return {
         name: float(chosen[name]) if name in chosen else sample(each, make_rng(*key, name))

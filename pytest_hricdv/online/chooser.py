@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from random import Random
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
-from pytest_hricdv.generate.beliefs import START
 from pytest_hricdv.generate.rng import make_rng
 
 GOAL = "goal"
+DISTURBANCE = "disturbance"
 ACT = "act"
 NONE = ""
-"""The option to choose none of the beliefs of a group, or to post no goal."""
+"""The option to choose none of the beliefs of a group, to post no goal, or not to disturb."""
 
-GOAL_WEIGHT = 0.02
-"""The weight of a goal that nothing is known about; that of none is 1. So about one person in two follows the model."""
+RARE_WEIGHT = 0.01
+"""The weight of a goal or a disturbance that nothing is known about; that of none is 1."""
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,19 @@ class Situation:
     Args:
         time_s: simulated time.
         state: the state that the code under test has reported last; empty where there is none.
-        taken: the commands so far.
+        turn: the number of the interaction, from 1; 0 before the first one, and where nothing tells interactions apart.
+        taken: the commands so far, disturbances among them.
     """
 
     time_s: float
     state: str
+    turn: int
     taken: tuple[str, ...]
+
+    @property
+    def context(self) -> str:
+        """State and turn, which weights can depend on."""
+        return f"{self.state} {self.turn}"
 
 
 @dataclass(frozen=True)
@@ -39,7 +46,7 @@ class Decision:
     """Something to decide.
 
     Args:
-        about: "start", the name of a group of beliefs, "goal", or "act".
+        about: "start", the name of a group of beliefs, "goal", "disturbance", or "act".
         options: at least one; NONE where it may be left.
         situation: where the run stands.
     """
@@ -49,6 +56,15 @@ class Decision:
     situation: Situation
 
 
+class Choice(NamedTuple):
+    """What was chosen: after how many commands, in which context, about what, and which option."""
+
+    taken: int
+    context: str
+    about: str
+    option: str
+
+
 class Chooser(Protocol):
     """Decides what the model leaves open."""
 
@@ -56,24 +72,24 @@ class Chooser(Protocol):
         """One of the options."""
 
 
-Weights = Mapping[tuple[str, str, str], float]
-"""(state, what is decided, option) -> how much more probable than an option of weight 1. The state "" is any."""
+Weight = tuple[str, str, str, float]
+"""Context ("": any), what is decided, option, and how much likelier it is than an option of weight 1."""
 
 
 class WeightedChooser:
     """Chooses at random by weights.
 
-    Options that have none have weight 1; goals have GOAL_WEIGHT, and of several acts the agent does the one that it
-    was ready for first.
+    Options that have none have weight 1; goals and disturbances have RARE_WEIGHT, and of several acts the agent does
+    the one that it was ready for first.
 
     Args:
         seed: of its random stream.
-        weights: of options; those for the state of the code come before those for any state.
+        weights: of options; those for the context come before those for any.
     """
 
-    def __init__(self, seed: int, weights: Weights | None = None) -> None:
+    def __init__(self, seed: int, weights: Iterable[Weight] = ()) -> None:
         self._rng: Random = make_rng("online", seed)
-        self._weights = dict(weights or {})
+        self._weights = {(context, about, option): weight for context, about, option, weight in weights}
 
     def choose(self, decision: Decision) -> str:
         """See `Chooser`."""
@@ -86,12 +102,9 @@ class WeightedChooser:
         return decision.options[0]
 
     def _weight(self, decision: Decision, option: str) -> float:
-        for state in (decision.situation.state, ""):
-            if (weight := self._weights.get((state, decision.about, option))) is not None:
+        for context in (decision.situation.context, ""):
+            if (weight := self._weights.get((context, decision.about, option))) is not None:
                 return weight
         if decision.about == ACT:
             return float(option == decision.options[0])
-        return GOAL_WEIGHT if decision.about == GOAL and option != NONE else 1.0
-
-
-__all__ = ["ACT", "GOAL", "NONE", "START", "Chooser", "Decision", "Situation", "WeightedChooser", "Weights"]
+        return RARE_WEIGHT if decision.about in (GOAL, DISTURBANCE) and option != NONE else 1.0

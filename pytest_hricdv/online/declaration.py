@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pytest_hricdv.coupling.hears import Hears
+from pytest_hricdv.run import TestbenchError
 
 
-class OnlineError(Exception):
+class OnlineError(TestbenchError):
     """A declaration of the online agent is wrong, or its run cannot go on; the text says where and what to do."""
 
 

@@ -15,8 +15,9 @@ from pytest_hricdv.coupling.events import Events, Happening
 from pytest_hricdv.coupling.hears import CouplingError
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import command_from_action
+from pytest_hricdv.generate.beliefs import START
 from pytest_hricdv.monitor import Value
-from pytest_hricdv.online.chooser import ACT, GOAL, NONE, START, Chooser, Decision, Situation
+from pytest_hricdv.online.chooser import ACT, DISTURBANCE, GOAL, NONE, Choice, Chooser, Decision, Situation
 from pytest_hricdv.online.declaration import OnlineError
 from pytest_hricdv.online.late_beliefs import LateBeliefs
 from pytest_hricdv.online.role import Role
@@ -54,10 +55,12 @@ class OnlineAgent:
         self._doing: ReadyAct | None = None
         self._error: CouplingError | None = None
         """Raised when the person asks next: when it occurs, another node runs, and it would be an error of this one."""
+        self.heard = 0
+        """How often it has heard something."""
         self.taken: list[str] = []
         """The commands so far."""
-        self.decisions: list[tuple[Decision, str]] = []
-        """What was decided, in order."""
+        self.choices: list[Choice] = []
+        """What was chosen, in order; that nothing was, only of beliefs."""
         agent = role.agent.agent(self._run, ActingAgent)
         assert isinstance(agent, ActingAgent)
         agent.couple()
@@ -110,6 +113,8 @@ class OnlineAgent:
         try:
             self._go_on(time_s)
             if not waited:
+                if disturbance := self._disturb():
+                    return disturbance
                 self._post_goal()
             return self._take()
         except (BdiError, CouplingError, GenerateError) as error:
@@ -128,6 +133,7 @@ class OnlineAgent:
         self._note(self._events.flush())
         if self._error is not None:
             raise self._error
+        self.heard += len(self._heard)
         while self._heard:
             happened_s, literal, source, goal = self._heard.popleft()
             self._advance(happened_s)
@@ -149,6 +155,15 @@ class OnlineAgent:
             run.wait_until(max(run.due_s, run.now_s))
         if time_s > run.now_s:
             run.wait_until(time_s)
+
+    def _disturb(self) -> str:
+        """The line of a disturbance, if one is chosen; at most one between two commands."""
+        lines = self._role.disturbances
+        if not lines or (self.taken and self.taken[-1] in lines):
+            return NONE
+        chosen = self._choose(DISTURBANCE, (NONE, *lines))
+        self.taken += [chosen] if chosen else []
+        return chosen
 
     def _post_goal(self) -> None:
         goal = self._choose(GOAL, (NONE, *self._role.goals))
@@ -172,14 +187,19 @@ class OnlineAgent:
         return self.taken[-1]
 
     def _choose(self, about: str, options: tuple[str, ...]) -> str:
-        decision = Decision(about, options, Situation(self._run.now_s, self._state, tuple(self.taken)))
+        decision = Decision(about, options, self._situation())
         chosen = self._chooser.choose(decision)
         if chosen not in options:
-            raise OnlineError(
-                f"Online: {chosen!r} was chosen for {about}; expected one of {', '.join(map(repr, options))}"
-            )
-        self.decisions.append((decision, chosen))
+            known = ", ".join(map(repr, options))
+            raise OnlineError(f"Online: {chosen!r} was chosen for {about}; expected one of {known}")
+        if chosen != NONE or about not in (GOAL, DISTURBANCE):
+            self.choices.append(Choice(len(self.taken), decision.situation.context, about, chosen))
         return chosen
+
+    def _situation(self) -> Situation:
+        commands = [line for line in self.taken if line not in self._role.disturbances]
+        turn = max((len([*planned(commands)]) for planned in self._role.planned), default=0)
+        return Situation(self._run.now_s, self._state, turn, tuple(self.taken))
 
     @property
     def plans(self) -> tuple[str, ...]:

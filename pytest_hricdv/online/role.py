@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from pytest_hricdv.bdi.run.system import AgentTemplate
@@ -13,6 +14,9 @@ from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import RequirementError, Vocabulary
 from pytest_hricdv.online.declaration import Online, OnlineError
+
+Planned = Callable[[Sequence[str]], Iterable[object]]
+"""What each interaction of a script plans (see `CrossProduct`)."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +32,9 @@ class Role:
         others: the names of the other agents of the model.
         hears: an event for each of `declaration.hears`.
         goals: the goals without parameters that the agent has plans for.
+        disturbances: the lines of the testbench's disturbances.
         state: the field that has the state of the code under test, as `state.name`; empty where there is none.
+        planned: what tells the interactions of commands apart: `planned` of the cross products that have it.
     """
 
     declaration: Online
@@ -39,10 +45,20 @@ class Role:
     others: tuple[str, ...]
     hears: tuple[EventPattern, ...]
     goals: tuple[str, ...]
+    disturbances: tuple[str, ...] = ()
     state: str = ""
+    planned: tuple[Planned, ...] = ()
 
 
-def load_role(declaration: Online, model: Model, space: BeliefSpace, vocabulary: Vocabulary, state: str = "") -> Role:
+def load_role(
+    declaration: Online,
+    model: Model,
+    space: BeliefSpace,
+    vocabulary: Vocabulary,
+    disturbances: Iterable[str] = (),
+    state: str = "",
+    planned: Iterable[Planned] = (),
+) -> Role:
     """Check a declaration, and make it ready.
 
     Raises:
@@ -57,4 +73,16 @@ def load_role(declaration: Online, model: Model, space: BeliefSpace, vocabulary:
         hears = parse_heard(declaration.hears, names, (*others, steering.name), vocabulary)
     except (CouplingError, RequirementError) as error:
         raise OnlineError(f"Online: {error}") from error
-    return Role(declaration, model, space, agent, steering, others, hears, names.plain_goals, state)
+    return Role(
+        declaration,
+        model,
+        space,
+        agent,
+        steering,
+        others,
+        hears,
+        names.plain_goals,
+        tuple(disturbances),
+        state,
+        tuple(planned),
+    )

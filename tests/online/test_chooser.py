@@ -1,19 +1,22 @@
-"""The chooser by weights: seeded, in proportion, with more regard to the state of the code than to any state."""
+"""The chooser by weights: seeded, in proportion, with those for its state and turn first."""
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 import pytest
 
-from pytest_hricdv.online.chooser import ACT, GOAL, NONE, Decision, Situation, WeightedChooser, Weights
+from pytest_hricdv.online.chooser import ACT, GOAL, NONE, Decision, Situation, Weight, WeightedChooser
 
-ANYWHERE = Situation(0.0, "Waiting", ())
+ANYWHERE = Situation(0.0, "Waiting", 2, ())
 
 
-def chosen(about: str, options: tuple[str, ...], weights: Weights, times: int = 2000, seed: int = 1) -> Counter[str]:
+def chosen(
+    about: str, options: tuple[str, ...], weights: Sequence[Weight], times: int = 2000, seed: int = 1
+) -> Counter[str]:
     """What is chosen how often."""
-    chooser = WeightedChooser(seed, weights)
+    chooser = WeightedChooser(1, weights)
     return Counter(chooser.choose(Decision(about, options, ANYWHERE)) for _ in range(times))
 
 
@@ -26,21 +29,21 @@ def test_the_same_seed_chooses_the_same_and_another_seed_something_else() -> Non
 
 
 def test_options_are_chosen_in_proportion_to_their_weights() -> None:
-    counts = chosen("pose", ("a", "b", "c"), {("", "pose", "a"): 6.0, ("", "pose", "c"): 0.0})
+    counts = chosen("pose", ("a", "b", "c"), [("", "pose", "a", 6.0), ("", "pose", "c", 0.0)])
     assert counts["a"] == pytest.approx(2000 * 6 / 7, rel=0.05)
     assert (counts["a"] + counts["b"], counts["c"]) == (2000, 0)
 
 
-def test_a_weight_for_the_state_of_the_code_comes_first() -> None:
-    weights = {("", "pose", "a"): 1000.0, ("Waiting", "pose", "a"): 0.0, ("Moving", "pose", "b"): 0.0}
+def test_a_weight_for_the_state_and_turn_comes_first() -> None:
+    weights = [("", "pose", "a", 1000.0), ("Waiting 2", "pose", "a", 0.0), ("Waiting 1", "pose", "b", 0.0)]
     assert chosen("pose", ("a", "b"), weights, times=50) == {"b": 50}
 
 
 def test_goals_are_rare_and_acts_come_in_order_unless_weights_say_otherwise() -> None:
-    assert 10 < chosen(GOAL, (NONE, "say"), {})["say"] < 100
-    assert chosen(ACT, ("first", "second"), {}, times=50) == {"first": 50}
-    assert chosen(ACT, ("first", "second"), {("", ACT, "second"): 1.0})["second"] == pytest.approx(1000, rel=0.1)
+    assert 10 < chosen(GOAL, (NONE, "say"), ())["say"] < 100
+    assert chosen(ACT, ("first", "second"), (), times=50) == {"first": 50}
+    assert chosen(ACT, ("first", "second"), [("", ACT, "second", 1.0)])["second"] == pytest.approx(1000, rel=0.1)
 
 
 def test_the_first_option_is_chosen_where_none_has_a_weight() -> None:
-    assert chosen("pose", ("a", "b"), {("", "pose", "a"): 0.0, ("", "pose", "b"): 0.0}, times=5) == {"a": 5}
+    assert chosen("pose", ("a", "b"), [("", "pose", "a", 0.0), ("", "pose", "b", 0.0)], times=5) == {"a": 5}

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.coupling.hears import Hears
+from pytest_hricdv.online.chooser import ACT, DISTURBANCE, GOAL, NONE, Choice, Situation
 from pytest_hricdv.online.declaration import Online, OnlineError
-from tests.online.toy import ACT, GOAL, NONE, Life, Wish, role
+from tests.online.toy import Life, Wish, role
 
 
 def abouts(chooser: Wish) -> list[str]:
@@ -34,9 +35,14 @@ def test_beliefs_are_decided_when_they_are_looked_up_and_not_before(tmp_path: Pa
     assert abouts(chooser) == ["start", "taste"]
     taste = chooser.asked[-2]
     assert taste.options == (NONE, "likes_hot", "likes_cold")
-    assert (taste.situation.state, taste.situation.taken, taste.situation.time_s) == ("Pouring", ("wave",), 1.0)
+    assert taste.situation == Situation(1.0, "Pouring", 1, ("wave",))
     assert life.commands() == ["nod"]
     assert abouts(chooser) == ["start", "taste", "voice"]
+    assert life.agent.choices == [
+        Choice(0, " 0", "start", "curious"),
+        Choice(1, "Pouring 1", "taste", "likes_hot"),
+        Choice(2, "Pouring 1", "voice", "quiet"),
+    ]
 
 
 def test_a_group_without_a_belief_is_open_again_and_one_with_a_belief_is_not(tmp_path: Path) -> None:
@@ -66,6 +72,17 @@ def test_a_goal_can_be_posted_where_the_agent_decides_what_to_do(tmp_path: Path)
     goal, act = chooser.asked[1], chooser.asked[3]
     assert (goal.about, goal.options) == (GOAL, (NONE, "fetch", "thank"))
     assert (act.about, act.options) == (ACT, ("press", "shout"))
+
+
+def test_a_disturbance_can_be_chosen_before_a_command_but_not_two_in_a_row(tmp_path: Path) -> None:
+    chooser = Wish(disturbance=["disturb wind"], voice=["quiet"])
+    life = Life(role(tmp_path, disturbances=("disturb wind", "disturb rain")), chooser)
+    assert life.commands() == ["disturb wind", "press", "disturb wind"]
+    life.said("offer", size="small")
+    assert life.commands() == ["refuse", "disturb wind"]
+    asked = [decision for decision in chooser.asked if decision.about == DISTURBANCE]
+    assert [decision.situation.taken[-1:] for decision in asked] == [(), ("press",), ("refuse",)]
+    assert asked[0].options == (NONE, "disturb wind", "disturb rain")
 
 
 def test_after_waiting_it_does_only_what_follows_from_what_it_heard(tmp_path: Path) -> None:

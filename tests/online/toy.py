@@ -9,7 +9,7 @@ from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import Value, Vocabulary
-from pytest_hricdv.online.chooser import ACT, GOAL, NONE, Decision
+from pytest_hricdv.online.chooser import NONE, Decision
 from pytest_hricdv.online.declaration import Online
 from pytest_hricdv.online.online_agent import OnlineAgent
 from pytest_hricdv.online.role import Role, load_role
@@ -50,11 +50,18 @@ def model(folder: Path, person: str = PERSON) -> Model:
     return Model(folder / "toy.mas2j", actor="person", covered=("person",))
 
 
-def role(folder: Path, person: str = PERSON, declaration: Online | None = None) -> Role:
+def role(
+    folder: Path, person: str = PERSON, declaration: Online | None = None, disturbances: Sequence[str] = ()
+) -> Role:
     """The role of the person; another person need not care for what it hears."""
     person += "" if person == PERSON else " +cup(_). +alarm."
     declaration = declaration or Online("person", HEARS)
-    return load_role(declaration, model(folder, person), SPACE, VOCABULARY, "state.name")
+    return load_role(declaration, model(folder, person), SPACE, VOCABULARY, disturbances, "state.name", [_planned])
+
+
+def _planned(commands: Sequence[str]) -> list[str]:
+    """An interaction begins with a request."""
+    return [command for command in commands if command in ("press", "wave")]
 
 
 class Wish:
@@ -100,6 +107,3 @@ class Life:
             done.append(command)
             self.time_s += 1.0
         return done
-
-
-__all__ = ["ACT", "GOAL", "HEARS", "NONE", "PERSON", "SPACE", "VOCABULARY", "Life", "Wish", "model", "role"]
