@@ -22,11 +22,12 @@ class Interval:
     high: float
 
 
-def share(part: int, whole: int) -> Interval | None:
+def share(part: float, whole: int) -> Interval | None:
     """A share of independent trials, 0 to 1, with Wilson's score interval; None of no trials.
 
     Wilson, E. B. (1927): Probable inference, the law of succession, and statistical inference. Unlike the usual
-    p +- z s it stays within 0 and 1, and has a useful width for no success in n trials.
+    p +- z s it stays within 0 and 1, and has a useful width for no success in n trials. Where trials count by a part
+    of 1, `part` is their sum, and the interval is at least as wide as it has to be.
 
     Raises:
         ValueError: not 0 <= part <= whole.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import Any
 
+from pytest_hricdv.report.formatting import by_requirement
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.results.mutation import MutantResult, MutantStatus, MutationResult, MutationScore
 from studies import estimates, page, session
@@ -73,7 +74,14 @@ def scores(by_suite: Mapping[str, Sequence[Done]]) -> str:
     for name, done in by_suite.items():
         tried = _share_killed(done, ("killed", "survived", "unchanged", "not executed"))
         changed = _share_killed(done, ("killed", "survived"))
-        rows.append([name, len(done), len(tried), *(page.interval(_mean_share(each)) for each in (tried, changed))])
+        rows.append(
+            [
+                name,
+                len(done),
+                len(tried),
+                *(page.interval(estimates.share(sum(each), len(each))) for each in (tried, changed)),
+            ]
+        )
     head = ["suite", "seeds", "mutants", "killed, %", "killed, of those that changed a record, %"]
     return page.table(head, rows)
 
@@ -84,10 +92,6 @@ def _share_killed(done: Iterable[Done], counted: Sequence[MutantStatus]) -> list
     for mutant in (mutant for each in done for mutant in each.mutation.mutants if mutant.status in counted):
         killed.setdefault(mutant.id, []).append(mutant.status == "killed")
     return [fmean(each) for each in killed.values()]
-
-
-def _mean_share(shares: Sequence[float]) -> estimates.Interval | None:
-    return estimates.mean(shares) if shares else None
 
 
 def together(done: Iterable[Done]) -> str:
@@ -113,7 +117,7 @@ def oracles(by_suite: Mapping[str, Sequence[Done]]) -> str:
     """A row for each oracle: mutants killed by it and only by it, per suite, means over seeds."""
     names = dict.fromkeys(name for done in by_suite.values() for each in done for name in each.mutation.oracles)
     rows = []
-    for name in names:
+    for name in sorted(names, key=by_requirement):
         cells = []
         for done in by_suite.values():
             found = [each.mutation.oracles[name] for each in done if name in each.mutation.oracles]

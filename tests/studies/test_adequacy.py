@@ -70,7 +70,7 @@ def test_a_mutant_counts_once_with_the_share_of_seeds_at_which_it_was_killed() -
     row = scores({"rl": done}).splitlines()[-1]
     # Two mutants are killed at one seed each, two others never; one was not tried.
     assert row.startswith("| rl | 2 | 4 | 25.0 (")
-    assert row.endswith("| 50.0 (50.0 to 50.0) |")
+    assert row.endswith("| 50.0 (9.5 to 90.5) |")
 
 
 def test_what_any_suite_kills_and_what_only_one_kills_is_told_apart() -> None:
