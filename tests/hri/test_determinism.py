@@ -17,6 +17,7 @@ from tests.hri.user import HOST, pytest_run
 
 RELEASED_AND_DISCARDED = bench.concrete([*bench.leg("111"), *bench.leg("011")], seed=7)
 BORED = bench.concrete(["tell leg", "receivesignal", "bored", *bench.leg("101")], seed=8)
+SILENT = ["tell leg", "receivesignal"]
 
 
 @dataclass(frozen=True)
@@ -88,13 +89,13 @@ def test_another_seed_gives_another_run_of_the_same_commands() -> None:
 
 
 def test_results_are_equal_without_workers_on_two_workers_and_for_a_single_test(tmp_path: Path) -> None:
-    selected = (HOST, "--hri-suite=rl", "--hri-tests=3")
+    suite = tmp_path / "three.txt"
+    suite.write_text("\n\n".join("\n".join(lines) for lines in (bench.leg("111"), bench.leg("011"), SILENT)))
+    selected = (HOST, f"--hri-suite={suite}")
     plain = pytest_run(tmp_path, *selected)
-    assert plain.code == 0, plain.output
-    assert len(plain.tests) == 3
+    assert [test["outcome"] for test in plain.tests.values()] == ["passed"] * 3, plain.output
     on_two = pytest_run(tmp_path, *selected, "-n", "2")
-    assert on_two.code == 0, on_two.output
-    assert on_two.tests == plain.tests
+    assert on_two.tests == plain.tests, on_two.output
     name = list(plain.tests)[1]
-    alone = pytest_run(tmp_path, name, "--hri-suite=rl", "--hri-tests=3")
+    alone = pytest_run(tmp_path, name, f"--hri-suite={suite}")
     assert alone.tests == {name: plain.tests[name]}

@@ -14,7 +14,7 @@ from sim.workshop import Workshop
 from tests.hri import bench
 
 SUITES = ("rl", "by-hand", "bdi-random", "pseudorandom")
-FEW, MORE = 2, 5
+FEW, MORE = 1, 5
 """Tests of each suite that are run twice, in the fast and in the slow test."""
 
 PARTS = 8

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import islice
 
 import pytest
 
+from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.runtime import Recorder
 from sim.engine import UPRIGHT, bullet
 from sim.layout import TABLE_M
@@ -16,6 +18,10 @@ TABLE = 1
 """Body of the table: the second that is added, after the floor."""
 
 CLEAR_M = 0.01
+SUITES = ("by-hand", "bdi-random", "pseudorandom")
+FEW, MORE = 2, 6
+"""Tests of each suite that are run in the fast and in the slow test."""
+
 PALM = "left_wrist_flex"
 """The person's hand may touch palm and fingers; tests/sim/test_hand_contact.py tests the forces."""
 
@@ -32,8 +38,19 @@ def too_near(world: World) -> set[str]:
     return found - {PALM}
 
 
-@pytest.mark.parametrize("suite", ["by-hand", "bdi-random", "pseudorandom"])
+@pytest.mark.parametrize("suite", SUITES)
 def test_the_person_keeps_clear_of_table_and_robot(suite: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert_clear(islice(bench.suite(suite), FEW), monkeypatch)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("suite", SUITES)
+def test_the_person_keeps_clear_in_more_tests(suite: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert_clear(islice(bench.suite(suite), FEW, MORE), monkeypatch)
+
+
+def assert_clear(tests: Iterable[ConcreteTest], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run the tests and look at every control tick of each."""
     ticks, tick = 0, World._tick
 
     def observed_tick(world: World) -> None:
@@ -44,7 +61,7 @@ def test_the_person_keeps_clear_of_table_and_robot(suite: str, monkeypatch: pyte
         assert not too_near(world)
 
     monkeypatch.setattr(World, "_tick", observed_tick)
-    for test in islice(bench.suite(suite), 4):
+    for test in tests:
         bench.run(test)
     assert ticks > 100
 

@@ -16,6 +16,10 @@ from tests.hri.user import HOST, pytest_run
 OUTCOMES = {"released", "discarded", "no-human-ready", "sensing-timeout"}
 ENDS = {"table done", "nobody asks any more"}
 
+SUITES = ("by-hand", "bdi-random", "pseudorandom")
+FEW, MORE = 2, 6
+"""Tests of each suite that are run in the fast and in the slow test."""
+
 
 def assert_whole(result: CaseResult) -> None:
     """Check what holds for every run."""
@@ -48,9 +52,16 @@ def test_three_suites_run_on_two_workers_and_are_reported(tmp_path: Path) -> Non
         assert test["outcome"] in ("passed", "known-violation")
 
 
-@pytest.mark.parametrize("name", ["by-hand", "bdi-random", "pseudorandom"])
+@pytest.mark.parametrize("name", SUITES)
 def test_every_run_of_a_suite_ends_with_a_defined_outcome(name: str) -> None:
-    for test in islice(bench.suite(name, seed=5), 4):
+    for test in islice(bench.suite(name, seed=5), FEW):
+        assert_whole(bench.run(test))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SUITES)
+def test_more_runs_of_a_suite_end_with_a_defined_outcome(name: str) -> None:
+    for test in islice(bench.suite(name, seed=5), FEW, MORE):
         assert_whole(bench.run(test))
 
 

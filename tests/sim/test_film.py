@@ -49,11 +49,12 @@ class Filmed:
 
 @pytest.fixture(scope="module")
 def filmed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Filmed]:
-    """A film with fewer pictures than usual: one in two seconds, and all around the violation."""
+    """A film with fewer pictures than usual: one in two seconds, and all in a second around the violation."""
     folder = tmp_path_factory.mktemp("report")
     result = bench.run(bench.concrete(bench.leg("111"), seed=3, **IN_THE_WAY))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(film, "SHORTEST_STEP_S", 2.0)
+        patch.setattr(film, "SLOW_AFTER_S", 0.5)
         yield Filmed(result, Filming(bench.testbench(), bench.requirements(), folder).film(result), folder)
 
 
@@ -82,9 +83,9 @@ def test_the_film_can_be_read_and_is_as_long_as_said(filmed: Filmed) -> None:
     if not has_encoder():
         pytest.skip("imageio-ffmpeg has no encoder for this machine")
     frames = decoded(filmed.folder / filmed.film.video, (SCENE_PX + GAP_PX + HAND_PX, 512))
-    assert len(frames) == filmed.film.frames > 50
+    assert len(frames) == filmed.film.frames > 30
     assert len(frames) / FRAMES_PER_S == pytest.approx(filmed.film.seconds, abs=0.01)
-    assert len({frame.tobytes() for frame in frames}) > 30
+    assert len({frame.tobytes() for frame in frames}) > 20
 
 
 def test_the_strip_has_six_key_frames_that_differ(filmed: Filmed) -> None:
