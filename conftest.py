@@ -134,8 +134,8 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
                 Does("@p8", "on(state) & state == 'Decide'", within_s=(0.0, 0.1)),
                 Does("@p10", "on(state) & state == 'Release'", within_s=(0.0, 0.1)),
                 Does("@p12", "on(state) & state == 'Discard'", within_s=(0.0, 1.0)),
-                Does("release", "fall(leg_held)", within_s=(0.0, 20.0)),
-                Does("drop", "fall(leg_held)", within_s=(3.0, 8.0)),
+                Does("release", "fall(leg_held) & once(on(request))", within_s=(0.0, 20.0)),
+                Does("drop", "fall(leg_held) & once(on(request))", within_s=(3.0, 8.0)),
                 Does("report_turn(Turn, Outcome)", "on(turn_done)", within_s=(3.0, 15.0)),
                 Does("report_table", "on(table_done)", within_s=(0.0, 0.1)),
             ),
@@ -146,6 +146,8 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
                 "patience_for_sensors": "sensing_timeout_s",
                 "sensing_step": "sensing_timeout_s",
             },
+            # It knows nobody in the arm's way, no leg that leaves a closed hand, and no grip beyond what people do.
+            until="on(way_blocked) | rise(leg_torn) | rise(!once[0:15](!hand_gripped))",
         ),
         disturbances={
             "leg_late": Disturbance({"for_s": Range(1.0, 120.0, "s")}, disturbances.leg_late),
@@ -235,7 +237,7 @@ def run(run: Run) -> Outcome:
     from pytest_hricdv.disturbance import PREFIX
     from pytest_hricdv.testbench import Outcome
     from sim.script import check_script
-    from sim.turns import observed_turns, planned_turns
+    from sim.turns import ended_turns, observed_turns
     from sim.workshop import Workshop
 
     test = run.test
@@ -256,11 +258,9 @@ def run(run: Run) -> Outcome:
         run.waits(shop.human.await_turn_end)
         shop.start(run.measured(control))
         ended = run.go(LIMIT_S)
-        turns = observed_turns(run.recorder.messages)
+        commands, messages = [action.command for action in run.enacted.actions], run.recorder.messages
+        turns = observed_turns(messages)
         legs = tuple(outcome for _, outcome in turns)
-        planned = planned_turns([action.command for action in run.enacted.actions])
-        cross = {
-            "decision": turns,
-            "handover": [(*turn, outcome) for turn, outcome in zip(planned, legs, strict=False)],
-        }
+        ended_as_planned = ended_turns(commands, run.acted_s, messages)
+        cross = {"decision": turns, "handover": [(*turn, outcome) for turn, outcome in ended_as_planned]}
         return Outcome(ended, legs, shop.world.frozen_s, cross, fidelity)

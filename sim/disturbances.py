@@ -1,27 +1,12 @@
 """What can go wrong at the table, beside what the person's commands bring about; each is applied at a moment of a run.
 
 Each is physical (legs, bodies, forces) or at a port of the world (speech, sensors), never a change of the code under
-test. It is a function of the moment and of its parameters only. Functions take the workshop and the parameters:
-
-`leg_late`: `for_s`; no leg comes to the pickup place for so long, the one that waits there is put away.
-`leg_displaced`: `dx_m`, `dy_m`; the leg that waits, or the next one, stands beside the pickup place.
-`leg_slips`: `after_s` after the next grasp the hand holds the leg with `grasp_n` only; a leg weighs 4.9 N.
-`leg_taken`: after `after_s` the person reaches for the leg that waits and keeps it; `next_s` later the next one comes.
-`leg_pulled_out`: `after_s` after a leg is held out, the person pulls with `pull_n`, more than a grasp holds.
-`leg_in_hand`: at the start of a run, the leg is in the closed hand.
-`somebody_in_the_way`: after `after_s` somebody leans in at one of `PLACES` (`place`, its number), for `for_s`.
-`hand_held_shut`: when the hand opens next, the person grips its fingers for `grip_s`.
-`hand_held_open`: after `after_s` the person's hand is between the fingers and the pickup place, for `for_s`.
-`sensors_silent`, `sensors_stuck`: `for_s`.
-`sensors_late`: the next reading is heard `late_s` after its measurement.
-`sensor_flips`: `sensor` (the number of a field of `Reading`) reads the opposite for `for_s`.
-`says_ready`, `asks_again`: after `after_s`, whether it is time for it or not.
-`falls_silent`: the person does not say the next "ready".
+test. It is a function of the moment and of its parameters only, and takes no time: what comes later is done by nodes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields
 
 from controller.ports import HumanReady, Reading, Request
@@ -29,6 +14,7 @@ from sim.engine import Vector
 from sim.events import SupplyDisturbed, WayBlocked
 from sim.gripper import FingerMotion
 from sim.layout import HANDOVER_M, PICKUP_M, REST_HAND_M
+from sim.leg import Leg
 from sim.whereabouts import HANDOVER
 from sim.workshop import Workshop
 
@@ -56,18 +42,21 @@ ROOM_AGAIN_S = 0.5
 
 
 def leg_late(shop: Workshop, given: Parameters) -> None:
+    """No leg comes to the pickup place for `for_s`; the one that waits there is put away."""
     shop.tell(SupplyDisturbed())
     shop.world.unfreeze()
     shop.world.legs.withhold(given["for_s"])
 
 
 def leg_displaced(shop: Workshop, given: Parameters) -> None:
+    """The leg that waits, or the next one, stands beside the pickup place by `dx_m` and `dy_m`."""
     shop.tell(SupplyDisturbed())
     shop.world.unfreeze()
     shop.world.legs.displace(given["dx_m"], given["dy_m"])
 
 
 def leg_slips(shop: Workshop, given: Parameters) -> None:
+    """From `after_s` after the next grasp on, the hand holds the leg with `grasp_n` only; a leg weighs 4.9 N."""
     legs = shop.world.legs
 
     def weaken() -> None:
@@ -79,6 +68,7 @@ def leg_slips(shop: Workshop, given: Parameters) -> None:
 
 
 def leg_taken(shop: Workshop, given: Parameters) -> None:
+    """After `after_s` the person takes the leg that waits, and puts it down; the next one comes `next_s` later."""
     world = shop.world
 
     def reach() -> None:
@@ -87,16 +77,23 @@ def leg_taken(shop: Workshop, given: Parameters) -> None:
             shop.later(duration_s, take)
 
     def take() -> None:
-        if world.legs.waiting is not None:
+        leg = world.legs.waiting
+        duration_s = world.person.hand.move(REST_HAND_M)
+        if leg is not None:
             shop.tell(SupplyDisturbed())
             world.unfreeze()
             world.legs.take(world.person.hand.body, given["next_s"])
-        world.person.hand.move(REST_HAND_M)
+            shop.later(duration_s, lambda: set_down(leg))
+
+    def set_down(leg: Leg) -> None:
+        world.unfreeze()
+        world.legs.set_down(leg)
 
     shop.later(given["after_s"], reach)
 
 
 def leg_pulled_out(shop: Workshop, given: Parameters) -> None:
+    """`after_s` after a leg is held out, the person tugs at it with `pull_n`: more than a grasp holds, or less."""
     world = shop.world
 
     def tug(force_n: float) -> None:
@@ -114,11 +111,13 @@ def leg_pulled_out(shop: Workshop, given: Parameters) -> None:
 
 
 def leg_in_hand(shop: Workshop, given: Parameters) -> None:
+    """At the start of a run the leg is in the closed hand; later this is without effect."""
     if shop.world.time.step == 0:
         shop.world.gripper.begin_with_leg()
 
 
 def somebody_in_the_way(shop: Workshop, given: Parameters) -> None:
+    """After `after_s` somebody leans in at place number `place` of `PLACES`, when there is room, for `for_s`."""
     place = list(PLACES.values())[int(given["place"])]
 
     def lean_out() -> None:
@@ -136,6 +135,7 @@ def somebody_in_the_way(shop: Workshop, given: Parameters) -> None:
 
 
 def hand_held_shut(shop: Workshop, given: Parameters) -> None:
+    """When the hand opens next, the person grips its fingers for `grip_s`, if their hand is there."""
     world = shop.world
 
     def opens() -> bool:
@@ -145,6 +145,7 @@ def hand_held_shut(shop: Workshop, given: Parameters) -> None:
 
 
 def hand_held_open(shop: Workshop, given: Parameters) -> None:
+    """After `after_s` the person's hand is between the closing fingers at the pickup place, for `for_s`."""
     hand = shop.world.person.hand
 
     def withdraw() -> None:
@@ -158,31 +159,35 @@ def hand_held_open(shop: Workshop, given: Parameters) -> None:
 
 
 def sensors_silent(shop: Workshop, given: Parameters) -> None:
+    """The sensors give no reading for `for_s`."""
     shop.sensors.faults.silent_until_s = shop.kernel.now_s + given["for_s"]
 
 
 def sensors_late(shop: Workshop, given: Parameters) -> None:
+    """The next reading is heard `late_s` after its measurement."""
     shop.sensors.faults.late_s = given["late_s"]
 
 
 def sensors_stuck(shop: Workshop, given: Parameters) -> None:
+    """For `for_s` readings are as the last one before."""
     shop.sensors.faults.stuck_until_s = shop.kernel.now_s + given["for_s"]
 
 
 def sensor_flips(shop: Workshop, given: Parameters) -> None:
+    """Sensor number `sensor` of `SENSORS` reads the opposite for `for_s`."""
     shop.sensors.faults.flipped_until_s[SENSORS[int(given["sensor"])]] = shop.kernel.now_s + given["for_s"]
 
 
 def says_ready(shop: Workshop, given: Parameters) -> None:
+    """After `after_s` the person says "ready", whether it is time for it or not."""
     shop.later(given["after_s"], lambda: shop.human.say(HumanReady()))
 
 
 def asks_again(shop: Workshop, given: Parameters) -> None:
+    """After `after_s` the person asks for a leg, whether it is time for it or not."""
     shop.later(given["after_s"], lambda: shop.human.say(Request()))
 
 
 def falls_silent(shop: Workshop, given: Parameters) -> None:
+    """The person does not say the next "ready"."""
     shop.human.fall_silent()
-
-
-Handler = Callable[[Workshop, Parameters], None]

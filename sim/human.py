@@ -175,7 +175,7 @@ class Human:
             hand, at = self._world.person.hand.pose()[0], leg.pose()[0]
             self._move(hand=(place[0] + hand[0] - at[0], place[1] + hand[1] - at[1], place[2] + hand[2] - at[2]))
             self._world.unfreeze()
-            legs.set_down()
+            legs.set_down(leg)
 
     def _stop_forces(self) -> None:
         self._world.person.pull(0.0)

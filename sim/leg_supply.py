@@ -87,10 +87,9 @@ class LegSupply:
         if self.waiting is not None:
             self._engine.place(self.current.body, (self._pickup_place(), UPRIGHT))
 
-    def set_down(self) -> None:
-        """The person puts the carried leg down at its assembly place."""
-        leg = self.carried
-        if leg is not None:
+    def set_down(self, leg: Leg) -> None:
+        """The person puts a leg down at its assembly place; without effect if it is not carried any more."""
+        if leg in self._carried:
             self._engine.place(leg.body, (assembly_place(self.received), UPRIGHT))
             leg.finish()
             self._carried.remove(leg)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
-from controller.ports import Reading, TurnDone
+from controller.ports import Reading, State, TurnDone
 from pytest_hricdv.runtime import RecordedMessage, topic_of
 
 PlannedTurn = tuple[str, str, str]
 SENSORS = ("gaze", "pressure", "location")
 MAX_LEGS = 4
+TURN_STATE = "Move_hand"
+"""The robot enters this state when it begins a turn."""
 
 
 def planned_turns(commands: Sequence[str]) -> tuple[PlannedTurn, ...]:
@@ -23,6 +26,31 @@ def planned_turns(commands: Sequence[str]) -> tuple[PlannedTurn, ...]:
     turns = [commands[begin:end] for begin, end in pairwise([*requests, len(commands)])]
     legs = str(min(max(sum("bored" not in turn for turn in turns), 1), MAX_LEGS))
     return tuple((legs, "bored" if "bored" in turn else "not_bored", _pose(turn)) for turn in turns)
+
+
+def ended_turns(
+    commands: Sequence[str], acted_s: Sequence[float], messages: Iterable[RecordedMessage]
+) -> tuple[tuple[PlannedTurn, str], ...]:
+    """Each planned turn that the robot took up, with its outcome.
+
+    A request that the robot does not hear, or hears while it is at work, opens no turn; one out of turn may open one.
+    So a turn of the robot belongs to the request at which the person was when it began; of several, the first does.
+
+    Args:
+        commands: of the script.
+        acted_s: when each of them began (s), as far as they did.
+        messages: of the run.
+    """
+    asked_s = [time_s for command, time_s in zip(commands, acted_s, strict=False) if command == "tell leg"]
+    found: dict[int, str] = {}
+    request = 0
+    for message in messages:
+        if message.topic == topic_of(State) and message.fields["name"] == TURN_STATE:
+            request = bisect_right(asked_s, message.time_s)
+        elif message.topic == topic_of(TurnDone) and request:
+            found.setdefault(request - 1, str(message.fields["outcome"]))
+    planned = planned_turns(commands)
+    return tuple((planned[number], outcome) for number, outcome in sorted(found.items()))
 
 
 def _pose(turn: Sequence[str]) -> str:

@@ -35,6 +35,7 @@ class ConformanceMonitor:
             *(("heard", number, event) for number, event in enumerate(oracle.hears)),
             *(("does", number, event) for number, event in enumerate(oracle.does)),
             *(("fails", number, event) for number, event in oracle.fails.items()),
+            *((("until", 0, oracle.until),) if oracle.until is not None else ()),
         ]
         events = [event for _, _, event in self._declared]
         names = (name for event in events for name in event.sources.values())
@@ -42,6 +43,8 @@ class ConformanceMonitor:
         self._log: list[Observation] = []
         self._delayed: frozenset[int] = frozenset()
         self._product = Product(oracle, self._limits)
+        self._left_s: float | None = None
+        """When the run left what the model knows."""
         self._doubted: Deviation | None = None
         """The last deviation that was none for an agent that heard an input later."""
         self._error: BdiError | CouplingError | None = None
@@ -68,15 +71,19 @@ class ConformanceMonitor:
             self._go_on(partial(Product.finish, time_s=time_s))
         if self._error is not None:
             raise ConformanceError(f"Conformance: {self._error}") from self._error
-        return self._verdict(time_s)
+        return self._verdict(time_s if self._left_s is None else self._left_s)
 
     @property
     def _ended(self) -> bool:
-        return self._product.deviation is not None or self._error is not None
+        return self._product.deviation is not None or self._error is not None or self._left_s is not None
 
     def _observe(self, happenings: Iterable[Happening]) -> None:
         for happening in happenings:
             if self._ended:
+                continue
+            if any(self._declared[index][0] == "until" for index in happening.numbers):
+                self._left_s = happening.time_s
+                self._go_on(partial(Product.finish, time_s=happening.time_s))
                 continue
             try:
                 observation = self._observation(happening)

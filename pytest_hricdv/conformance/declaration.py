@@ -64,6 +64,8 @@ class Conformance:
             a parameter of the run: `{"patience": 15, "patience_for_sensors": "timeout_s"}`. The agent believes them in
             whole milliseconds, for its clock (`.wait`) goes with the run: a millisecond is one of simulated time.
         tolerance_s: how much later (s) than observed the agent may become ready for an act, or perceive something.
+        until: an event by which a run leaves what the model knows, such as somebody who holds the robot's arm; the run
+            is followed up to there. Empty where there is none.
 
     Raises:
         ConformanceError: nothing that it does, or a number that makes no sense.
@@ -74,6 +76,7 @@ class Conformance:
     hears: tuple[Hears, ...] = ()
     limits: Mapping[str, float | str] = field(default_factory=dict, hash=False)
     tolerance_s: float = 0.5
+    until: str = ""
 
     def __post_init__(self) -> None:
         for name, kind in (("does", Does), ("hears", Hears)):

@@ -32,6 +32,7 @@ class Oracle:
         hears: an event for each of `declaration.hears`.
         does: an event for each of `declaration.does`.
         fails: the number of an act in `does` -> the event by which it fails.
+        until: the event up to which a run is followed; None for the whole run.
     """
 
     declaration: Conformance
@@ -40,6 +41,7 @@ class Oracle:
     hears: tuple[EventPattern, ...]
     does: tuple[EventPattern, ...]
     fails: Mapping[int, EventPattern]
+    until: EventPattern | None
 
     @property
     def id(self) -> str:
@@ -109,6 +111,7 @@ def load_oracle(declaration: Conformance, model: Model, vocabulary: Vocabulary, 
                 for each in declaration.does
             ),
             fails=dict(_failures(declaration, names, vocabulary)),
+            until=parse_event("Conformance, until", None, declaration.until, vocabulary) if declaration.until else None,
         )
     except CouplingError as error:
         raise ConformanceError(str(error)) from error

@@ -108,6 +108,11 @@ def test_values_that_make_no_sense_are_refused(made: Callable[[], object], told:
     assert str(error.value).startswith(told)
 
 
+def test_an_end_that_is_no_event_is_refused_with_its_place(tmp_path: Path) -> None:
+    with pytest.raises(RequirementError, match=r"Conformance, until, column 1: expected an event"):
+        Toy(tmp_path, until="gripping")
+
+
 def test_a_message_whose_content_is_a_variable_can_be_anything_that_the_agent_mentions(tmp_path: Path) -> None:
     robot = "+wanted(Thing) <- !say(offered). +!say(What) <- .send(person, tell, What)."
     toy = Toy(tmp_path, robot, does=(OFFERED,), hears=TOY.hears[:1], limits={})

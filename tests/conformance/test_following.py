@@ -157,3 +157,24 @@ def test_signals_of_one_instant_are_observed_together(tmp_path: Path) -> None:
     begin: tuple[Event, ...] = ((0.0, "gripping", True), *HANDED_OVER)
     assert toy.follow(*begin, (7.5, "gripping", False)).verdict == "Passed"
     assert toy.follow(*begin, (7.6, "gripping", False)).verdict == "Failed"
+
+
+def test_a_run_is_followed_until_it_leaves_what_the_model_knows(tmp_path: Path) -> None:
+    toy = Toy(tmp_path, until="rise(gripping)")
+    begin: tuple[Event, ...] = ((0.0, "gripping", False), *HANDED_OVER[:5])
+    verdict = toy.follow(*begin, (5.5, "gripping", True), (5.5, "holding", False), (6.0, "offer"))
+    assert (verdict.verdict, verdict.passes, verdict.pending) == ("Passed", 2, 0)
+    assert toy.follow(*begin, (5.5, "gripping", False), (5.5, "holding", False)).verdict == "Failed"
+
+
+def test_what_deviated_before_a_run_left_what_the_model_knows_counts(tmp_path: Path) -> None:
+    toy = Toy(tmp_path, until="rise(gripping)")
+    begin: tuple[Event, ...] = ((0.0, "gripping", False), *moved("taken", 1.4)[:4])
+    assert violation(toy.follow(*begin, (1.5, "gripping", True))).startswith("1.4 s: expected take(cup) 1 to 10 s")
+
+
+def test_what_is_open_when_a_run_leaves_what_the_model_knows_is_pending(tmp_path: Path) -> None:
+    toy = Toy(tmp_path, until="rise(gripping)")
+    verdict = toy.follow((0.0, "gripping", False), *HANDED_OVER[:4], (4.5, "gripping", True))
+    assert (verdict.verdict, verdict.passes, verdict.pending) == ("Passed", 1, 1)
+    assert [(each.begin_s, each.end_s) for each in verdict.history] == [(1.0, 4.0), (4.0, 4.5)]

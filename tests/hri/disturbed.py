@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cache
 
-from pytest_hricdv.case import CaseResult
+from pytest_hricdv.case import CaseResult, execute, oracles
 from pytest_hricdv.coverage.code_map import CodeMap, map_code
 from pytest_hricdv.coverage.measurement import Measurement, choose
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
+from pytest_hricdv.monitor import Criterion
 from tests.hri import bench
 
 Line = str | tuple[str, Mapping[str, float]]
@@ -33,6 +34,28 @@ def concrete(lines: Sequence[Line], seed: int = 1, **run: float) -> ConcreteTest
     chosen = {number: each for number, each in values.items() if each}
     test = AbstractTest("disturbed", "tests", "a disturbance", (), tuple(commands), seed=seed, values=chosen)
     return concretize(test, bench.testbench().commands)
+
+
+@cache
+def criteria() -> tuple[Criterion, ...]:
+    """All requirements, and the model."""
+    return (*bench.requirements(), *oracles(bench.testbench()))
+
+
+def judged(test: ConcreteTest, measurement: Measurement = bench.UNMEASURED) -> CaseResult:
+    """Run one test, and judge it by requirements and model."""
+    context = f"{test.id} {next(bench.RUNS)}"
+    return execute(bench.testbench(), criteria(), test, measurement, context, known_while=bench.known_while())
+
+
+def unknown_violations(result: CaseResult) -> str:
+    """The ids of the requirements that are violated, beyond what is known of them."""
+    known = bench.known_while()
+    return " ".join(
+        verdict.requirement
+        for verdict in result.verdicts
+        if any(each.outside or verdict.requirement not in known for each in verdict.violations)
+    )
 
 
 @cache

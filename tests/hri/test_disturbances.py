@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache, partial
+from typing import Any
 
 import pytest
 
@@ -11,7 +12,7 @@ from pytest_hricdv.case import CaseResult
 from pytest_hricdv.coverage.measurement import Measurement
 from sim.workshop import Workshop
 from tests.hri import bench
-from tests.hri.disturbed import Line, concrete, executed, measurement
+from tests.hri.disturbed import Line, concrete, executed, judged, measurement, unknown_violations
 from tests.hri.test_freezing import observed
 
 LEG = bench.leg("111")
@@ -68,7 +69,7 @@ REACHED = {
 
 
 def run(lines: Sequence[Line], measurement: Measurement = bench.UNMEASURED) -> CaseResult:
-    return bench.run(concrete(lines, sensing_timeout_s=30.0), measurement)
+    return judged(concrete(lines, sensing_timeout_s=30.0), measurement)
 
 
 @cache
@@ -85,7 +86,7 @@ def test_error_paths_are_reached(statement: str) -> None:
     assert statement not in undisturbed()
 
 
-ENDS = [
+ENDS: list[tuple[Any, ...]] = [
     (NO_LEG, "discarded"),
     (LEG_BESIDE, "discarded"),
     (LEG_TAKEN, "discarded"),
@@ -95,11 +96,11 @@ ENDS = [
     (IN_HAND, "released"),
     (NO_WAY_TO_THE_LEG, "discarded"),
     (STOPPED_BEFORE_THE_LEG, "discarded"),
-    (NO_WAY_TO_THE_PERSON, "discarded"),
-    (STOPPED_BEFORE_THE_PERSON, "discarded"),
-    (NO_WAY_TO_THE_BIN, "discarded"),
+    (NO_WAY_TO_THE_PERSON, "discarded", "R16"),
+    (STOPPED_BEFORE_THE_PERSON, "discarded", "R16"),
+    (NO_WAY_TO_THE_BIN, "discarded", "R2 R16 R22"),
     (NO_WAY_HOME, "discarded"),
-    (HELD_SHUT, "discarded"),
+    (HELD_SHUT, "discarded", "R3"),
     (HELD_OPEN, "discarded"),
     (SILENT, "sensing-timeout"),
     (LATE, "released"),
@@ -112,15 +113,28 @@ ENDS = [
     (ASKS_AGAIN, "released"),
     (FALLS_SILENT, "no-human-ready"),
 ]
+"""How the turns of a run end; and which requirements the controller then violates by faults of its own.
+
+A robot that cannot get to the bin opens its hand where it is, which hands the leg over or drops it; one that gives up a
+release closes its hand on the person's.
+"""
 
 
-@pytest.mark.parametrize(("lines", "outcomes"), ENDS, ids=[str(lines[0])[:40] for lines, _ in ENDS])
+@pytest.mark.parametrize("case", ENDS, ids=[str(lines[0])[:40] for lines, *_ in ENDS])
 def test_turns_end_as_the_disturbance_has_it_with_freezing_and_without(
-    lines: Sequence[Line], outcomes: str, monkeypatch: pytest.MonkeyPatch
+    case: tuple[Any, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    lines, outcomes, *violated = case
     frozen = run(lines)
     assert " ".join(frozen.outcome.outcomes) == outcomes
     assert not frozen.faults
+    assert unknown_violations(frozen) == " ".join(violated)
     monkeypatch.setattr("sim.workshop.Workshop", partial(Workshop, freeze=False))
     stepped = run(lines)
     assert observed(stepped) == observed(frozen)
+
+
+def test_a_turn_that_the_robot_never_took_up_leaves_the_others_their_outcomes() -> None:
+    result = run([("request_lost", {}), *LEG, *NOT_READY])
+    assert result.outcome.outcomes == ("discarded",)
+    assert list(result.outcome.cross["handover"]) == [("2", "not_bored", "011", "discarded")]

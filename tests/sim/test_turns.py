@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from sim.turns import planned_turns
+from controller.ports import State, TurnDone
+from pytest_hricdv.runtime import RecordedMessage, topic_of
+from sim.turns import ended_turns, planned_turns
 
 LEG = ["tell leg", "receivesignal", "set_param location = 1", "set_param pressure = 0", "set_param gaze = 1"]
 READY = "tell humanReady"
@@ -31,3 +33,35 @@ def test_who_does_not_say_ready_has_no_pose_and_a_table_has_four_legs() -> None:
     assert [legs for legs, _, _ in planned_turns(LEG * 6)] == ["4"] * 6
     assert planned_turns([]) == ()
     assert planned_turns(["bored", "set_param gaze = 1"]) == ()
+
+
+def begins(time_s: float) -> RecordedMessage:
+    return RecordedMessage(time_s, "robot", topic_of(State), {"name": "Move_hand"})
+
+
+def ends(time_s: float, outcome: str) -> RecordedMessage:
+    return RecordedMessage(time_s, "robot", topic_of(TurnDone), {"turn": 1, "outcome": outcome})
+
+
+THREE = ["tell leg", "tell humanReady", "tell leg", "bored", "disturb outage", "tell leg"]
+FIRST, SECOND, THIRD = planned_turns(THREE)
+ACTED_S = (0.0, 20.0, 30.0, 60.0, 61.0, 90.0)
+
+
+def test_each_planned_turn_has_the_outcome_of_the_turn_that_its_request_began() -> None:
+    messages = [begins(4.0), ends(29.0, "released"), begins(34.0), ends(70.0, "discarded")]
+    assert ended_turns(THREE, ACTED_S, messages) == ((FIRST, "released"), (SECOND, "discarded"))
+
+
+def test_a_request_that_opened_no_turn_has_no_outcome_and_leaves_the_others_theirs() -> None:
+    messages = [begins(34.0), ends(100.0, "discarded"), begins(101.0), ends(130.0, "released")]
+    assert ended_turns(THREE, ACTED_S, messages) == ((SECOND, "discarded"), (THIRD, "released"))
+
+
+def test_a_further_turn_while_the_person_is_at_one_request_is_nobodys() -> None:
+    messages = [begins(-1.0), ends(-0.5, "discarded"), begins(4.0), ends(20.0, "released"), begins(21.0)]
+    assert ended_turns(THREE, ACTED_S, [*messages, ends(29.0, "discarded")]) == ((FIRST, "released"),)
+
+
+def test_requests_that_the_person_never_came_to_have_no_outcome() -> None:
+    assert ended_turns(THREE, ACTED_S[:1], [begins(4.0), ends(29.0, "released")]) == ((FIRST, "released"),)
