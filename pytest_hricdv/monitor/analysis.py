@@ -79,18 +79,18 @@ def walk(formula: PastFormula) -> Iterator[PastFormula]:
 
 def conjuncts(formula: PastFormula) -> Iterator[PastFormula]:
     """The operands of the outermost conjunctions of `formula`, in the order of the text."""
-    if isinstance(formula, And):
-        yield from conjuncts(formula.left)
-        yield from conjuncts(formula.right)
-    else:
-        yield formula
+    yield from _operands_of(And, formula)
 
 
 def disjuncts(formula: PastFormula) -> Iterator[PastFormula]:
     """The operands of the outermost disjunctions of `formula`, in the order of the text."""
-    if isinstance(formula, Or):
-        yield from disjuncts(formula.left)
-        yield from disjuncts(formula.right)
+    yield from _operands_of(Or, formula)
+
+
+def _operands_of(connective: type[And] | type[Or], formula: PastFormula) -> Iterator[PastFormula]:
+    if isinstance(formula, connective):
+        yield from _operands_of(connective, formula.left)
+        yield from _operands_of(connective, formula.right)
     else:
         yield formula
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from pytest_hricdv.monitor.node import Node, window_text
 from pytest_hricdv.monitor.past_formula import (
@@ -90,27 +91,28 @@ class Holds(Node):
 
 
 @dataclass(frozen=True)
-class Eventually(Node):
-    """True at some time in [trigger + start_s, trigger + end_s]; an attempt starts when the antecedent becomes true."""
+class _WindowedResponse(Node):
+    """A response in [trigger + start_s, trigger + end_s]; an attempt starts when the antecedent becomes true."""
 
+    WORD: ClassVar[str]
     condition: PastFormula
     start_s: float
     end_s: float
 
     def __str__(self) -> str:
-        return f"eventually{window_text(self.start_s, self.end_s)}({self.condition})"
+        return f"{self.WORD}{window_text(self.start_s, self.end_s)}({self.condition})"
 
 
-@dataclass(frozen=True)
-class AlwaysWithin(Node):
-    """True at all times in [trigger + start_s, trigger + end_s]; an attempt starts when the antecedent becomes true."""
+class Eventually(_WindowedResponse):
+    """True at some time in the window."""
 
-    condition: PastFormula
-    start_s: float
-    end_s: float
+    WORD = "eventually"
 
-    def __str__(self) -> str:
-        return f"always{window_text(self.start_s, self.end_s)}({self.condition})"
+
+class AlwaysWithin(_WindowedResponse):
+    """True at all times in the window."""
+
+    WORD = "always"
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pytest_hricdv.monitor.node import Node, Precedence, number_text, window_text
 
@@ -211,23 +211,24 @@ class Not(Node):
 
 
 @dataclass(frozen=True)
-class And(Node):
-    PRECEDENCE = Precedence.AND
+class _Connective(Node):
+    """A connective of two operands, which groups from the left."""
+
+    SYMBOL: ClassVar[str]
     left: PastFormula
     right: PastFormula
 
     def __str__(self) -> str:
-        return f"{self.left.operand_text(Precedence.AND)} & {self.right.operand_text(Precedence.NOT)}"
+        right = self.right.operand_text(Precedence(self.PRECEDENCE + 1))
+        return f"{self.left.operand_text(self.PRECEDENCE)} {self.SYMBOL} {right}"
 
 
-@dataclass(frozen=True)
-class Or(Node):
-    PRECEDENCE = Precedence.OR
-    left: PastFormula
-    right: PastFormula
+class And(_Connective):
+    PRECEDENCE, SYMBOL = Precedence.AND, "&"
 
-    def __str__(self) -> str:
-        return f"{self.left.operand_text(Precedence.OR)} | {self.right.operand_text(Precedence.AND)}"
+
+class Or(_Connective):
+    PRECEDENCE, SYMBOL = Precedence.OR, "|"
 
 
 @dataclass(frozen=True)
