@@ -6,6 +6,8 @@ way                the protocol of the ways to reach points: each proposes tests
 archive            all runs, the best test of each point, what is still open
 bandit             the choice among the ways, by what has paid off
 loop               generations of proposals, run on any number of processes, merged in order
+evidence           what all runs have shown of each point, and how much a further run would find
+open_points        points that no run hit: which came nearest, what it lacked, and how to declare it impossible
 suite              the smallest part of the tests that covers as much as all
 interactions       a script's interactions: what each plans, and what became of it
 outcomes           what has followed from which disturbances, and what probably will

@@ -36,6 +36,7 @@ class Observation(msgspec.Struct, frozen=True):
         hits: cross product -> the bins of its interactions, in their order.
         distances: (a point that it does not hit, how far it was from it); 0 is a hit, and points are compared with
             themselves only.
+        missing: requirement that nothing triggered -> the conditions that were false when it was nearest to it.
         sim_s: simulated time (s).
         record_sha256: of its record.
         failed: requirements that it violates and that are not known to fail; then its faults.
@@ -47,6 +48,7 @@ class Observation(msgspec.Struct, frozen=True):
     points: tuple[Point, ...] = ()
     hits: dict[str, tuple[Bin, ...]] = {}
     distances: tuple[tuple[Point, float], ...] = ()
+    missing: dict[str, tuple[str, ...]] = {}
     sim_s: float = 0.0
     record_sha256: str = ""
     failed: tuple[str, ...] = ()
@@ -82,6 +84,7 @@ def observe(
         points=tuple(sorted(points)),
         hits={name: tuple(tuple(each) for each in hits) for name, hits in result.outcome.cross.items()},
         distances=tuple(_distances(result.verdicts)),
+        missing={each.requirement: each.nearest_miss.missing for each in result.verdicts if each.nearest_miss},
         sim_s=result.sim_s,
         record_sha256=result.record.sha256,
         failed=(*result.unknown(known), *result.faults),

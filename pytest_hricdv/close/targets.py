@@ -11,6 +11,7 @@ from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.coverage.reachability import Reachability
 from pytest_hricdv.generate.abstract import Plans
+from pytest_hricdv.results.closing import ImpossiblePoint
 
 
 def wanted_points(
@@ -37,6 +38,17 @@ def wanted_points(
     )
 
 
+def impossible_points(
+    code: CodeMap | None, plans: Plans, cross: Mapping[str, CrossProduct], reachability: Reachability
+) -> tuple[ImpossiblePoint, ...]:
+    """The points that are waived, declared impossible, or proved impossible by the model. Arguments as above."""
+    return (
+        *(_waived(code) if code is not None else ()),
+        *_unreachable_plans(plans, reachability),
+        *_impossible_bins(cross, reachability),
+    )
+
+
 def by_kind(points: Iterable[Point]) -> Counter[str]:
     """How many points there are of each kind."""
     return Counter(point[0] for point in points)
@@ -54,6 +66,29 @@ def _of_plans(plans: Plans, reachability: Reachability) -> Iterator[Point]:
         for label in labels:
             if explored.status != "proven" or label in (explored.plans or {}).get(agent, {}):
                 yield "plan", agent, label
+
+
+def _waived(code: CodeMap) -> Iterator[ImpossiblePoint]:
+    reasons = {(each.file, str(each.line)): each.reason for each in code.waivers}
+    for point in code_points(code, code.waived()):
+        lines = [(point[1], line) for line in point[2:] if (point[1], line) in reasons]
+        yield ImpossiblePoint(point=point, reason=reasons[lines[0]], by="waived")
+
+
+def _unreachable_plans(plans: Plans, reachability: Reachability) -> Iterator[ImpossiblePoint]:
+    explored = reachability.exploration
+    reason = f"none of the model's {explored.runs} runs executes it"
+    for agent, labels in plans.items():
+        for label in labels:
+            if explored.status == "proven" and label not in (explored.plans or {}).get(agent, {}):
+                yield ImpossiblePoint(point=("plan", agent, label), reason=reason, by="model")
+
+
+def _impossible_bins(cross: Mapping[str, CrossProduct], reachability: Reachability) -> Iterator[ImpossiblePoint]:
+    for name, product in cross.items():
+        for each in reachability.products[name].impossible:
+            if each.bin not in product.forbidden:
+                yield ImpossiblePoint(point=("bin", name, *each.bin), reason=each.reason, by=each.by)
 
 
 def _of_cross(cross: Mapping[str, CrossProduct], reachability: Reachability) -> Iterator[Point]:

@@ -12,7 +12,15 @@ from urllib.parse import quote
 import jinja2
 from markupsafe import Markup
 
-from pytest_hricdv.report import behaviour_view, explanation, formatting, mutation_view, tests_view, totals
+from pytest_hricdv.report import (
+    behaviour_view,
+    closing_view,
+    explanation,
+    formatting,
+    mutation_view,
+    tests_view,
+    totals,
+)
 from pytest_hricdv.report.page_views import (
     code_sources,
     margin_unit,
@@ -138,6 +146,7 @@ def _context(report: Report) -> dict[str, Any]:
         "behaviour": behaviour_view.examples(report),
         "headline": headline,
         "mutation": mutation_view.page(report),
+        "closing": closing_view.page(report),
         "replay_command": lambda file: explanation.replay_command(file, report.rerun.options),
         "violation": lambda found: explanation.violation(found, report.units or {}),
         "nearest_miss": explanation.nearest_miss,
@@ -163,6 +172,7 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
         "statements": [(file.file, line) for file in report.code_under_test.map for line in file.statements],
         "cross": heat_maps(report),
         "minimal": minimal_suite(report),
+        "closing": closing_view.curves(report),
         "changes": behaviour_view.index(report),
     }
 

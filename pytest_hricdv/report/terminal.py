@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pytest_hricdv.coverage.records import CodeCoverage, CrossCoverage
-from pytest_hricdv.report import behaviour_view, mutation_view, totals
+from pytest_hricdv.report import behaviour_view, closing_view, mutation_view, totals
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
@@ -86,6 +86,8 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
     lines += [*changed, Line("")] if changed else []
     mutants = list(mutation_view.lines(report))
     lines += [*mutants, Line("")] if mutants else []
+    closing = list(closing_view.lines(report))
+    lines += [*closing, Line("")] if closing else []
     lines += _totals(report, width)
     fitted = [Line(fit(visible(line.text), width), line.style) for line in lines]
     return (*fitted, Line(visible(f"report: {directory / PAGE_NAME}"), "dim"))

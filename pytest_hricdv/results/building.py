@@ -14,6 +14,7 @@ from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.suite import Suite, diagnose
 from pytest_hricdv.monitor import Criterion, Verdict, Violation
+from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
 from pytest_hricdv.results.gates import Exemption
@@ -145,11 +146,15 @@ def reported_violation(violation: Violation) -> ReportedViolation:
 
 @dataclass(frozen=True)
 class GeneratedSuite:
-    """A suite with the wall time that generating it took (s; 0 and `cached` when it came from the cache)."""
+    """A suite with the wall time that generating it took (s; 0 and `cached` when it came from the cache).
+
+    `closing` is what a closing loop has shown, where one generated it; xdist's workers do not need it.
+    """
 
     suite: Suite
     wall_s: float
     cached: bool
+    closing: ClosingResult | None = None
 
 
 @dataclass(frozen=True)
@@ -239,6 +244,7 @@ def build_report(
         exploration=session.reachability.exploration,
         suites=tuple(_suite(each, session.sizes[each.suite.name], session.models) for each in session.suites),
         closure=NO_CLOSURE,
+        closing=next((each.closing for each in session.suites if each.closing is not None), None),
         tests=(*results, *_not_run(session, results, chosen, reasons)),
     )
     return derive(report)

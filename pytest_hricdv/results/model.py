@@ -38,6 +38,7 @@ from pytest_hricdv.coverage.records import (
     SuiteCode,
 )
 from pytest_hricdv.results.behaviour import BehaviourChanges
+from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.results.mutation import MutationResult
 
 SCHEMA: Final = "hricdv-report/1"
@@ -342,6 +343,7 @@ class Report(Record, frozen=True, kw_only=True):
             all sessions had the same.
         changes: how its tests behave, compared with a baseline.
         mutation: where faults were put into the code under test; a merged report has none.
+        closing: where a suite came from a closing loop; in a merged report, where all sessions had the same.
     """
 
     schema: Literal["hricdv-report/1"]
@@ -377,3 +379,4 @@ class Report(Record, frozen=True, kw_only=True):
     made_with: Mapping[str, str] = {}
     changes: BehaviourChanges | None = None
     mutation: MutationResult | None = None
+    closing: ClosingResult | None = None

@@ -19,31 +19,37 @@ from pytest_hricdv.close import branching_way
 from pytest_hricdv.close.archive import GIVEN, Archive
 from pytest_hricdv.close.branching_way import BranchingWay
 from pytest_hricdv.close.disturbance_way import DisturbanceWay
+from pytest_hricdv.close.evidence import evidence
 from pytest_hricdv.close.experience import Experience
 from pytest_hricdv.close.loop import NAME, Ended, Loop, LoopError
 from pytest_hricdv.close.model_way import ModelWay, UntriedWay
 from pytest_hricdv.close.observation import Observation
+from pytest_hricdv.close.open_points import Surroundings
 from pytest_hricdv.close.scripts import Scripts
 from pytest_hricdv.close.suite import repeatable_suite
-from pytest_hricdv.close.targets import by_kind, wanted_points
+from pytest_hricdv.close.targets import by_kind, impossible_points, wanted_points
 from pytest_hricdv.close.way import Way
-from pytest_hricdv.coverage.code_map import CoverageError
-from pytest_hricdv.coverage.reachability import explored, reachable
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
+from pytest_hricdv.coverage.cross_product import CrossProduct
+from pytest_hricdv.coverage.reachability import Reachability, explored, reachable
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, Plans
 from pytest_hricdv.generate.model import Exploration
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.suite import Generation, Suite
 from pytest_hricdv.results.building import GeneratedSuite
+from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.search import Budget
 from pytest_hricdv.session import closing_process
+from pytest_hricdv.session.closing_cache import KeptSuite
 from pytest_hricdv.session.closing_process import Done, Job, Told
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.running import Running
 from pytest_hricdv.session.separate_process import ProcessError, SeparateProcess, arguments_of, started
-from pytest_hricdv.session.suites import CACHE_FOLDER, generation_context
+from pytest_hricdv.session.suites import generation_context
 
-CACHE_SCHEMA = "hricdv-closing/1"
+CACHE_SCHEMA = "hricdv-closing/2"
 
 STEPS = 10
 """Where there is no terminal to rewrite a line on, progress is told so many times."""
@@ -73,33 +79,33 @@ class Closing:
         """
         _check_forks()
         tests = [test for each in given for test in each.suite.tests] if self._options.given else []
-        kept = _Kept(self._collection, self._key(tests))
-        suite = kept.read()
-        if suite is not None:
-            return GeneratedSuite(suite, 0.0, cached=True)
+        kept = KeptSuite(self._collection, self._key(tests))
+        found = kept.read()
+        if found is not None:
+            return found
         began_s = time.perf_counter()
         runs = _Runs(self._collection.config, _processes(self._collection.config))
         try:
             with runs:
-                suite, ended = self._closed(runs, tests)
+                suite, result = self._closed(runs, tests)
         except (ProcessError, LoopError) as error:
             raise pytest.UsageError(f"--hri-suite={NAME}: no run came to its end: {error}") from None
         except (GenerateError, CoverageError) as error:
             raise pytest.UsageError(f"--hri-suite={NAME}: {error}") from None
-        if ended not in ("seconds", "interrupted"):  # otherwise it would depend on the machine
-            kept.write(suite, runs.files)
-        return GeneratedSuite(suite, time.perf_counter() - began_s, cached=False)
+        if result.ended not in ("seconds", "interrupted"):  # otherwise it would depend on the machine
+            kept.write(suite, result, runs.files)
+        return GeneratedSuite(suite, time.perf_counter() - began_s, cached=False, closing=result)
 
-    def _closed(self, runs: _Runs, given: Sequence[AbstractTest]) -> tuple[Suite, Ended]:
-        archive, progress = Archive(self._wanted()), _Progress(self._collection, self._options.runs)
+    def _closed(self, runs: _Runs, given: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
+        archive, progress = Archive(self._wanted), _Progress(self._collection, self._options.runs)
         seed = self._collection.options.seed
         self._collection.say(f"hricdv: closing {_listed(archive)}, at most {self._options.runs} runs (seed {seed}) ...")
         self._run_given(archive, runs, given)
         budget = Budget(self._options.runs, self._options.seconds)
         ended = Loop(archive, self._ways(), runs.run, seed, budget, progress.show, UntriedWay(self._scripts)).run()
-        suite = self._suite(archive, ended, runs)
+        suite, result = self._suite(archive, ended, runs)
         progress.end(archive, ended, len(suite.tests))
-        return suite, ended
+        return suite, result
 
     def _ways(self) -> tuple[Way, ...]:
         testbench, scripts, experience = self._collection.testbench, self._scripts, Experience(self._scripts)
@@ -118,12 +124,11 @@ class Closing:
         for number in sorted(observed):
             archive.add(observed[number], GIVEN)
 
-    def _suite(self, archive: Archive, ended: Ended, runs_again: _Runs) -> Suite:
+    def _suite(self, archive: Archive, ended: Ended, runs_again: _Runs) -> tuple[Suite, ClosingResult]:
         entries, left_out = repeatable_suite(archive, (branching_way.NAME,), runs_again.run_from_the_start)
-        tests = tuple(entry.test for entry in entries)[: self._collection.options.tests]
-        runs = [entry for entry in archive.entries if entry.way != GIVEN]
-        erring = [entry.observation.error for entry in runs if entry.observation.error]
-        notes = [f"{len(runs)} runs, {archive.sim_s:.0f} s simulated, ended: {ended}; open: {_listed(archive)}"]
+        entries = entries[: self._collection.options.tests]
+        erring = [entry.observation.error for entry in archive.entries if entry.observation.error]
+        notes = []
         if erring:
             notes.append(f"{len(erring)} runs came to no end; the first: {erring[0]}")
         if left_out:
@@ -133,14 +138,34 @@ class Closing:
             )
         explored_runs = len(self._exploration.runs)
         generation = Generation(bdi_runs=explored_runs, declared_plans=self._plans, notes=tuple(notes))
-        return Suite.of_tests(NAME, self._collection.options.seed, tests, generation)
+        suite = Suite.of_tests(NAME, self._collection.options.seed, tuple(entry.test for entry in entries), generation)
+        return suite, evidence(
+            archive,
+            entries,
+            impossible_points(*self._declared),
+            self._surroundings,
+            suite=NAME,
+            ended=ended,
+            budget=self._options.runs,
+            without=[entry.number for entry in left_out],
+        )
 
-    def _wanted(self) -> tuple[tuple[str, ...], ...]:
-        testbench, options = self._collection.testbench, self._collection.options
-        code = self._running.code if options.coverage else None
-        reachability = reachable(self._exploration, testbench.cross)
-        ids = [requirement.id for requirement in self._running.requirements]
-        return wanted_points(code, self._plans, testbench.cross, reachability, ids)
+    @property
+    def _wanted(self) -> tuple[Point, ...]:
+        return wanted_points(*self._declared, [requirement.id for requirement in self._running.requirements])
+
+    @cached_property
+    def _declared(self) -> tuple[CodeMap | None, Plans, Mapping[str, CrossProduct], Reachability]:
+        """What there is to reach, and what the model says of it."""
+        testbench = self._collection.testbench
+        code = self._running.code if self._collection.options.coverage else None
+        return code, self._plans, testbench.cross, reachable(self._exploration, testbench.cross)
+
+    @property
+    def _surroundings(self) -> Surroundings:
+        code, _, cross, reachability = self._declared
+        coordinates = {name: tuple(product.coordinates) for name, product in cross.items()}
+        return Surroundings(code, coordinates, reachability.exploration.plans or {})
 
     @cached_property
     def _exploration(self) -> Exploration:
@@ -275,34 +300,3 @@ class _Progress:
         )
         if ended == "interrupted":
             self._collection.say("hricdv: what was reached until Ctrl-C is kept and runs now; Ctrl-C again ends all")
-
-
-class _Kept:
-    """The suite in pytest's cache, with the files that its runs loaded: where one has changed, it does not hold."""
-
-    def __init__(self, collection: Collection, key: str) -> None:
-        self._cache = getattr(collection.config, "cache", None)
-        self._root = collection.config.rootpath
-        self._key = f"{CACHE_FOLDER}/{key}"
-
-    def read(self) -> Suite | None:
-        """The suite; None where there is none, or it is of other files."""
-        kept = self._cache.get(self._key, None) if self._cache is not None else None
-        try:
-            if kept is None or kept["files"] != self._digests(kept["files"]):
-                return None
-            return Suite.from_json(kept["suite"])
-        except (GenerateError, KeyError, TypeError):
-            return None  # written by another version, or cut off
-
-    def write(self, suite: Suite, files: Sequence[str]) -> None:
-        """Keep a suite."""
-        if self._cache is not None:
-            self._cache.set(self._key, {"files": self._digests(dict.fromkeys(files, "")), "suite": suite.to_json()})
-
-    def _digests(self, files: Mapping[str, str]) -> dict[str, str]:
-        found = {}
-        for name in files:
-            path = self._root / name
-            found[name] = hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
-        return found

@@ -81,6 +81,68 @@ MUTATION = {
 }
 """Mutants of each status."""
 
+CLOSING = {
+    "suite": "closure",
+    "ended": "runs",
+    "budget": 400,
+    "runs": 400,
+    "given": 2,
+    "erring": 1,
+    "sim_s": 30211.5,
+    "bound": 0.0075,
+    "kinds": {
+        "statement": {"hit": 2, "impossible": 1, "open": 1},
+        "branch": {"hit": 0, "impossible": 0, "open": 1},
+        "bin": {"hit": 1, "impossible": 4, "open": 12},
+        "verdict": {"hit": 0, "impossible": 0, "open": 1},
+    },
+    "ways": {
+        "model": {"runs": 100, "sim_s": 7000.0, "new": {"statement": 1, "bin": 1}},
+        "disturbances": {"runs": 300, "sim_s": 23211.5, "new": {"statement": 1}},
+    },
+    "growth": [
+        {"run": 0, "sim_s": 0, "way": "given", "new": {"bin": 1}},
+        {"run": 1, "sim_s": 70.25, "way": "model", "new": {"statement": 1}},
+        {"run": 200, "sim_s": 14000.5, "way": "disturbances", "new": {"statement": 1}},
+    ],
+    "good_turing": {"once": 2, "hits": 90000, "share": 2 / 90000, "points": 0.005},
+    "hit": [{"point": ["statement", "controller/states.py", "1"], "test": "closure-x", "way": "model"}],
+    "impossible": [
+        {"point": ["statement", "controller/journal.py", "60"], "reason": "a <b>guard</b>", "by": "waived"},
+        *({"point": ["bin", "handover", "000", leg], "reason": "the model", "by": "model"} for leg in "1234"),
+    ],
+    "open": [
+        {
+            "point": ["statement", "controller/states.py", "13"],
+            "tries": 0,
+            "test": "closure-near",
+            "lacking": "line 12 (`if <script>:`) has to go on to it",
+            "waiver": "controller/states.py:13: # unreachable: why",
+        },
+        {"point": ["branch", "controller/states.py", "12", "-10"], "tries": 1, "bound": 1.0},
+        {
+            "point": ["verdict", "R1", "Passed"],
+            "tries": 120,
+            "bound": 0.025,
+            "lacking": "reading.gaze & reading.pressure",
+        },
+        *(
+            {
+                "point": ["bin", "handover", f"{n:03b}", leg],
+                "tries": 100 + n,
+                "bound": 3 / (100 + n),
+                "test": "closure-near",
+                "lacking": "leg 4 instead of 3",
+                "waiver": f"cross product handover: impossible={{('{n:03b}', '{leg}'): \"why\"}}",
+            }
+            for n in (1, 2, 3, 4)
+            for leg in "123"
+        ),
+    ],
+    "nearest": {"closure-near": "# id: closure-near\n# seed: 1\ntell leg\n"},
+}
+"""A loop that left points of several kinds open."""
+
 GPL = tuple(f"{n:03b}" for n in range(8))
 LEGS = ("1", "2", "3", "4")
 MAP = {

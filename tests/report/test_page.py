@@ -55,7 +55,7 @@ CONTRAST = """() => {
 @pytest.mark.parametrize("width", [1280, 390])
 def test_every_view_is_legible_on_screens_of_any_kind(browser: Any, tmp_path: Path, scheme: Any, width: int) -> None:
     watched = Watched(browser, viewport={"width": width, "height": 800}, color_scheme=scheme)
-    report = sample.data(("by-hand", "rl"), 12) | {"mutation": sample.MUTATION}
+    report = sample.data(("by-hand", "rl"), 12) | {"mutation": sample.MUTATION, "closing": sample.CLOSING}
     page = watched.open(report, tmp_path)
     test = page.evaluate("() => JSON.parse(document.getElementById('data').textContent).rows[0][0]")
     for view in [*VIEWS, f"test/{test}"]:

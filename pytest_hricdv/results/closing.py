@@ -1,0 +1,139 @@
+"""What became of a closing loop: points that are hit, that cannot be hit, and what is known of those left open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+from msgspec import Meta
+
+from pytest_hricdv.coverage.records import Count, Names, NotNegative, Record
+
+ClosingEnd = Literal["closed", "runs", "seconds", "nothing to try", "interrupted"]
+"""Why a loop ended: nothing is open, the budget has no runs or seconds left, no way knows a test, or Ctrl-C."""
+
+Probability = Annotated[int, Meta(ge=0, le=1)] | Annotated[float, Meta(ge=0, le=1)]
+
+
+class HitPoint(Record, frozen=True, kw_only=True):
+    """A point that is hit.
+
+    Args:
+        point: its kind and its names.
+        test: the id of a test that hits it: of the suite, or of one that was there before the loop.
+        way: that led to the first run that hit it.
+    """
+
+    point: Names
+    test: str
+    way: str
+
+
+class ImpossiblePoint(Record, frozen=True, kw_only=True):
+    """A point that cannot be hit: by declaration, by a waiver in the code, or because the model cannot."""
+
+    point: Names
+    reason: str
+    by: Literal["declared", "waived", "model"]
+
+
+class OpenPoint(Record, frozen=True, kw_only=True):
+    """A point that no run hit.
+
+    Args:
+        tries: so many runs were aimed at it.
+        bound: upper bound of the probability that such a run hits it; None where no run was aimed at it.
+        test: the id of the test that came nearest; empty where nothing is known.
+        lacking: what this test lacked, or what else is known.
+        waiver: a line that declares the point impossible; empty where there is none.
+    """
+
+    point: Names
+    tries: Count
+    bound: Probability | None = None
+    test: str = ""
+    lacking: str = ""
+    waiver: str = ""
+
+
+class KindCount(Record, frozen=True, kw_only=True):
+    """How many points of a kind are hit, impossible and open."""
+
+    hit: Count
+    impossible: Count
+    open: Count
+
+
+class WayResult(Record, frozen=True, kw_only=True):
+    """What a way of reaching points has brought: its runs, their simulated time (s), and kind -> new points."""
+
+    runs: Count
+    sim_s: NotNegative
+    new: Mapping[str, Count]
+
+
+class GrowthStep(Record, frozen=True, kw_only=True):
+    """A run that hit new points.
+
+    Args:
+        run: its number, from 1; 0 of tests that were there before the loop.
+        sim_s: simulated time of the loop, this run included (s).
+        way: that proposed it.
+        new: kind -> how many points no earlier run had hit.
+    """
+
+    run: Count
+    sim_s: NotNegative
+    way: str
+    new: Mapping[str, Count]
+
+
+class GoodTuring(Record, frozen=True, kw_only=True):
+    """How much a further run would find, after Good (1953): The population frequencies of species, Biometrika 40.
+
+    Args:
+        once: how many points exactly one run hit.
+        hits: points of each run, summed over all runs.
+        share: once / hits: of the points that a further run hits, the expected share that no run has hit before.
+        points: once / runs: how many such points a further run is expected to hit.
+    """
+
+    once: Count
+    hits: Count
+    share: Probability
+    points: NotNegative
+
+
+class ClosingResult(Record, frozen=True, kw_only=True):
+    """The result of a closing loop. Bounds and estimates are as if runs were independent.
+
+    Args:
+        suite: the name of the suite that it led to.
+        budget: so many runs were allowed.
+        runs: so many were made; `erring` of them came to no end.
+        given: tests that were there before the loop; they are no part of `runs` and `sim_s`.
+        sim_s: simulated time of its runs (s).
+        bound: upper bound of the probability that a run hits a certain open point; None without runs.
+        kinds: kind of points -> how many.
+        ways: what each way has brought.
+        growth: the runs that hit new points, in order.
+        nearest: tests that came nearest to an open point and are in no suite: id -> text, as `--hri-suite=FILE` reads
+            it.
+    """
+
+    suite: str
+    ended: ClosingEnd
+    budget: Count
+    runs: Count
+    given: Count
+    erring: Count
+    sim_s: NotNegative
+    bound: Probability | None
+    kinds: Mapping[str, KindCount]
+    ways: Mapping[str, WayResult]
+    growth: tuple[GrowthStep, ...]
+    good_turing: GoodTuring | None
+    hit: tuple[HitPoint, ...]
+    impossible: tuple[ImpossiblePoint, ...]
+    open: tuple[OpenPoint, ...]
+    nearest: Mapping[str, str] = {}

@@ -1,0 +1,52 @@
+"""What a closing loop has shown, through the plugin: in the report, in the summary, and from the cache."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.json_schema import REPORT
+from tests.plugin.project import report
+
+SUITE = ("--hri-suite=closure", "--hri-close-runs=20")
+
+
+def test_each_point_is_hit_by_a_test_or_impossible_or_open_with_what_is_known_of_it(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(*SUITE)
+    whole = report(lamps.path)
+    REPORT.validate(whole)
+    closing, tests = whole["closing"], {test["id"]: test for test in whole["tests"]}
+    assert closing["kinds"]["statement"] == {"hit": 40, "impossible": 0, "open": 1}
+    assert {each["test"] for each in closing["hit"]} == set(tests)
+    for each in closing["hit"]:
+        kind, *names = each["point"]
+        if kind == "plan":
+            assert names[1] in tests[each["test"]]["plans"][names[0]]
+        if kind == "bin":
+            assert names[1:] in tests[each["test"]]["cross"][names[0]]
+    (nobody_calls,) = closing["open"]
+    assert nobody_calls["point"][0] == "statement"
+    assert (nobody_calls["tries"], nobody_calls["test"] in tests) == (0, True)
+    assert nobody_calls["waiver"].endswith(": # unreachable: why")
+    assert sum(sum(step["new"].values()) for step in closing["growth"]) == len(closing["hit"])
+    result.stdout.fnmatch_lines(
+        [
+            "closing: * runs, * simulated; ended: the budget of runs is used up",
+            "  statements *  40 *  0 *  1",
+            "  open: lamps/guide.py:*: never aimed at; executed up to line 43*",
+        ]
+    )
+
+
+def test_a_suite_from_the_cache_shows_the_same(lamps: pytest.Pytester) -> None:
+    seen = []
+    for _ in range(2):
+        lamps.runpytest_inprocess(*SUITE)
+        whole = report(lamps.path)
+        seen.append((whole["suites"][0]["generation"]["cached"], whole["closing"]))
+    assert [cached for cached, _ in seen] == [False, True]
+    assert seen[0][1] == seen[1][1]
+
+
+def test_a_session_without_a_loop_has_none(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess("--hri-suite=by-hand")
+    assert "closing" not in report(lamps.path)
