@@ -1,4 +1,7 @@
-"""The way by branching: back to a decision point that few runs came through, and on from there in several ways.
+"""The way by branching: back to a decision point of an earlier run, and on from there in several ways.
+
+It is one that few runs came through, with open points near; or one of the run that came nearest to an open point: most
+of what it takes has happened there already, and happens again.
 
 The tests of a tree have their seed, their parameters of the run and their beginning in common, so they can be run by
 forks (see `branching`). Each is a test like any other, with all of its parameters as chosen values.
@@ -6,19 +9,19 @@ forks (see `branching`). Each is a test like any other, with all of its paramete
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from random import Random
 
 from pytest_hricdv.close.archive import Archive, Entry
 from pytest_hricdv.close.continuations import Continuation, disturbed, exchanged, redrawn
-from pytest_hricdv.close.decision_points import Cell, CellArchive, WayThere, cell_of
+from pytest_hricdv.close.decision_points import Cell, CellArchive, cell_of
 from pytest_hricdv.close.way import Proposal
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.disturbance import PREFIX
 from pytest_hricdv.generate.abstract import AbstractTest, Draft
-from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize, values_of
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization, concretize, values_of
 from pytest_hricdv.generate.rng import pick
 
 NAME = "branching"
@@ -26,8 +29,21 @@ NAME = "branching"
 LEAVES = 4
 """So many tests part at one decision point: the more, the less does it cost to come there."""
 
+CLIMBING = 0.5
+"""So often the run that came nearest to an open point is gone back to, where there is one."""
+
 DRAWN = 4
 """So many continuations are drawn for each test; those that aim at most are taken."""
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a test parts from a run: after so many of its actions. `aims`: beside the bins that the test plans."""
+
+    run: int
+    taken: int
+    cell: Cell
+    aims: tuple[Point, ...] = ()
 
 
 @dataclass
@@ -43,8 +59,9 @@ class BranchingWay:
     cross: Mapping[str, CrossProduct]
     name: str = NAME
     _tests: list[ConcreteTest] = field(default_factory=list)
+    _places: list[list[_Place]] = field(default_factory=list)
     _cells: CellArchive = field(default_factory=CellArchive)
-    _alike: dict[tuple[int, str], list[tuple[int, int]]] = field(default_factory=dict)
+    _alike: dict[tuple[int, str], list[_Place]] = field(default_factory=dict)
     _known: set[str] = field(default_factory=set)
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
@@ -53,7 +70,9 @@ class BranchingWay:
             self._learn(entry)
         found: list[Proposal] = []
         for cell in self._cells.choices(archive.open, rng):
-            found += self._leaves(archive, cell, min(LEAVES, count - len(found)), rng)
+            way = self._cells.cells[cell]
+            place = self._near(archive, rng) or _Place(way.run, way.taken, cell)
+            found += self._leaves(archive, place, min(LEAVES, count - len(found)), rng)
             if len(found) == count:
                 break
         return found
@@ -63,51 +82,64 @@ class BranchingWay:
         test = concretize(entry.test, self.ranges)
         self._tests.append(test)
         self._known.add(_content(test))
-        places = []
-        for point in entry.observation.decisions[1:]:  # before it, tests have nothing in common
-            cell = cell_of(point, entry.test.lines, self.cross)
-            places.append((cell, point))
-            self._alike.setdefault(_likeness(cell, test, point.taken), []).append((entry.number, point.taken))
-        self._cells.add(entry.number, places)
+        # Before the first one, tests have nothing in common.
+        points = [(cell_of(point, entry.test.lines, self.cross), point) for point in entry.observation.decisions[1:]]
+        self._cells.add(entry.number, points)
+        self._places.append([_Place(entry.number, point.taken, cell) for cell, point in points])
+        for place in self._places[-1]:
+            self._alike.setdefault(self._likeness(place), []).append(place)
 
-    def _leaves(self, archive: Archive, cell: Cell, count: int, rng: Random) -> list[Proposal]:
-        """New tests that part in a cell: of those drawn, the ones that aim at most points that were seldom aimed at."""
-        way = self._cells.cells[cell]
-        entry, trunk = archive.entries[way.run], self._tests[way.run]
+    def _near(self, archive: Archive, rng: Random) -> _Place | None:
+        """A decision point of the run that came nearest to an open point, from time to time."""
+        points = [point for point in archive.open if point in archive.nearest]
+        if not points or rng.random() >= CLIMBING:
+            return None
+        point = pick(rng, points)
+        places = self._places[archive.nearest[point][1].number]
+        return replace(pick(rng, places), aims=(point,)) if places else None
+
+    def _leaves(self, archive: Archive, place: _Place, count: int, rng: Random) -> list[Proposal]:
+        """Tests that part at a place: of those drawn, the ones that aim at most points that were seldom aimed at."""
+        trunk, test = archive.entries[place.run].test, self._tests[place.run]
         found: dict[str, tuple[float, Proposal]] = {}
-        for continuation in self._drawn(cell, way, DRAWN * count, rng):
-            test = replace(trunk, actions=trunk.actions[: way.taken] + continuation.actions)
-            content = _content(test)
+        for continuation in self._drawn(place, DRAWN * count, rng):
+            leaf = replace(test, actions=test.actions[: place.taken] + continuation.actions)
+            content = _content(leaf)
             if content not in self._known and content not in found:
-                aims = tuple(self._aims(cell, test, archive.open))
+                aims = (*place.aims, *self._aims(place, leaf, archive.open))
                 worth = sum(1.0 / (1 + archive.tries[aim]) for aim in aims)
-                found[content] = worth, Proposal(_draft(entry.test, way.taken, test, continuation), self.name, aims)
+                found[content] = worth, Proposal(_draft(trunk, place.taken, leaf, continuation), self.name, aims)
         best = sorted(found.values(), key=lambda each: -each[0])
         return [proposal for _, proposal in best[:count]]
 
-    def _drawn(self, cell: Cell, way: WayThere, count: int, rng: Random) -> Iterator[Continuation]:
-        trunk = self._tests[way.run]
-        rest, ranges = trunk.actions[way.taken :], self.ranges.commands
-        alike = self._alike[_likeness(cell, trunk, way.taken)]
+    def _drawn(self, place: _Place, count: int, rng: Random) -> Iterator[Continuation]:
+        rest, ranges = self._tests[place.run].actions[place.taken :], self.ranges.commands
+        alike = self._alike[self._likeness(place)]
         for _ in range(count):
-            number, taken = pick(rng, alike)
-            possible = disturbed(rest, ranges, rng), redrawn(rest, ranges, rng), exchanged(self._tests[number], taken)
+            other = pick(rng, alike)
+            possible = (
+                disturbed(rest, ranges, rng),
+                redrawn(rest, ranges, rng),
+                exchanged(self._tests[other.run], other.taken),
+            )
             yield pick(rng, [each for each in possible if each is not None])
 
-    def _aims(self, cell: Cell, test: ConcreteTest, open_points: Collection[Point]) -> Iterator[Point]:
-        """The open bins that the test plans from the cell on."""
+    def _likeness(self, place: _Place) -> tuple[int, str]:
+        """Places from which tests can change their rests: in interactions of one number, after the same command."""
+        before = _commands(self._tests[place.run].actions[: place.taken])
+        return place.cell.interaction, before[-1] if before else ""
+
+    def _aims(self, place: _Place, leaf: ConcreteTest, open_points: Collection[Point]) -> Iterator[Point]:
+        """The open bins that a test plans from the place on."""
         planned: set[tuple[str, ...]] = set()
-        commands = [action.command for action in test.actions if not action.command.startswith(PREFIX)]
         for name, product in self.cross.items():
-            bins = [*product.planned(commands)] if product.planned is not None else []
-            planned.update(("bin", name, *each) for each in bins[max(cell.interaction - 1, 0) :])
+            bins = [*product.planned(_commands(leaf.actions))] if product.planned is not None else []
+            planned.update(("bin", name, *each) for each in bins[max(place.cell.interaction - 1, 0) :])
         return (point for point in open_points if any(point[:size] in planned for size in range(3, len(point))))
 
 
-def _likeness(cell: Cell, test: ConcreteTest, taken: int) -> tuple[int, str]:
-    """Decision points of tests that can change their rests: of interactions of one number, after the same command."""
-    before = [action.command for action in test.actions[:taken] if not action.command.startswith(PREFIX)]
-    return cell.interaction, before[-1] if before else ""
+def _commands(actions: Sequence[ConcreteAction]) -> list[str]:
+    return [action.command for action in actions if not action.command.startswith(PREFIX)]
 
 
 def _content(test: ConcreteTest) -> str:

@@ -7,6 +7,7 @@ from itertools import pairwise
 from random import Random
 
 import pytest
+from msgspec.structs import replace
 
 from pytest_hricdv.close.archive import Archive
 from pytest_hricdv.close.branching import trees
@@ -108,6 +109,18 @@ def test_what_was_aimed_at_seldom_comes_first() -> None:
         return sum({*slow} <= {*proposal.aims} for proposal in first)
 
     assert share(often=quick) > share(often=slow)
+
+
+def test_the_run_that_came_nearest_to_an_open_point_is_gone_back_to() -> None:
+    point = ("verdict", "R5", "Passed")
+    archive = archive_of(*["ask, look, say"] * 20, wanted=[point, *BINS])
+    nearest = replace(archive.entries[0].observation, distances=((point, 0.5),))
+    archive.add(nearest, "model")
+    found = [BranchingWay(RANGES, CROSS).propose(archive, 1, Random(seed))[0] for seed in range(40)]
+    aimed = [proposal for proposal in found if point in proposal.aims]
+    assert 10 < len(aimed) < 30
+    assert all(proposal.draft.name.startswith(archive.nearest[point][1].test.id) for proposal in aimed)
+    assert {proposal.draft.name.partition(",")[0][-1] for proposal in aimed} == {"1", "2"}
 
 
 def test_proposals_depend_on_the_archive_and_the_random_stream_alone() -> None:
