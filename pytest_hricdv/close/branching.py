@@ -138,6 +138,9 @@ class Tree(Generic[T]):
             actions = self._tests[number].actions[place : place + 1]
             content = canonical_json([[each.command, dict(each.parameters)] for each in actions])
             alternatives.setdefault(content, []).append(number)
+        if not may_fork():  # the run has started a thread: the others are run from the start
+            self._followed = next(iter(alternatives.values()))
+            return
         *others, self._followed = alternatives.values()
         for alternative in others:
             if self._forked(alternative):

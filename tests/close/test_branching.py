@@ -146,6 +146,19 @@ def test_a_testbench_that_takes_tests_as_a_whole_runs_each_from_the_start() -> N
     assert len({each.pid for each in leaves}) == 1
 
 
+def test_once_a_run_has_a_thread_its_process_is_not_copied() -> None:
+    tests = [
+        toy.concrete("ask", "thread", "say"),
+        toy.concrete("ask", "thread", "look"),
+        toy.concrete("ask", "look", "say"),
+        toy.concrete("ask", "look", "sit"),
+    ]
+    leaves = tree(tests)
+    assert results(leaves) == results(tree(tests, forking=False))
+    first, second, third, fourth = (each.pid for each in sorted(leaves, key=lambda each: each.number))
+    assert (second, len({first, third, fourth})) == (fourth, 3), "the second one is run from the start"
+
+
 def test_the_watchdog_of_the_kernel_holds_in_forks_too() -> None:
     def execute(test: ConcreteTest, actions: Actions) -> str:
         return toy.execute(test, actions, stuck_after_s=0.1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Sequence
 
@@ -69,6 +70,7 @@ BEHAVIOUR: dict[str, Callable[[], object]] = {
     "spin": _spin,
     "fail": _fail,
     "quit": sys.exit,
+    "thread": lambda: threading.Thread(target=threading.Event().wait, daemon=True).start(),
 }
 
 
