@@ -6,9 +6,9 @@ merged in the order in which they were proposed. So the same seed gives the same
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, Protocol
 
 from pytest_hricdv.close.archive import Archive, Entry
 from pytest_hricdv.close.bandit import Bandit
@@ -16,6 +16,7 @@ from pytest_hricdv.close.observation import Observation
 from pytest_hricdv.close.way import Proposal, Way
 from pytest_hricdv.generate.abstract import AbstractTest, Draft, identify
 from pytest_hricdv.generate.rng import make_rng
+from pytest_hricdv.online.chooser import Weight
 from pytest_hricdv.search import Budget
 
 NAME = "closure"
@@ -27,9 +28,19 @@ GENERATION = 16
 Ended = Literal["closed", "runs", "seconds", "nothing to try", "interrupted"]
 """Why a loop ended: nothing is open, the budget has no runs or seconds left, no way knows a test, or Ctrl-C."""
 
-Runner = Callable[[Sequence[AbstractTest]], Iterable[tuple[int, Observation]]]
-"""Runs tests; yields the number of each (from 0) with what it yielded, in any order. What is run may be another test
-than the one that was handed over, where it is made up while it runs, and one may yield several."""
+OnlineWeights = Mapping[int, Sequence[Weight]]
+"""The numbers of the tests (from 0) in which the person decides during the run, with the weights of choices."""
+
+
+class Runner(Protocol):
+    """Runs tests."""
+
+    def __call__(self, tests: Sequence[AbstractTest], online: OnlineWeights, /) -> Iterable[tuple[int, Observation]]:
+        """The number of each test (from 0) with what it yielded, in any order.
+
+        What is run may be another test than the one that was handed over, where it is made up while it runs, and one
+        may yield several.
+        """
 
 
 class LoopError(Exception):
@@ -104,9 +115,10 @@ class Loop:
     def _run(self, proposals: Sequence[Proposal]) -> list[Entry]:
         """Run a generation, and merge it in order: of an interrupted one, what has come to its end."""
         tests, observed = self._identified([each.draft for each in proposals]), dict[int, list[Observation]]()
+        online = {place: each.weights for place, each in enumerate(proposals) if each.weights is not None}
         entries: list[Entry] = []
         try:
-            for place, observation in self.runner(tests):
+            for place, observation in self.runner(tests, online):
                 self.budget.used += 1
                 observed.setdefault(place, []).append(observation)
         finally:

@@ -22,6 +22,7 @@ from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.monitor import Criterion, NearestMiss, Verdict
+from pytest_hricdv.online.chooser import Choice
 from pytest_hricdv.search.shrink import failure_signature
 
 _NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
@@ -41,6 +42,7 @@ class Observation(msgspec.Struct, frozen=True):
         record_sha256: of its record.
         failed: requirements that it violates and that are not known to fail; then its faults.
         decisions: where the person decided what to do next.
+        choices: what was chosen then, where the person decided during the run.
         error: why it came to no end; empty where it did. Then it hits nothing.
     """
 
@@ -53,6 +55,7 @@ class Observation(msgspec.Struct, frozen=True):
     record_sha256: str = ""
     failed: tuple[str, ...] = ()
     decisions: tuple[DecisionPoint, ...] = ()
+    choices: tuple[Choice, ...] = ()
     error: str = ""
 
 
@@ -65,6 +68,7 @@ def observe(
     requirements: Sequence[Criterion],
     known: Container[str],
     state: str = "",
+    choices: Sequence[Choice] = (),
 ) -> Observation:
     """What a run yields.
 
@@ -75,6 +79,7 @@ def observe(
         requirements: that the run was judged by.
         known: requirements that are known to fail.
         state: the field that names the state of the code under test (see `Testbench`).
+        choices: of a person who decided during the run.
     """
     points = {*code_points(code, result.code), *plan_points(test), *_bin_points(result, cross)}
     points.update(_requirement_points(result, requirements))
@@ -89,6 +94,7 @@ def observe(
         record_sha256=result.record.sha256,
         failed=(*result.unknown(known), *result.faults),
         decisions=decision_points(result, state),
+        choices=tuple(choices),
     )
 
 

@@ -30,7 +30,7 @@ def repeatable_suite(
         if not unchecked:
             return suite, tuple(left_out.values())
         checked.update(entry.number for entry in unchecked)
-        again = dict(runner([entry.test for entry in unchecked]))
+        again = dict(runner([entry.test for entry in unchecked], {}))
         for place, entry in enumerate(unchecked):
             if again[place].record_sha256 != entry.observation.record_sha256:
                 left_out[entry.number] = entry

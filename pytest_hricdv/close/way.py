@@ -9,6 +9,7 @@ from typing import Protocol
 from pytest_hricdv.close.archive import Archive
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.generate.abstract import Draft
+from pytest_hricdv.online.chooser import Weight
 
 
 @dataclass(frozen=True)
@@ -19,11 +20,13 @@ class Proposal:
         draft: the test, with the values that are chosen for it.
         way: the name of the way that proposes it.
         aims: the points that it is to hit.
+        weights: where the person decides during the run: of what is chosen. The test is then what it became.
     """
 
     draft: Draft
     way: str
     aims: tuple[Point, ...] = ()
+    weights: tuple[Weight, ...] | None = None
 
 
 class Way(Protocol):

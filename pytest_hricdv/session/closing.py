@@ -15,15 +15,17 @@ from typing import Any
 import msgspec
 import pytest
 
-from pytest_hricdv.close import branching_way
+from pytest_hricdv.close import branching_way, online_way
 from pytest_hricdv.close.archive import GIVEN, Archive
 from pytest_hricdv.close.branching_way import BranchingWay
 from pytest_hricdv.close.disturbance_way import DisturbanceWay
 from pytest_hricdv.close.evidence import evidence
 from pytest_hricdv.close.experience import Experience
-from pytest_hricdv.close.loop import NAME, Ended, Loop, LoopError
+from pytest_hricdv.close.lived_run import role_of
+from pytest_hricdv.close.loop import NAME, Ended, Loop, LoopError, OnlineWeights
 from pytest_hricdv.close.model_way import ModelWay, UntriedWay
 from pytest_hricdv.close.observation import Observation
+from pytest_hricdv.close.online_way import OnlineWay
 from pytest_hricdv.close.open_points import Surroundings
 from pytest_hricdv.close.scripts import Scripts
 from pytest_hricdv.close.suite import repeatable_suite
@@ -38,6 +40,7 @@ from pytest_hricdv.generate.abstract import AbstractTest, Plans
 from pytest_hricdv.generate.model import Exploration
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.suite import Generation, Suite
+from pytest_hricdv.online.declaration import OnlineError
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.search import Budget
@@ -90,7 +93,7 @@ class Closing:
                 suite, result = self._closed(runs, tests)
         except (ProcessError, LoopError) as error:
             raise pytest.UsageError(f"--hri-suite={NAME}: no run came to its end: {error}") from None
-        except (GenerateError, CoverageError) as error:
+        except (GenerateError, CoverageError, OnlineError) as error:
             raise pytest.UsageError(f"--hri-suite={NAME}: {error}") from None
         if result.ended not in ("seconds", "interrupted"):  # otherwise it would depend on the machine
             kept.write(suite, result, runs.files)
@@ -110,22 +113,25 @@ class Closing:
     def _ways(self) -> tuple[Way, ...]:
         testbench, scripts, experience = self._collection.testbench, self._scripts, Experience(self._scripts)
         disturbances = {name: each.parameters for name, each in testbench.disturbances.items()}
+        role = role_of(testbench)
         return (
             ModelWay(scripts, experience),
             DisturbanceWay(scripts, experience, disturbances),
             BranchingWay(testbench.commands, testbench.cross),
+            *([] if role is None else [OnlineWay(role, scripts.planned)]),
         )
 
     def _run_given(self, archive: Archive, runs: _Runs, given: Sequence[AbstractTest]) -> None:
         """What the other suites hit is not open. They are no part of the budget."""
         if given:
             self._collection.say(f"hricdv: running the {len(given)} tests of the other suites first ...")
-        observed = dict(runs.run(given)) if given else {}
+        observed = dict(runs.run(given, {})) if given else {}
         for number in sorted(observed):
             archive.add(observed[number], GIVEN)
 
     def _suite(self, archive: Archive, ended: Ended, runs_again: _Runs) -> tuple[Suite, ClosingResult]:
-        entries, left_out = repeatable_suite(archive, (branching_way.NAME,), runs_again.run_from_the_start)
+        again = branching_way.NAME, online_way.NAME
+        entries, left_out = repeatable_suite(archive, again, runs_again.run_from_the_start)
         entries = entries[: self._collection.options.tests]
         erring = [entry.observation.error for entry in archive.entries if entry.observation.error]
         notes = []
@@ -134,7 +140,7 @@ class Closing:
         if left_out:
             notes.append(
                 f"{len(left_out)} tests are left out, because from the start they do not do what they did as part of a "
-                f"tree; the first: {left_out[0].test.id}"
+                f"tree, or with a person who decided during the run; the first: {left_out[0].test.id}"
             )
         explored_runs = len(self._exploration.runs)
         generation = Generation(bdi_runs=explored_runs, declared_plans=self._plans, notes=tuple(notes))
@@ -248,20 +254,26 @@ class _Runs:
     def __exit__(self, *error: object) -> None:
         self._stack.close()
 
-    def run(self, tests: Sequence[AbstractTest]) -> Iterator[tuple[int, Observation]]:
+    def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
         """Run tests, as trees; yields the number of each and what it yields, as soon as it is known.
 
         Raises:
             ProcessError: the process failed.
         """
-        return self._run(tests, from_the_start=False)
+        return self._run(tests, online, from_the_start=False)
 
-    def run_from_the_start(self, tests: Sequence[AbstractTest]) -> Iterator[tuple[int, Observation]]:
+    def run_from_the_start(
+        self, tests: Sequence[AbstractTest], online: OnlineWeights
+    ) -> Iterator[tuple[int, Observation]]:
         """The same, with each test alone."""
-        return self._run(tests, from_the_start=True)
+        return self._run(tests, online, from_the_start=True)
 
-    def _run(self, tests: Sequence[AbstractTest], *, from_the_start: bool) -> Iterator[tuple[int, Observation]]:
-        self._process.send(closing_process.Generation(tuple(test.to_data() for test in tests), from_the_start))
+    def _run(
+        self, tests: Sequence[AbstractTest], online: OnlineWeights, *, from_the_start: bool
+    ) -> Iterator[tuple[int, Observation]]:
+        weights = {number: tuple(each) for number, each in online.items()}
+        data = tuple(test.to_data() for test in tests)
+        self._process.send(closing_process.Generation(data, from_the_start, weights))
         for line in self._lines:
             told = msgspec.json.decode(line, type=Told | Done)
             if isinstance(told, Done):

@@ -12,18 +12,22 @@ import io
 import resource
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from pytest_hricdv.case import CaseResult
+from pytest_hricdv.case import CaseResult, Watcher
 from pytest_hricdv.close.branching import Leaf
+from pytest_hricdv.close.lived_run import LivedRun, role_of
 from pytest_hricdv.close.observation import Observation, observe
 from pytest_hricdv.close.tree_runner import TreeRunner
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
+from pytest_hricdv.online.chooser import Weight
+from pytest_hricdv.online.role import Role
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.run import Actions
 from pytest_hricdv.session.running import Running
@@ -51,10 +55,17 @@ class Job:
 
 @dataclass(frozen=True)
 class Generation:
-    """A further line: tests to run, as `AbstractTest.to_data` gives them; as trees, or each from the start."""
+    """A further line.
+
+    Args:
+        tests: to run, as `AbstractTest.to_data` gives them.
+        from_the_start: each alone, and not as trees.
+        online: the numbers of those in which the person decides during the run, with the weights of choices.
+    """
 
     tests: tuple[dict[str, Any], ...]
     from_the_start: bool = False
+    online: dict[int, tuple[Weight, ...]] = field(default_factory=dict)
 
 
 class Told(msgspec.Struct, frozen=True, tag=True):
@@ -85,16 +96,21 @@ class _Serving:
         self._running = running
         self._collection = running.collection
         self._is_warm = False
+        self._online: dict[str, tuple[Weight, ...]] = {}
+        """Of the present generation: the ids of tests in which the person decides during the run."""
+        self._lived: LivedRun | None = None
+        """The last run of this process, if the person decided in it."""
 
     def serve(self, messages: Iterable[bytes]) -> None:
         """Run one generation after the other, until there is none."""
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         for name in self._collection.testbench.requires:
             importlib.import_module(name)
-        _ = self._running.code, self._running.measurement  # once, and not in each fork
+        _ = self._running.code, self._running.measurement, self._role  # once, and not in each fork
         for line in messages:
             generation = msgspec.json.decode(line, type=Generation)
             tests = [AbstractTest.from_data(each) for each in generation.tests]
+            self._online = {tests[number].id: weights for number, weights in generation.online.items()}
             for told in self._run(tests, from_the_start=generation.from_the_start):
                 self._write(encode(told).encode())
             self._write(msgspec.json.encode(Done(self._files())))
@@ -116,9 +132,17 @@ class _Serving:
         limit_time(RUN_S)
         return self._execute(test, actions)
 
+    @cached_property
+    def _role(self) -> Role | None:
+        return role_of(self._collection.testbench)
+
     def _execute(self, test: ConcreteTest, actions: Actions | None) -> CaseResult:
+        weights, self._lived, watching = self._online.get(test.id), None, list[Watcher]()
+        if weights is not None and self._role is not None:
+            self._lived = LivedRun(self._role, self._collection.testbench.commands, test.seed, weights)
+            actions, watching = self._lived.actions, [self._lived.agent]
         with contextlib.redirect_stdout(io.StringIO()):
-            return self._running.execute(test, self._running.measurement, "closing", actions)
+            return self._running.execute(test, self._running.measurement, "closing", actions, watching)
 
     def _told(self, tests: Sequence[AbstractTest], leaf: Leaf[CaseResult]) -> str:
         return encode(self._observed(tests[leaf.number], leaf))
@@ -126,14 +150,16 @@ class _Serving:
     def _observed(self, test: AbstractTest, leaf: Leaf[CaseResult]) -> Observation:
         if leaf.result is None:
             return Observation(test.to_data(), error=leaf.problem)
+        lived = self._lived
         return observe(
-            test,
+            test if lived is None else lived.recorded(leaf.result),
             leaf.result,
             code=self._running.code,
             cross=self._collection.testbench.cross,
             requirements=self._running.requirements,
             known=self._running.known,
             state=self._collection.testbench.state,
+            choices=() if lived is None else lived.agent.choices,
         )
 
     def _warm(self, tests: Sequence[ConcreteTest]) -> None:

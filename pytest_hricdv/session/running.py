@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TypedDict
@@ -11,7 +11,7 @@ from typing import TypedDict
 import pytest
 from msgspec.structs import replace
 
-from pytest_hricdv.case import CaseResult, HriCase, execute, oracles
+from pytest_hricdv.case import CaseResult, HriCase, Watcher, execute, oracles
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
 from pytest_hricdv.generate.concrete import ConcreteTest
@@ -196,11 +196,16 @@ class Running:
         return replace(result, film=film)
 
     def execute(
-        self, test: ConcreteTest, measurement: Measurement, context: str, producing: Actions | None = None
+        self,
+        test: ConcreteTest,
+        measurement: Measurement,
+        context: str,
+        producing: Actions | None = None,
+        watching: Iterable[Watcher] = (),
     ) -> CaseResult:
         """Run a test as the session judges it; see `pytest_hricdv.case.execute`."""
         bench, known_while = self.collection.testbench, self.known_while
-        return execute(bench, self.requirements, test, measurement, context, None, known_while, producing)
+        return execute(bench, self.requirements, test, measurement, context, None, known_while, producing, watching)
 
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
         self._used = self.measurement

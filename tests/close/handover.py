@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 
 from pytest_hricdv.close.interactions import Interaction, interactions_of
+from pytest_hricdv.close.loop import OnlineWeights
 from pytest_hricdv.close.observation import Observation
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin
@@ -103,7 +104,7 @@ def run(test: AbstractTest) -> Observation:
     )
 
 
-def runner(tests: Sequence[AbstractTest]) -> Iterable[tuple[int, Observation]]:
+def runner(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
     """Runs tests one by one."""
     return ((number, run(test)) for number, test in enumerate(tests))
 

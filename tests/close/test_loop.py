@@ -8,7 +8,7 @@ from random import Random
 import pytest
 
 from pytest_hricdv.close.archive import Archive
-from pytest_hricdv.close.loop import GENERATION, Loop, LoopError
+from pytest_hricdv.close.loop import GENERATION, Loop, LoopError, OnlineWeights
 from pytest_hricdv.close.observation import Observation
 from pytest_hricdv.close.suite import smallest_suite
 from pytest_hricdv.close.way import Proposal
@@ -49,14 +49,14 @@ def observed(test: AbstractTest) -> Observation:
     return Observation(test.to_data(), points=(("said", *test.lines),), sim_s=1.0 + test.seed % 7)
 
 
-def in_order(tests: Sequence[AbstractTest]) -> Iterable[tuple[int, Observation]]:
+def in_order(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
     """Runs tests one by one."""
     return ((number, observed(test)) for number, test in enumerate(tests))
 
 
-def backwards(tests: Sequence[AbstractTest]) -> Iterable[tuple[int, Observation]]:
+def backwards(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
     """The last test first, as another number of processes might."""
-    return reversed([*in_order(tests)])
+    return reversed([*in_order(tests, online)])
 
 
 def loop(wanted: Iterable[Point] = WANTED, runs: int = 400, seed: int = 0) -> Loop:
@@ -110,8 +110,8 @@ def test_equal_tests_have_seeds_and_ids_of_their_own() -> None:
 
 
 def test_ctrl_c_keeps_what_was_reached() -> None:
-    def interrupted(tests: Sequence[AbstractTest]) -> Iterable[tuple[int, Observation]]:
-        yield from list(in_order(tests))[1:4]
+    def interrupted(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+        yield from list(in_order(tests, online))[1:4]
         raise KeyboardInterrupt
 
     closing = loop()
@@ -123,7 +123,7 @@ def test_ctrl_c_keeps_what_was_reached() -> None:
 
 def test_where_every_run_errs_the_first_error_is_raised_and_where_some_do_it_goes_on() -> None:
     def failing(every: int) -> Loop:
-        def run(tests: Sequence[AbstractTest]) -> Iterable[tuple[int, Observation]]:
+        def run(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
             for number, test in enumerate(tests):
                 broken = Observation(test.to_data(), error=f"KeyError: {number}")
                 yield number, broken if number % every == 0 else observed(test)

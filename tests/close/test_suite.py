@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 from pytest_hricdv.close.archive import Archive, Entry
+from pytest_hricdv.close.loop import OnlineWeights
 from pytest_hricdv.close.observation import Observation
 from pytest_hricdv.close.suite import repeatable_suite, smallest_suite
 from pytest_hricdv.generate.abstract import AbstractTest, Draft, identify
 
 POINTS = [("bin", "pose", each) for each in "abcd"]
-Runs = Callable[[Sequence[AbstractTest]], Iterator[tuple[int, Observation]]]
+Runs = Callable[[Sequence[AbstractTest], OnlineWeights], Iterator[tuple[int, Observation]]]
 
 
 def archive_of(*runs: tuple[str, str, float]) -> Archive:
@@ -26,7 +27,7 @@ def archive_of(*runs: tuple[str, str, float]) -> Archive:
 def rerun(asked: list[str], *different: str) -> Runs:
     """Runs tests again; those that aim at one of these points do something else than before."""
 
-    def run(tests: Sequence[AbstractTest]) -> Iterator[tuple[int, Observation]]:
+    def run(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
         asked.extend(test.target for test in tests)
         for number, test in reversed([*enumerate(tests)]):
             record = "another" if test.target in different else f"of {test.id}"

@@ -56,10 +56,10 @@ def role(
     """The role of the person; another person need not care for what it hears."""
     person += "" if person == PERSON else " +cup(_). +alarm."
     declaration = declaration or Online("person", HEARS)
-    return load_role(declaration, model(folder, person), SPACE, VOCABULARY, disturbances, "state.name", [_planned])
+    return load_role(declaration, model(folder, person), SPACE, VOCABULARY, disturbances, "state.name", [planned])
 
 
-def _planned(commands: Sequence[str]) -> list[str]:
+def planned(commands: Sequence[str]) -> list[str]:
     """An interaction begins with a request."""
     return [command for command in commands if command in ("press", "wave")]
 

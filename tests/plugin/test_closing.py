@@ -23,3 +23,35 @@ def test_the_loop_reaches_all_that_the_model_can_reach(lamps: pytest.Pytester, o
             "hricdv: closing ended (runs) after 60 runs, * open: 1 statement; 8 tests",
         ]
     )
+
+
+def _with_online(lamps: pytest.Pytester, declared: str) -> None:
+    """The visitor can decide during the run; a cross product counts wishes, and beliefs lead to one at most."""
+    path = lamps.path / "conftest.py"
+    text = path.read_text(encoding="utf-8")
+    for old, new in (
+        ("Model, Range, Testbench", "Hears, Model, Online, Range, Testbench"),
+        ("        by_hand=HERE", f"        online={declared},\n        by_hand=HERE"),
+        ('cross={"light": Cross', 'cross={"wishes": CrossProduct({"count": ("0", "1", "2")}), "light": Cross'),
+        ('cross={"light": [', 'cross={"wishes": [(str(min(len(levels), 2)),)], "light": ['),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text, encoding="utf-8")
+
+
+def test_a_person_who_decides_during_the_run_reaches_what_no_beliefs_lead_to(lamps: pytest.Pytester) -> None:
+    _with_online(lamps, 'Online("visitor", (Hears("hall", "on(answer)"),))')
+    lamps.runpytest_inprocess(SUITE, "--hri-close-runs=32")
+    (suite,) = report(lamps.path)["suites"]
+    assert "wishes: 2" not in suite["cross"]["missing"], "its tests are not online, and hit it again"
+    assert any("-online-" in nodeid for nodeid in outcomes(lamps.path))
+
+
+def test_a_person_who_cannot_decide_is_an_error_of_the_declaration(lamps: pytest.Pytester) -> None:
+    _with_online(lamps, 'Online("visitor", (Hears("hal", "on(answer)"),))')
+    result = lamps.runpytest_inprocess(SUITE)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(
+        ["ERROR: --hri-suite=closure: Online: Hears('hal'): visitor has no belief hal; nearest: hall*"]
+    )
