@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.bdi import BdiError, BdiSyntaxError, MultiAgentSystem
@@ -56,7 +56,6 @@ def mutants(draw: st.DrawFn) -> str:
     return text
 
 
-@settings(deadline=None, max_examples=150)
 @given(mutants())
 def test_mutated_model_is_read_or_its_error_has_a_place(text: str) -> None:
     with contextlib.suppress(BdiSyntaxError):
@@ -68,7 +67,6 @@ def test_mutated_model_is_read_or_its_error_has_a_place(text: str) -> None:
     assert str(caught.value).startswith(f"mutant.asl:{caught.value.line}:{caught.value.column}: ")
 
 
-@settings(deadline=None, max_examples=60)
 @given(text=mutants())
 def test_mutated_model_runs_or_fails_with_an_error_of_the_engine(
     tmp_path_factory: pytest.TempPathFactory, text: str
@@ -78,7 +76,6 @@ def test_mutated_model_runs_or_fails_with_an_error_of_the_engine(
         system_of(folder, a=text, b="p(1). +!g <- .send(a, tell, p(2)).").run(max_rounds=200)
 
 
-@settings(deadline=None, max_examples=100)
 @given(st.data())
 def test_mutated_project_is_read_or_its_error_has_a_place(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

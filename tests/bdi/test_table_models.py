@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.bdi.models import BELIEFS, LEG_STARTS, POSES, abstract_test, labels, run_table, table
@@ -101,7 +101,6 @@ def test_every_coverage_plan_of_human_and_robot_is_reachable() -> None:
     assert robot == set(table().plan_labels("robot_code"))
 
 
-@settings(deadline=None, max_examples=60)
 @given(subsets, st.randoms(use_true_random=False))
 def test_any_subset_ends_by_itself_and_does_not_depend_on_the_order(beliefs: list[str], random: Any) -> None:
     result = run_table(beliefs)
@@ -115,13 +114,11 @@ def test_any_subset_ends_by_itself_and_does_not_depend_on_the_order(beliefs: lis
     assert (again.actions, again.plans, again.rounds) == (result.actions, result.plans, result.rounds)
 
 
-@settings(deadline=None, max_examples=40)
 @given(st.sets(st.sampled_from(BELIEFS)))
 def test_subsets_with_any_number_of_legs_to_begin_with_end(beliefs: set[str]) -> None:
     assert run_table(sorted(beliefs)).ended in ("idle", "spin")
 
 
-@settings(deadline=None, max_examples=40)
 @given(st.sampled_from((1, 2, 3, 4)), st.lists(st.integers(0, 7), min_size=4, max_size=4), st.booleans())
 def test_robot_serves_every_request_and_counts_its_turns(start: int, poses: list[int], bored: bool) -> None:
     beliefs = [f"leg{start}", *(f"m{pose:03b}l{leg}" for leg, pose in enumerate(poses, start=1))]

@@ -23,7 +23,7 @@ from tests.monitor.reference import TICK_S, ReferenceEvaluator, Trace
 from tests.monitor.strategies import pasts, small_traces
 from tests.monitor.vocabulary import SMALL, Update, feed, requirement
 
-RUNS = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+RUNS = settings(suppress_health_check=[HealthCheck.too_slow])
 Changes = list[tuple[float, bool]]
 
 

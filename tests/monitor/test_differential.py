@@ -15,7 +15,7 @@ from tests.monitor.reference import Instant, ReferenceEvaluator, Trace
 from tests.monitor.strategies import formulas, small_traces, table_traces
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5
 
-RUNS = settings(max_examples=70, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+RUNS = settings(suppress_health_check=[HealthCheck.too_slow])
 
 
 def agrees(formula: Formula, trace: Trace, shows: tuple[str, ...] = ()) -> None:
@@ -36,7 +36,7 @@ def test_the_case_study_is_judged_as_by_the_reference(watched: Requirement, trac
 
 
 @given(formula=formulas, trace=small_traces)
-@settings(RUNS, max_examples=250)
+@RUNS
 def test_a_random_formula_is_judged_as_by_the_reference(formula: Formula, trace: Trace) -> None:
     agrees(formula, trace)
 

@@ -92,7 +92,7 @@ def test_only_requirements_that_were_never_triggered_are_explained() -> None:
     assert pending.to_json()["nearest_miss"] is None
 
 
-SEARCHES = settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+SEARCHES = settings(suppress_health_check=[HealthCheck.too_slow])
 
 
 def agrees(formula: Formula, trace: Trace) -> None:

@@ -52,7 +52,7 @@ pytest.importorskip("rtamt", reason="the oracle has no release for this Python")
 
 from tests.monitor import rtamt_oracle
 
-QUICK = settings(deadline=None, suppress_health_check=list(HealthCheck), max_examples=50)
+QUICK = settings(suppress_health_check=list(HealthCheck))
 THOROUGH = settings(QUICK, max_examples=2000)
 
 

@@ -10,7 +10,7 @@ from subprocess import run
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.report.files import prepare, write
@@ -136,7 +136,6 @@ def test_what_is_no_number_is_refused_with_its_place(tmp_path: Path, value: floa
     assert list(tmp_path.iterdir()) == []
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.dictionaries(st.text(st.characters(codec=None)), st.floats(allow_nan=False, allow_infinity=False)))
 def test_canonical_text_is_ascii_and_reads_back(data: dict[str, float]) -> None:
     assert json.loads(canonical(data).encode("ascii")) == data

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.report.formatting import Line, fit, listing, pad, visible, width
@@ -138,7 +138,6 @@ def test_nothing_of_a_name_can_colour_the_terminal() -> None:
 NAMES = st.text(st.characters(exclude_categories=[]), max_size=60)
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     name=NAMES,
     file=NAMES,
@@ -162,7 +161,6 @@ def test_every_line_fits(
         assert "\n" not in line.text
 
 
-@settings(deadline=None)
 @given(text=NAMES, columns=st.integers(0, 80))
 def test_padded_text_has_exactly_its_columns(text: str, columns: int) -> None:
     shown = visible(text)

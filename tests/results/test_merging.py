@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import json
 from msgspec.structs import replace
@@ -16,20 +16,16 @@ from pytest_hricdv.results.model import Report, RequirementText, TestResult
 from tests import json_schema
 from tests.results import reports as made
 
-few = settings(max_examples=40, deadline=None)
-
 
 def merged(*several: Report) -> Report:
     return merge([(f"report {n}", each) for n, each in enumerate(several)])
 
 
-@few
 @given(made.reports(), made.reports())
 def test_the_order_makes_no_difference(a: Report, b: Report) -> None:
     assert canonical(merged(a, b)) == canonical(merged(b, a))
 
 
-@few
 @given(made.reports(), made.reports(), made.reports())
 def test_what_is_merged_first_makes_no_difference(a: Report, b: Report, c: Report) -> None:
     whole = canonical(merged(a, b, c))
@@ -37,7 +33,6 @@ def test_what_is_merged_first_makes_no_difference(a: Report, b: Report, c: Repor
     assert canonical(merged(a, merged(b, c))) == whole
 
 
-@few
 @given(made.reports(), made.reports())
 def test_the_same_report_twice_is_once(a: Report, b: Report) -> None:
     assert canonical(merged(a, a)) == canonical(merged(a))
@@ -45,7 +40,6 @@ def test_the_same_report_twice_is_once(a: Report, b: Report) -> None:
     assert canonical(merged(merged(a, b), a)) == canonical(merged(a, b))
 
 
-@few
 @given(st.tuples(*(made.tests(number) for number in range(1, made.SIZE + 1))), st.lists(st.integers(0, 2), min_size=6))
 def test_parts_make_the_whole(tests: tuple[TestResult, ...], parts: list[int]) -> None:
     shards = [
@@ -64,7 +58,6 @@ def test_parts_make_the_whole(tests: tuple[TestResult, ...], parts: list[int]) -
     assert missing_shards(merged(*shards[1:])) == ("1/3",)
 
 
-@few
 @given(made.reports(), made.reports())
 def test_a_merged_report_keeps_the_contract_and_loses_nothing(a: Report, b: Report) -> None:
     both = merged(a, b)
@@ -157,7 +150,6 @@ def test_a_waived_line_that_ran_in_one_of_them_is_reported() -> None:
         merge([("mine", replace(MINE, tests=(ran,)))])
 
 
-@few
 @given(made.reports())
 def test_deriving_again_changes_nothing(a: Report) -> None:
     assert derive(a) == a

@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.results.codec import ReportError, load
@@ -150,7 +150,6 @@ VALUES = st.one_of(
 )
 
 
-@settings(max_examples=150, deadline=None)
 @given(place=st.sampled_from(PLACES), value=VALUES, drop=st.booleans())
 def test_what_the_types_accept_keeps_the_schema(
     tmp_path_factory: pytest.TempPathFactory, place: tuple[str | int, ...], value: object, drop: bool

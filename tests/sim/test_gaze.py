@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.engine import SimulationError
@@ -16,7 +16,6 @@ distances = st.floats(0.3, 1.0)
 legs = st.tuples(st.floats(-0.5, 1.0), st.floats(-0.5, 0.5), st.floats(0.4, 1.0))
 
 
-@settings(deadline=None)
 @given(distances, st.floats(0.0, 1.0), st.floats(0.0, 180.0), st.sampled_from([-1.0, 1.0]), legs)
 def test_round_trip(
     distance_m: float, share: float, angle_deg: float, side: float, leg: tuple[float, float, float]
@@ -28,7 +27,6 @@ def test_round_trip(
     assert seen.angle_deg == pytest.approx(wanted.angle_deg, abs=2e-6)
 
 
-@settings(deadline=None)
 @given(distances, st.floats(0.1, 1.0), st.sampled_from([-1.0, 1.0]))
 def test_the_head_is_on_the_persons_side_above_the_leg(distance_m: float, share: float, side: float) -> None:
     place, _ = head_pose(Gaze(share * distance_m, distance_m, 20.0), side, HANDOVER_M)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.ports import LegReady, Request, TurnDone
@@ -223,7 +223,6 @@ def test_a_whole_run_is_done_at_its_end() -> None:
 places = st.tuples(*[st.floats(-2.0, 2.0)] * 3)
 
 
-@settings(deadline=None)
 @given(places, places)
 def test_a_hand_moves_smoothly_and_slower_than_1_m_s(
     start: tuple[float, float, float], goal: tuple[float, float, float]

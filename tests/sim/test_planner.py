@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.ports import JointPose, PlanningError
@@ -105,7 +105,6 @@ def test_invalid_paths_and_speeds_are_refused(ways: tuple[JointPose, ...], speed
         time_path(HOME, ways, speed_rad_s)
 
 
-@settings(deadline=None)
 @given(st.lists(angles, min_size=1, max_size=4), angles, st.floats(0.05, 1.0))
 def test_the_fastest_joint_of_each_segment_moves_just_below_the_limit(
     ways: list[JointPose], start: JointPose, limit_rad_s: float

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.bdi import Environment
@@ -75,7 +75,6 @@ _BOUND = st.dictionaries(st.sampled_from((Variable("X"), Variable("Y"))), st.sam
 _EVERYTHING = (st.lists(_BELIEFS, max_size=5), st.lists(_RULES, max_size=1), _CONDITIONS, _BOUND)
 
 
-@settings(max_examples=150, deadline=None)
 @given(*_EVERYTHING)
 def test_prepared_condition_has_the_first_answer_of_the_query(
     beliefs: list[str], rules: list[str], condition: str, bound: Bindings

@@ -20,8 +20,8 @@ from tests.bdi.test_programs import PROGRAMS, REFERENCE_PROGRAMS
 
 RECORDED = Path(__file__).parent / "recorded_runs.json"
 """The runs of :data:`CASES`; written by `python -m tests.bdi.run.test_runs`, which is only right if they may change."""
-BRIEF = settings(deadline=None, max_examples=40, suppress_health_check=list(HealthCheck))
-LONG = settings(deadline=None, max_examples=1000, suppress_health_check=list(HealthCheck))
+BRIEF = settings(suppress_health_check=list(HealthCheck))
+LONG = settings(BRIEF, max_examples=1000)
 
 
 class World(Environment):

@@ -1,0 +1,21 @@
+"""How many examples the property tests make up: few in `make test`, many in `make slow`."""
+
+from __future__ import annotations
+
+import pytest
+
+FEW, MANY = 30, 150
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Sets Hypothesis's profiles; not where a suite is run, which would wait for Hypothesis to load.
+
+    No example has a deadline: how long it takes depends on what else the machine does.
+    """
+    if config.getoption("hri_suite") or not config.pluginmanager.hasplugin("hypothesispytest"):
+        return
+    from hypothesis import settings
+
+    for name in ("default", "ci"):
+        settings.register_profile(name, settings.get_profile(name), max_examples=FEW, deadline=None)
+    settings.register_profile("thorough", settings.get_profile("ci"), max_examples=MANY)
