@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import pytest
 
+from pytest_hricdv.close.archive import Archive
+from pytest_hricdv.close.loop import Runner
+from pytest_hricdv.close.observation import Observation
+from pytest_hricdv.close.suite import repeatable_suite
+from pytest_hricdv.session import closing
 from tests.plugin.project import in_each_mode, outcomes, report
 
 SUITE = "--hri-suite=closure"
@@ -55,3 +62,20 @@ def test_a_person_who_cannot_decide_is_an_error_of_the_declaration(lamps: pytest
     result.stderr.fnmatch_lines(
         ["ERROR: --hri-suite=closure: Online: Hears('hal'): visitor has no belief hal; nearest: hall*"]
     )
+
+
+def test_what_is_run_as_part_of_a_tree_does_the_same_from_the_start(
+    lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found: list[tuple[Observation, Observation]] = []
+
+    def comparing(archive: Archive, ways: Collection[str], runner: Runner) -> object:
+        entries = [entry for entry in archive.entries if entry.way in ways]
+        again = dict(runner([entry.test for entry in entries], {}))
+        found.extend((again[place], entry.observation) for place, entry in enumerate(entries))
+        return repeatable_suite(archive, ways, runner)
+
+    monkeypatch.setattr(closing, "repeatable_suite", comparing)
+    assert lamps.runpytest_inprocess(SUITE, "--hri-close-runs=40").ret == 0
+    assert len(found) > 5
+    assert all(again == first for again, first in found)
