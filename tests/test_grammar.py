@@ -82,7 +82,6 @@ def test_a_damaged_file_is_ignored_and_written_again(cache: Path, grammar: Path,
     assert len(built) == 2
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="the mode of a folder says nothing there")
 @pytest.mark.parametrize("mode", [stat.S_IWGRP, stat.S_IWOTH])
 def test_a_folder_that_others_can_write_to_is_not_used(cache: Path, grammar: Path, built: list[str], mode: int) -> None:
     cache.mkdir(parents=True)
@@ -93,7 +92,6 @@ def test_a_folder_that_others_can_write_to_is_not_used(cache: Path, grammar: Pat
     assert not list(cache.iterdir())
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="files have no owner's number there")
 def test_a_folder_of_another_user_is_not_used(
     cache: Path, grammar: Path, built: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import importlib
+import time
 from pathlib import Path
 from typing import Any
 
 import pytest
-
-pytest.importorskip("PIL", reason="films need Pillow")
-
 from PIL import Image
 
+from pytest_hricdv.case import CaseResult
+from pytest_hricdv.results.model import FilmResult
+from pytest_hricdv.session.films import Filming
 from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
 from tests.report.parsed import Page, details
 
@@ -126,18 +127,20 @@ def test_without_an_encoder_the_film_is_a_gif(filmed: pytest.Pytester, monkeypat
         assert getattr(gif, "n_frames", 0) > 2
 
 
-def test_the_time_of_the_test_is_without_its_film(filmed: pytest.Pytester) -> None:
-    # Each frame is made slow, so that a time with the film in it could not be as short.
-    change(
-        filmed.path,
-        "conftest.py",
-        "        shade = ",
-        "        import time\n\n        time.sleep(0.05)\n        shade = ",
-    )
-    filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
+def test_the_time_of_the_test_is_without_its_film(filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    film, began_s = Filming.film, []
+
+    def noted(self: Filming, result: CaseResult) -> FilmResult:
+        began_s.append(time.time())
+        return film(self, result)
+
+    monkeypatch.setattr(Filming, "film", noted)
+    run = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
     (test,) = report(filmed.path)["tests"]
-    assert test["film"]["frames"] > 20
-    assert test["wall_s"] < 0.05 * test["film"]["frames"] / 2
+    recorder: pytest.HookRecorder = run.reprec  # type: ignore[attr-defined]
+    (call,) = (each.call for each in recorder.getcalls("pytest_runtest_makereport") if each.call.when == "call")
+    assert test["wall_s"] == call.duration
+    assert call.stop <= began_s[0]
 
 
 def test_no_more_than_a_few_failures_of_a_requirement_are_filmed_and_the_others_say_so(

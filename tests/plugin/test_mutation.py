@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 from typing import Any
 
 import pytest
@@ -101,10 +102,13 @@ def test_each_fault_is_noticed_or_not_and_the_report_says_why(guide: pytest.Pyte
     assert (guide.path / "lamps" / "guide.py").read_text(encoding="utf-8") == GUIDE
 
 
-def test_the_result_depends_on_the_seed_and_not_on_the_number_of_processes(guide: pytest.Pytester) -> None:
+def test_the_result_depends_on_the_seed_and_not_on_the_number_of_processes(
+    guide: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
     found = []
-    for options in ((), ("-n", "1")):
-        guide.runpytest_inprocess(*ASKED, "--hri-mutate-faults=3", "--hri-seed=3", *options)
+    for processes in (1, 3):
+        monkeypatch.setattr(os, "cpu_count", lambda count=processes: count)
+        guide.runpytest_inprocess(*ASKED, "--hri-mutate-faults=3", "--hri-seed=3")
         found.append(mutation(guide))
     assert found[0] == found[1]
     assert (len(found[0]["mutants"]), found[0]["made"], found[0]["seed"]) == (3, 8, 3)
@@ -121,11 +125,13 @@ def test_after_the_first_failure_further_tests_are_run_for_the_matrix_only(guide
     assert [run["oracles"] for run in dropped["runs"]] == [["R1"]] * 4
 
 
-def test_when_time_is_over_no_fault_is_begun_and_the_summary_says_so(guide: pytest.Pytester) -> None:
-    module = guide.path / "conftest.py"
-    slow = module.read_text(encoding="utf-8").replace("    lamp = Lamp()\n", "    lamp = Lamp()\n    time.sleep(0.3)\n")
-    module.write_text(slow.replace("from pathlib", "import time\nfrom pathlib"), encoding="utf-8")
-    result = guide.runpytest_inprocess(*ASKED, "-n", "1", "--hri-mutate-seconds=1")
+def test_when_time_is_over_no_fault_is_begun_and_the_summary_says_so(
+    guide: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "cpu_count", lambda: 1)
+    # Runs are so slow that the second is over before all faults are tried.
+    change(guide.path, "conftest.py", "    lamp = Lamp()\n", "    lamp = Lamp()\n    __import__('time').sleep(0.3)\n")
+    result = guide.runpytest_inprocess(*ASKED, "--hri-mutate-seconds=1")
     found = mutation(guide)
     assert found["ended"] == "seconds"
     assert 0 < found["total"]["not_tried"] < 8

@@ -17,7 +17,8 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     """Chromium without a head: the machine's own, or the one that playwright has installed."""
-    sync_api = pytest.importorskip("playwright.sync_api", reason="needs playwright: pip install --group dev")
+    from playwright import sync_api  # takes long to load
+
     found = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
     with sync_api.sync_playwright() as playwright:
         quiet = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
