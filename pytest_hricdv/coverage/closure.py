@@ -9,18 +9,17 @@ from dataclasses import dataclass
 from functools import reduce
 
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
-from pytest_hricdv.coverage.records import (
+from pytest_hricdv.coverage.cross_records import (
     BinHits,
-    Closure,
     Coordinate,
     CrossCoverage,
     IllegalBin,
     ImpossibleBin,
-    MinimalStep,
     ProductCoverage,
     ProductDeclaration,
     Proof,
 )
+from pytest_hricdv.coverage.records import Closure, MinimalStep
 from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage
 
 Point = tuple[str, ...]

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from pytest_hricdv.coverage.code_map import Arc, Bits, CodeMap, SourceFile
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.coverage.records import ExplorationRecord, Gap, GapKind, ProductDeclaration, RequirementResult
+from pytest_hricdv.coverage.cross_records import ExplorationRecord, ProductDeclaration
+from pytest_hricdv.coverage.records import Gap, GapKind, RequirementResult
 from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage, unused_alternatives
 
 MODULE = "the module"

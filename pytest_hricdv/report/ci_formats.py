@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from pytest_hricdv.coverage.records import CodeCoverage, CrossCoverage, PlanCoverage
+from pytest_hricdv.coverage.cross_records import CrossCoverage
+from pytest_hricdv.coverage.records import CodeCoverage, PlanCoverage
 from pytest_hricdv.report import behaviour_view, mutation_view, totals
 from pytest_hricdv.report.explanation import instructions_of, violation
 from pytest_hricdv.report.formatting import by_requirement, fit, percent, plural, seconds, share, visible

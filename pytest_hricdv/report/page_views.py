@@ -12,7 +12,8 @@ from pytest_hricdv.coverage.records import MappedFile, ReportedNearMiss, Require
 from pytest_hricdv.report.formatting import by_requirement
 from pytest_hricdv.report.tests_view import code_bits, plan_bits, plan_names
 from pytest_hricdv.report.totals import known
-from pytest_hricdv.results.model import ModelSource, NcExemption, Report, RequirementText, SearchResult, TestResult
+from pytest_hricdv.results.model import ModelSource, NcExemption, Report, RequirementText, TestResult
+from pytest_hricdv.results.searching import SearchResult
 
 SHOWN = 25
 """At most so many failures, tight passes and near misses are listed; the table of tests has the others."""

@@ -4,7 +4,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from pytest_hricdv.coverage.records import CodeCoverage, CrossCoverage
+from pytest_hricdv.coverage.cross_records import CrossCoverage
+from pytest_hricdv.coverage.records import CodeCoverage
 from pytest_hricdv.report import behaviour_view, closing_view, mutation_view, totals
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.files import PAGE_NAME
@@ -28,15 +29,9 @@ from pytest_hricdv.report.formatting import (
     wrap,
 )
 from pytest_hricdv.report.requirement_lines import requirement_lines
-from pytest_hricdv.results.model import (
-    Diagnosis,
-    GenerationResult,
-    ReplayComparison,
-    Report,
-    SearchResult,
-    ShrunkTest,
-    SuiteResult,
-)
+from pytest_hricdv.results.generation import Diagnosis, GenerationResult
+from pytest_hricdv.results.model import ReplayComparison, Report, SuiteResult
+from pytest_hricdv.results.searching import SearchResult, ShrunkTest
 
 _MAX_GAPS = 8
 _MAX_NOT_RUN = 3

@@ -15,7 +15,8 @@ from msgspec import to_builtins
 from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.report import behaviour_view, explanation
 from pytest_hricdv.report.formatting import by_requirement, natural, quantity, seconds
-from pytest_hricdv.results.model import ReplayComparison, Report, ShrunkTest, TestResult
+from pytest_hricdv.results.model import ReplayComparison, Report, TestResult
+from pytest_hricdv.results.searching import ShrunkTest
 
 TESTS_PER_PACK = 50
 FOLDER = "details"

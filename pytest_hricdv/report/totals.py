@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from itertools import groupby
 from operator import attrgetter
 
-from pytest_hricdv.coverage.records import CrossCoverage, WaiverRecord
+from pytest_hricdv.coverage.cross_records import CrossCoverage
+from pytest_hricdv.coverage.records import WaiverRecord
 from pytest_hricdv.report.formatting import branches, by_requirement, line_ranges, natural, plural, share
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.results.gates import known_text

@@ -18,13 +18,11 @@ from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
 from pytest_hricdv.results.gates import Exemption
+from pytest_hricdv.results.generation import Diagnosis, GenerationResult, LastNewPlan
 from pytest_hricdv.results.model import (
     SCHEMA,
     ActionParameters,
     ConcreteParameters,
-    Diagnosis,
-    GenerationResult,
-    LastNewPlan,
     ModelSource,
     NcExemption,
     Report,

@@ -13,7 +13,8 @@ from msgspec.structs import replace
 from pytest_hricdv.coverage import gaps
 from pytest_hricdv.coverage.closure import PointIndex, closure_summary, cross_closure
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, percent
-from pytest_hricdv.coverage.records import Closure, CodeUnderTest, CrossCoverage, Gap, PlanCoverage, SuiteCode
+from pytest_hricdv.coverage.cross_records import CrossCoverage
+from pytest_hricdv.coverage.records import Closure, CodeUnderTest, Gap, PlanCoverage, SuiteCode
 from pytest_hricdv.coverage.suite_coverage import (
     RunCoverage,
     TestCoverage,
@@ -25,7 +26,8 @@ from pytest_hricdv.coverage.suite_coverage import (
     union,
 )
 from pytest_hricdv.results.gates import MUTANTS
-from pytest_hricdv.results.model import GenerationResult, Report, SuiteResult, TestResult
+from pytest_hricdv.results.generation import GenerationResult
+from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 NO_CLOSURE = Closure(points=0, sim_s=0, growth=(), minimal=(), adds_nothing=(), unique={})
 """Of a report that is not derived yet."""

@@ -19,15 +19,9 @@ from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.records import CodeShare
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import declare_suite, derive
-from pytest_hricdv.results.model import (
-    GenerationResult,
-    Report,
-    RerunOptions,
-    SearchResult,
-    SessionSummary,
-    SuiteResult,
-    TestResult,
-)
+from pytest_hricdv.results.generation import GenerationResult
+from pytest_hricdv.results.model import Report, RerunOptions, SessionSummary, SuiteResult, TestResult
+from pytest_hricdv.results.searching import SearchResult
 
 _EQUAL = (
     *("version", "testbench", "requirements", "state", "outcome_label"),

@@ -19,19 +19,17 @@ from typing import ClassVar, Final, Literal
 
 from msgspec import field
 
+from pytest_hricdv.coverage.cross_records import CrossCoverage, ExplorationRecord, ProductDeclaration
 from pytest_hricdv.coverage.records import (
     Closure,
     CodeShare,
     CodeUnderTest,
     Count,
-    CrossCoverage,
     CurvePoint,
-    ExplorationRecord,
     Names,
     NotNegative,
     Number,
     PlanCoverage,
-    ProductDeclaration,
     Record,
     RequirementResult,
     RequirementTally,
@@ -39,12 +37,12 @@ from pytest_hricdv.coverage.records import (
 )
 from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.closing import ClosingResult
+from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.mutation import MutationResult
+from pytest_hricdv.results.searching import SearchResult, ShrunkTest
 
 SCHEMA: Final = "hricdv-report/1"
 TestOutcome = Literal["passed", "failed", "known-violation", "error", "not-run"]
-SearchEnd = Literal["done", "runs", "seconds", "interrupted"]
-"""Why shrinking or searching ended: nothing left to do, or the budget of runs or seconds was used up, or Ctrl-C."""
 
 
 # Tests
@@ -82,24 +80,6 @@ class Timeline(Record, frozen=True, kw_only=True):
     attempts: Mapping[str, str]
     checksums: Mapping[str, str] = {}
     texts: Mapping[str, tuple[tuple[NotNegative, str], ...]] = {}
-
-
-class ShrunkTest(Record, frozen=True, kw_only=True):
-    """The shortest test found that fails a requirement for the same reason.
-
-    `id` and `replay` are None where nothing could be removed; `note` says why the test was not shrunk at all.
-    """
-
-    id: str | None
-    replay: str | None
-    abstract: Names
-    concrete: Names
-    actions_before: Count
-    runs: Count
-    wall_s: NotNegative
-    ended: SearchEnd
-    reason: Names
-    note: str
 
 
 class ReplayComparison(Record, frozen=True, kw_only=True):
@@ -193,38 +173,6 @@ class TestResult(Record, frozen=True, kw_only=True):
 # Suites
 
 
-class LastNewPlan(Record, frozen=True, kw_only=True):
-    """The iteration of learning, and the number of the test, after which no new plan was executed."""
-
-    iteration: Count | None
-    test: Count
-
-
-class Diagnosis(Record, frozen=True, kw_only=True):
-    """How varied a suite is, before any test has run; `plans_executed` is agent -> number of plans."""
-
-    distinct_subsets: Count
-    belief_entropy_bits: NotNegative
-    belief_entropy_most_bits: NotNegative
-    plans_executed: Mapping[str, Count]
-    last_new_plan: LastNewPlan
-
-
-class GenerationResult(Record, frozen=True, kw_only=True):
-    """How a suite was generated. `q_delta` is the largest change of a cell of Q, one number an iteration."""
-
-    wall_s: NotNegative
-    cached: bool
-    bdi_runs: Count
-    iterations: Count
-    converged_at: Count | None
-    q_delta: tuple[NotNegative, ...]
-    distinct_texts: Count
-    reward: str
-    diagnosis: Diagnosis
-    notes: Names
-
-
 class SuiteResult(Record, frozen=True, kw_only=True):
     """A suite and what its tests covered. `size` counts its tests, selected or not; `tests` the selected ones."""
 
@@ -296,29 +244,6 @@ class GateResult(Record, frozen=True, kw_only=True):
 
     failed: Names
     improved: Names
-
-
-class SearchResult(Record, frozen=True, kw_only=True):
-    """How near a search came to violating a requirement.
-
-    Args:
-        suite_margin: the least margin of the suite's own tests.
-        margin: the least margin found.
-        test: the id of the test that the search started from.
-        id: of the test that violates the requirement; `replay` is its file and `abstract` its lines.
-    """
-
-    status: Literal["violated", "not violated", "violated by the suite", "never triggered"]
-    suite_margin: Number | None
-    margin: Number | None
-    test: str | None
-    runs: Count
-    wall_s: NotNegative
-    ended: SearchEnd
-    id: str | None
-    replay: str | None
-    abstract: Names
-    shrunk: ShrunkTest | None = None
 
 
 class Report(Record, frozen=True, kw_only=True):

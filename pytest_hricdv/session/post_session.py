@@ -14,7 +14,8 @@ from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.monitor import Criterion, Verdict
-from pytest_hricdv.results.model import SearchResult, ShrunkTest, TestResult
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.results.searching import SearchResult, ShrunkTest
 from pytest_hricdv.search import Budget
 from pytest_hricdv.search.evolution_strategy import Evaluation, SearchOutcome, search_violation
 from pytest_hricdv.search.replay import Origin

@@ -22,8 +22,9 @@ from pytest_hricdv.generate.model import list_model
 from pytest_hricdv.report import files, terminal
 from pytest_hricdv.results.building import SessionInfo, build_report
 from pytest_hricdv.results.codec import ReportError
-from pytest_hricdv.results.model import GateResult, ModelSource, Report, RerunOptions, SearchResult, TestResult
+from pytest_hricdv.results.model import GateResult, ModelSource, Report, RerunOptions, TestResult
 from pytest_hricdv.results.mutation import MutationResult
+from pytest_hricdv.results.searching import SearchResult
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
 from pytest_hricdv.session.post_session import PostSession

@@ -8,24 +8,13 @@ from typing import Any, Literal
 from hypothesis import strategies as st
 
 from pytest_hricdv.coverage.code_map import Bits
-from pytest_hricdv.coverage.records import (
-    CodeUnderTest,
-    Coordinate,
-    ExplorationRecord,
-    ImpossibleBin,
-    MappedFile,
-    ProductDeclaration,
-    Proof,
-    RequirementResult,
-    WaiverRecord,
-)
+from pytest_hricdv.coverage.cross_records import Coordinate, ExplorationRecord, ImpossibleBin, ProductDeclaration, Proof
+from pytest_hricdv.coverage.records import CodeUnderTest, MappedFile, RequirementResult, WaiverRecord
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
+from pytest_hricdv.results.generation import Diagnosis, GenerationResult, LastNewPlan
 from pytest_hricdv.results.model import (
     SCHEMA,
     ConcreteParameters,
-    Diagnosis,
-    GenerationResult,
-    LastNewPlan,
     ModelSource,
     Report,
     RequirementText,
