@@ -7,6 +7,7 @@ archive            all runs, the best test of each point, what is still open
 bandit             the choice among the ways, by what has paid off
 loop               generations of proposals, run on any number of processes, merged in order
 evidence           what all runs have shown of each point, and how much a further run would find
+violations         kinds of violations: by part of a requirement, state of the code, and outcome of the interaction
 open_points        points that no run hit: which came nearest, what it lacked, and how to declare it impossible
 suite              the smallest part of the tests that covers as much as all
 interactions       a script's interactions: what each plans, and what became of it

@@ -12,6 +12,7 @@ from collections.abc import Container, Iterable, Mapping, Sequence
 from pytest_hricdv.close.archive import GIVEN, Archive, Entry
 from pytest_hricdv.close.open_points import Surroundings, lacking, nearest, waiver
 from pytest_hricdv.close.targets import by_kind
+from pytest_hricdv.close.violations import KINDS, described
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.generate.suite_files import dump_tests
 from pytest_hricdv.results.closing import (
@@ -23,6 +24,7 @@ from pytest_hricdv.results.closing import (
     ImpossiblePoint,
     KindCount,
     OpenPoint,
+    ViolationKind,
     WayResult,
 )
 
@@ -75,6 +77,7 @@ def evidence(
         hit=hit,
         impossible=closed,
         open=left,
+        violations=_violations(archive, handed, without),
         nearest=others,
     )
 
@@ -105,18 +108,35 @@ class _Seen:
 
     def hit(self, handed: Sequence[Entry]) -> Iterable[HitPoint]:
         """The points that are hit, each with the first of these tests that hits it, else with the best of all."""
-        tests: dict[Point, str] = {}
-        for entry in handed:
-            for point in entry.observation.points:
-                tests.setdefault(point, entry.test.id)
+        tests = _tests(self._archive, handed)
         for point in self._order:
-            test = tests.get(point) or self._archive.best[point].test.id
-            yield HitPoint(point=point, test=test, way=self.first[point].way)
+            yield HitPoint(point=point, test=tests[point], way=self.first[point].way)
 
     def good_turing(self, runs: int) -> GoodTuring | None:
         """The estimate of what a further run would find; None where nothing was hit."""
         once, hits = sum(times == 1 for times in self._times.values()), self._times.total()
         return GoodTuring(once=once, hits=hits, share=once / hits, points=once / runs) if hits else None
+
+
+def _tests(archive: Archive, handed: Sequence[Entry]) -> dict[Point, str]:
+    """A test that hits each point: the first of these that does, else the best of all."""
+    tests = {point: entry.test.id for point, entry in archive.best.items()}
+    for entry in reversed(handed):
+        tests.update(dict.fromkeys(entry.observation.points, entry.test.id))
+    return tests
+
+
+def _violations(archive: Archive, handed: Sequence[Entry], without: Container[int]) -> tuple[ViolationKind, ...]:
+    counts = Counter(
+        point
+        for entry in archive.entries
+        if entry.number not in without
+        for point in entry.observation.points
+        if point[0] in KINDS
+    )
+    tests = _tests(archive, handed)
+    found = [described(point, counts[point], tests[point]) for point in sorted(counts)]
+    return tuple(sorted(found, key=lambda each: each.known))
 
 
 def _open(

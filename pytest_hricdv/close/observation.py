@@ -4,12 +4,11 @@ A point is a tuple of texts, the kind first (as `pytest_hricdv.coverage.closure.
 
     ("statement", file, line)  ("branch", file, line, line)  ("plan", agent, label)  ("bin", cross product, *bin)
     ("verdict", requirement, "Passed" | "Failed")            ("antecedent", requirement, "true" | "false")
-    ("violation", requirement, *what was violated)           ("fault", text without numbers)
+    and kinds of violations, see `pytest_hricdv.close.violations`.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Container, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -17,15 +16,13 @@ import msgspec
 
 from pytest_hricdv.case import CaseResult
 from pytest_hricdv.close.decision_points import DecisionPoint, decision_points
+from pytest_hricdv.close.violations import violation_points
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.monitor import Criterion, NearestMiss, Verdict
 from pytest_hricdv.online.chooser import Choice
-from pytest_hricdv.search.shrink import failure_signature
-
-_NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
 class Observation(msgspec.Struct, frozen=True):
@@ -82,8 +79,10 @@ def observe(
         choices: of a person who decided during the run.
     """
     points = {*code_points(code, result.code), *plan_points(test), *_bin_points(result, cross)}
-    points.update(_requirement_points(result, requirements))
-    points.update(("fault", _NUMBER.sub("#", fault)) for fault in result.faults)
+    points.update(_requirement_points(result))
+    points.update(
+        violation_points(test.lines, result, cross=cross, requirements=requirements, known=known, state=state)
+    )
     return Observation(
         test=test.to_data(),
         points=tuple(sorted(points)),
@@ -125,15 +124,12 @@ def _bin_points(result: CaseResult, cross: Mapping[str, CrossProduct]) -> Iterat
         yield from (("bin", name, *hit) for hit in hits if hit not in cross[name].forbidden)
 
 
-def _requirement_points(result: CaseResult, requirements: Sequence[Criterion]) -> Iterator[Point]:
-    by_id = {each.id: each for each in requirements}
+def _requirement_points(result: CaseResult) -> Iterator[Point]:
     for verdict in result.verdicts:
         name = verdict.requirement
         yield "antecedent", name, "true" if verdict.attempts else "false"
         if verdict.verdict != "NC":
             yield "verdict", name, verdict.verdict
-        for violation in verdict.violations:
-            yield "violation", name, *failure_signature(by_id[name], violation)
 
 
 def _distances(verdicts: Sequence[Verdict]) -> Iterator[tuple[Point, float]]:

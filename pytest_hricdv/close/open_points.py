@@ -49,13 +49,13 @@ def nearest(point: Point, archive: Archive, preferred: Container[int]) -> Entry 
 
 
 def _nearest_bin(point: Point, archive: Archive, preferred: Container[int]) -> Entry | None:
-    """The run that hit a bin which differs from this one in the fewest coordinates."""
+    """The run that hit a bin which differs from this one in the fewest coordinates; of equal ones, one aimed at it."""
     found = [
-        (_differing(point[2:], hit), entry.number not in preferred, entry.number)
+        (_differing(point[2:], hit), point not in entry.aims, entry.number not in preferred, entry.number)
         for entry in archive.entries
         for hit in entry.observation.hits.get(point[1], ())
     ]
-    return archive.entries[min(found)[2]] if found else None
+    return archive.entries[min(found)[3]] if found else None
 
 
 def _differing(one: Bin, other: Bin) -> int:

@@ -6,10 +6,11 @@ from typing import Any
 
 from pytest_hricdv.report.formatting import Line, Style, and_more, pad, percent, plural, quantity, seconds, visible
 from pytest_hricdv.report.tests_view import anchor
-from pytest_hricdv.results.closing import ClosingResult, GoodTuring, GrowthStep, OpenPoint
+from pytest_hricdv.results.closing import ClosingResult, GoodTuring, GrowthStep, OpenPoint, ViolationKind
 from pytest_hricdv.results.model import Report
 
 _MAX_OPEN = 9
+_MAX_VIOLATIONS = 5
 _KINDS = {"verdict": "verdicts", "branch": "branches"}
 _ENDED = {
     "closed": "nothing is open",
@@ -35,10 +36,43 @@ def lines(report: Report) -> Iterator[Line]:
         yield Line(text, style)
     for text in notes(result):
         yield Line(f"  {text}", "dim")
-    for point in result.open[:_MAX_OPEN]:
+    yield from _violations(result)
+    for point in _shown(result.open):
         yield Line(visible(f"  open: {point_text(point.point)}: {evidence_text(point)}"), "warn")
     if len(result.open) > _MAX_OPEN:
         yield Line(f"  open:{and_more(len(result.open) - _MAX_OPEN).removeprefix(', and')}: see the report", "warn")
+
+
+def _shown(points: Sequence[OpenPoint]) -> list[OpenPoint]:
+    """Some points of each kind, those that most runs were aimed at."""
+    most_tried = sorted(points, key=lambda each: -each.tries)
+    places: Counter[str] = Counter()
+    ranked = []
+    for number, point in enumerate(most_tried):
+        places[point.point[0]] += 1
+        ranked.append((places[point.point[0]], number))
+    chosen = {number for _, number in sorted(ranked)[:_MAX_OPEN]}
+    kinds = list(dict.fromkeys(point.point[0] for point in points))
+    shown = [point for number, point in enumerate(most_tried) if number in chosen]
+    return sorted(shown, key=lambda each: kinds.index(each.point[0]))
+
+
+def _violations(result: ClosingResult) -> Iterator[Line]:
+    new = [each for each in result.violations if not each.known]
+    for each in new[:_MAX_VIOLATIONS]:
+        text = f"  violated: {violation_text(each)}: {plural(each.runs, 'run')} ({each.test})"
+        yield Line(visible(text), "bad")
+    more = plural(len(new[_MAX_VIOLATIONS:]), "more kind") if len(new) > _MAX_VIOLATIONS else ""
+    known = f"{len(result.violations) - len(new)} known" if len(result.violations) > len(new) else ""
+    if more or known:
+        yield Line(f"  kinds of violations: {', '.join(filter(None, (more, known)))}, see the report", "dim")
+
+
+def violation_text(violation: ViolationKind) -> str:
+    """`R4 (arm_speed < 0.25) in Reset, released`: what is violated, in which state, and how the interaction ended."""
+    what = f"{violation.requirement} ({violation.part})" if violation.requirement else violation.part
+    where = f" in {violation.state}" if violation.state else ""
+    return what + where + (f", {violation.outcome}" if violation.outcome else "")
 
 
 def headline(result: ClosingResult) -> str:
@@ -108,6 +142,7 @@ def page(report: Report) -> dict[str, Any] | None:
         "anchors": anchors,
         "open": [(point, kind_text(point.point[0]), point_text(point.point)) for point in result.open],
         "nearest": used,
+        "replays": {test.id: test.replay for test in report.tests if test.replay},
         "impossible": _reasons(result),
     }
 

@@ -56,6 +56,28 @@ class OpenPoint(Record, frozen=True, kw_only=True):
     waiver: str = ""
 
 
+class ViolationKind(Record, frozen=True, kw_only=True):
+    """Violations that are alike: of the same part of a requirement, in the same state, and with the same outcome.
+
+    Args:
+        requirement: empty for what was wrong with a run beside its requirements, which `part` then says.
+        part: the conditions that were false.
+        state: of the code under test; empty where it names none.
+        outcome: how the interaction ended in which it happened; empty where there was none, or where it did not end.
+        known: such violations are known.
+        runs: so many runs had one.
+        test: the id of a test that has one: of the suite, or of one that was there before the loop.
+    """
+
+    requirement: str
+    part: str
+    state: str = ""
+    outcome: str = ""
+    known: bool = False
+    runs: Count
+    test: str
+
+
 class KindCount(Record, frozen=True, kw_only=True):
     """How many points of a kind are hit, impossible and open."""
 
@@ -117,6 +139,7 @@ class ClosingResult(Record, frozen=True, kw_only=True):
         kinds: kind of points -> how many.
         ways: what each way has brought.
         growth: the runs that hit new points, in order.
+        violations: of each kind that a run had, those that are not known first.
         nearest: tests that came nearest to an open point and are in no suite: id -> text, as `--hri-suite=FILE` reads
             it.
     """
@@ -136,4 +159,5 @@ class ClosingResult(Record, frozen=True, kw_only=True):
     hit: tuple[HitPoint, ...]
     impossible: tuple[ImpossiblePoint, ...]
     open: tuple[OpenPoint, ...]
+    violations: tuple[ViolationKind, ...] = ()
     nearest: Mapping[str, str] = {}

@@ -178,6 +178,22 @@ def test_good_turing_takes_what_one_run_only_has_hit_for_what_is_left() -> None:
     assert shown(Archive(BINS)).good_turing is None
 
 
+def test_violations_are_listed_by_kind_with_a_test_of_the_suite_and_those_that_are_not_known_first() -> None:
+    known = ("known violation", "R3", "far >= 0.05", "Move", "released")
+    new = ("violation", "R4", "speed < 0.25", "Reset", "")
+    archive = Archive(())
+    add(archive, "first", known)
+    kept = add(archive, "kept", known, new, ("fault", "# s too late"))
+    result = shown(archive, kept)
+    assert [
+        (each.requirement, each.part, each.state, each.known, each.runs, each.test) for each in result.violations
+    ] == [
+        ("", "# s too late", "", False, 1, "kept-1"),
+        ("R4", "speed < 0.25", "Reset", False, 1, "kept-1"),
+        ("R3", "far >= 0.05", "Move", True, 2, "kept-1"),
+    ]
+
+
 @pytest.mark.parametrize("kind", ["statement", "bin"])
 def test_without_a_run_everything_is_open_and_nothing_is_known(kind: str) -> None:
     points = [point for point in (*STATEMENTS, *BINS) if point[0] == kind]

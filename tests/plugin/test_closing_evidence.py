@@ -27,6 +27,9 @@ def test_each_point_is_hit_by_a_test_or_impossible_or_open_with_what_is_known_of
     assert nobody_calls["point"][0] == "statement"
     assert (nobody_calls["tries"], nobody_calls["test"] in tests) == (0, True)
     assert nobody_calls["waiver"].endswith(": # unreachable: why")
+    (glare,) = closing["violations"]
+    assert (glare["requirement"], glare["part"], glare["known"]) == ("R2", "lamp_level <= 80", True)
+    assert tests[glare["test"]]["outcome"] == "known-violation"
     assert sum(sum(step["new"].values()) for step in closing["growth"]) == len(closing["hit"])
     result.stdout.fnmatch_lines(
         [

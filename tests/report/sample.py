@@ -139,6 +139,18 @@ CLOSING = {
             for leg in "123"
         ),
     ],
+    "violations": [
+        {
+            "requirement": "R4",
+            "part": "joint_speed < 0.25",
+            "state": "Reset",
+            "outcome": "released",
+            "runs": 1,
+            "test": "closure-x",
+        },
+        {"requirement": "", "part": "the robot raised <b>KeyError</b>", "runs": 2, "test": "closure-x"},
+        {"requirement": "R3", "part": "hand_distance >= 0.05", "known": True, "runs": 7, "test": "closure-y"},
+    ],
     "nearest": {"closure-near": "# id: closure-near\n# seed: 1\ntell leg\n"},
 }
 """A loop that left points of several kinds open."""

@@ -24,7 +24,7 @@ def test_the_summary_counts_points_by_kind_and_names_open_ones_in_at_most_ten_li
     lines = [line.text for line in terminal.summary(REPORT, Path("out"), 120)]
     assert max(map(len, lines)) <= 120
     start = lines.index("closing: 400 runs, 30212 s simulated; ended: the budget of runs is used up")
-    assert lines[start + 1 : start + 12] == [
+    assert lines[start + 1 : start + 15] == [
         "  points            hit  impossible   open",
         "  statements          2           1      1",
         "  branches            0           0      1",
@@ -32,10 +32,13 @@ def test_the_summary_counts_points_by_kind_and_names_open_ones_in_at_most_ten_li
         "  verdicts            0           0      1",
         "  1 run came to no end",
         "  a further run would hit 0.005 new points, 0.1 % of its points (Good-Turing)",
+        "  violated: R4 (joint_speed < 0.25) in Reset, released: 1 run (closure-x)",
+        "  violated: the robot raised <b>KeyError</b>: 2 runs (closure-x)",
+        "  kinds of violations: 1 known, see the report",
         "  open: controller/states.py:13: never aimed at; line 12 (`if <script>:`) has to go on to it (closure-near)",
         "  open: controller/states.py:12->exit: 1 try, below 100.0 %",
         "  open: R1 Passed: 120 tries, below 2.5 %; reading.gaze & reading.pressure",
-        "  open: handover: 001 x 1: 101 tries, below 3.0 %; leg 4 instead of 3 (closure-near)",
+        "  open: handover: 100 x 1: 104 tries, below 2.9 %; leg 4 instead of 3 (closure-near)",
     ]
     open_lines = [line for line in lines if line.startswith("  open:")]
     assert len(open_lines) == 10
@@ -56,6 +59,8 @@ def test_the_page_has_each_open_point_with_its_evidence_and_the_reasons_of_impos
     assert "R1 Passed verdicts 120 2.5 % reading.gaze & reading.pressure" in words
     assert """if it cannot be: cross product handover: impossible={('001', '1'): "why"}""" in words
     assert "# id: closure-near # seed: 1 tell leg" in words
+    assert "R4 violated Reset released 1 joint_speed < 0.25 closure-x" in words
+    assert "fault violated - - 2 the robot raised <b>KeyError</b> closure-x R3 known - - 7" in words
     assert "statements 1 waived a <b>guard</b> bins 4 model the model" in words
 
 
