@@ -8,10 +8,9 @@ from typing import NamedTuple
 
 from pytest_hricdv.close.archive import Archive
 from pytest_hricdv.close.experience import Experience
-from pytest_hricdv.close.interactions import UNDISTURBED, Treatment
+from pytest_hricdv.close.interactions import UNDISTURBED, Goal, Treatment
 from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.generate.rng import random_index
 
 LEAST = 0.02
@@ -26,17 +25,17 @@ class Option(NamedTuple):
 
     Args:
         worth: how many open bins it will probably hit.
-        rests: of the bins that it is aimed at.
+        goals: that it is aimed at.
         treatment: makes up how to disturb it, where it has so many commands; and whether it is the first one.
     """
 
     worth: float
-    rests: tuple[Bin, ...]
+    goals: tuple[Goal, ...]
     treatment: Callable[[int, bool], Treatment]
 
 
-Options = Callable[[Slot, dict[Bin, float]], list[Option]]
-"""What may be done with an interaction whose open bins (rest -> how open it still is, 1 to 0) are these; best first."""
+Options = Callable[[Slot, dict[Goal, float]], list[Option]]
+"""What may be done with an interaction that has these goals (goal -> how open it still is, 1 to 0); the best first."""
 
 
 class Aimed(NamedTuple):
@@ -61,12 +60,13 @@ class Aiming:
     def __init__(self, scripts: Scripts, experience: Experience, archive: Archive, options: Options) -> None:
         self._scripts = scripts
         self._options = options
-        self._open = {slot: dict.fromkeys(rests, 1.0) for slot, rests in experience.open_bins(archive).items()}
+        self._goals = experience.open_goals(archive)
+        self._open = dict.fromkeys((point for goals in self._goals.values() for point in goals.values()), 1.0)
         self._known: dict[Slot, list[Option]] = {}
 
     def aim(self, rng: Random) -> Aimed | None:
         """Aim one test; None where nothing is worth it."""
-        worth = {slot: options[0].worth for slot in self._open if (options := self._of(slot))}
+        worth = {slot: options[0].worth for slot in self._goals if (options := self._of(slot))}
         if not worth:
             return None
         slot = max(worth, key=lambda each: worth[each] * (0.5 + rng.random()))
@@ -78,7 +78,8 @@ class Aiming:
     def _of(self, slot: Slot) -> list[Option]:
         found = self._known.get(slot)
         if found is None:
-            options = self._options(slot, self._open.get(slot, {})) if self._open.get(slot) else []
+            goals = {goal: self._open[point] for goal, point in self._goals.get(slot, {}).items()}
+            options = self._options(slot, goals) if goals else []
             found = self._known[slot] = [option for option in options if option.worth > 0.0]
         return found
 
@@ -104,10 +105,11 @@ class Aiming:
             if not options:
                 treatments.append(UNDISTURBED)
                 continue
-            worth, rests, treatment = options[0]
+            worth, goals, treatment = options[0]
             treatments.append(treatment(ends[place] - first[place], place == 0))
-            aims += [("bin", product, *slot.planned, *rest) for rest in rests]
-            for rest in rests:
-                self._open[slot][rest] *= 1.0 - min(worth / len(rests), 1.0)
-            self._known.pop(slot, None)
+            points = [self._goals[slot][goal] for goal in goals]
+            for point in points:
+                self._open[point] *= 1.0 - min(worth / len(points), 1.0)
+            aims += points
+            self._known.pop(slot)
         return Aimed(script, product, tuple(treatments), tuple(aims))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from random import Random
 
+from pytest_hricdv.generate.rng import weighted
+
 FADING = 0.9
 """After each generation, what was before counts so much less: what pays off at the beginning does not at the end."""
 
@@ -33,13 +35,9 @@ class Bandit:
 
     def shares(self, names: Sequence[str], count: int, rng: Random) -> dict[str, int]:
         """How many of `count` tests each of these ways may propose: drawn in proportion to the weights."""
-        shares, weights = dict.fromkeys(names, 0), [self.weight(name) ** EAGERNESS for name in names]
+        shares, weights = dict.fromkeys(names, 0), {name: self.weight(name) ** EAGERNESS for name in names}
         for _ in range(count if names else 0):
-            mark, place = rng.random() * sum(weights), 0
-            while place < len(names) - 1 and mark >= weights[place]:
-                mark -= weights[place]
-                place += 1
-            shares[names[place]] += 1
+            shares[weighted(rng, weights)] += 1
         return shares
 
     def learn(self, results: Iterable[tuple[str, bool]]) -> None:

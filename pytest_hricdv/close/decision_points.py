@@ -7,14 +7,11 @@ few runs came through, and that has open points near it, is likely to be returne
 from __future__ import annotations
 
 import math
-from bisect import bisect
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import accumulate
 from random import Random
-from typing import TypeVar
 
 import msgspec
 
@@ -22,8 +19,7 @@ from pytest_hricdv.case import CaseResult
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.disturbance import PREFIX
-
-T = TypeVar("T")
+from pytest_hricdv.generate.rng import weighted
 
 NEAR_COORDINATES = 1
 """A bin is near to what an interaction plans if it differs in at most so many of the planned coordinates."""
@@ -176,12 +172,6 @@ class CellArchive:
         near = Neighbourhood(open_points)
         left = {cell: self.weight(cell, near) for cell in self.cells}
         while left:
-            cell = drawn(left, rng)
+            cell = weighted(rng, left)
             del left[cell]
             yield cell
-
-
-def drawn(weights: Mapping[T, float], rng: Random) -> T:
-    """One of the keys, in proportion to its weight."""
-    *sums, total = accumulate(weights.values())
-    return [*weights][bisect(sums, rng.random() * total)]

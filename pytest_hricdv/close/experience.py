@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from pytest_hricdv.close.archive import Archive
-from pytest_hricdv.close.interactions import interactions_of
+from pytest_hricdv.close.compositions import apart
+from pytest_hricdv.close.interactions import Goal, interactions_of
 from pytest_hricdv.close.recipes import Recipes
 from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.disturbance import PREFIX
 
 
@@ -41,23 +41,38 @@ class Experience:
                 self.doses.update(_places(test.lines))
         self._learned = len(archive.entries)
 
-    def open_bins(self, archive: Archive) -> dict[Slot, list[Bin]]:
-        """What is open: slot -> the rests of its bins."""
-        found: dict[Slot, list[Bin]] = {}
+    def open_goals(self, archive: Archive) -> dict[Slot, dict[Goal, Point]]:
+        """What interactions may be aimed at: slot -> goal -> open bin.
+
+        A bin that no script plans is a goal where what came of interactions was nearest to it.
+        """
+        found: dict[Slot, dict[Goal, Point]] = {}
         for point in archive.open:
-            slot, rest = self.slot_of(point)
-            if slot is not None:
-                found.setdefault(slot, []).append(rest)
+            if point[0] == "bin":
+                for slot, goal in self._slots(point):
+                    found.setdefault(slot, {})[goal] = point
         return found
 
-    def slot_of(self, point: Point) -> tuple[Slot | None, Bin]:
-        """The slot of a bin that a script can plan, and the rest of the bin; None for other points."""
-        if point[0] == "bin" and point[1] in self.recipes:
-            size = self.recipes[point[1]].coordinates
-            slot = Slot(point[1], point[2 : 2 + size])
-            if slot in self._scripts.by_slot:
-                return slot, point[2 + size :]
-        return None, ()
+    def has_unplanned_bins(self, archive: Archive) -> bool:
+        """Whether a bin is open of which no script is known to plan it."""
+        return any(point[0] == "bin" and point[1] not in self.recipes for point in archive.open)
+
+    def _slots(self, point: Point) -> list[tuple[Slot, Goal]]:
+        product, own = point[1], self.recipes.get(point[1])
+        if own is None:
+            return self._nearest(point[1:])
+        slot = Slot(product, point[2 : 2 + own.coordinates])
+        return [(slot, (product, *point[2 + own.coordinates :]))] if slot in self._scripts.by_slot else []
+
+    def _nearest(self, goal: Goal) -> list[tuple[Slot, Goal]]:
+        near: dict[float, list[Slot]] = {}
+        for product, recipes in self.recipes.items():
+            for planned, effects in recipes.effects.items():
+                distances = [apart((each,), (goal,)) for effect in effects for each in effect if each[0] == goal[0]]
+                slot = Slot(product, planned)
+                if distances and slot in self._scripts.by_slot:
+                    near.setdefault(min(distances), []).append(slot)
+        return [(slot, goal) for slot in near[min(near)]] if near else []
 
 
 def _places(lines: Sequence[str]) -> list[tuple[str, int]]:

@@ -30,8 +30,12 @@ Treatment = tuple[Dose, ...]
 UNDISTURBED: Treatment = ()
 
 
-Effect = tuple[Bin, ...]
-"""What is known of an interaction: its bins, without the coordinates that were planned."""
+Goal = tuple[str, ...]
+"""What may come of an interaction: the name of a cross product and a bin of it, without the coordinates that were
+planned."""
+
+Effect = tuple[Goal, ...]
+"""What came of an interaction, sorted."""
 
 
 class Interaction(NamedTuple):
@@ -40,19 +44,22 @@ class Interaction(NamedTuple):
     Args:
         planned: the first coordinates of its bin.
         treatment: how it was disturbed.
-        effect: of each cross product the bin of this interaction, of its own one the coordinates that are not planned.
-        hit: its bin; None where the run ended before.
+        effect: what came of it, by all cross products.
     """
 
     planned: Bin
     treatment: Treatment
     effect: Effect
-    hit: Bin | None
 
 
 def commands_of(lines: Sequence[str]) -> tuple[str, ...]:
     """The commands of a test without its disturbances."""
     return tuple(line for line in lines if not line.startswith(PREFIX))
+
+
+def treated(lines: Sequence[str]) -> bool:
+    """Whether a test has a disturbance."""
+    return any(line.startswith(PREFIX) for line in lines)
 
 
 def begins(commands: Sequence[str], planned: Planned) -> tuple[int, ...]:
@@ -106,7 +113,7 @@ def disturbed(
 def interactions_of(
     lines: Sequence[str], values: Values, hits: Mapping[str, Sequence[Bin]], product: str, planned: Planned
 ) -> tuple[Interaction, ...]:
-    """The interactions of a run.
+    """The interactions of a run, as far as they have a bin of the cross product: a run may end before its script.
 
     Args:
         lines: of its test.
@@ -119,7 +126,8 @@ def interactions_of(
     treatments = treatments_of(lines, values, begins(commands, planned))
     found = []
     for number, (each, treatment) in enumerate(zip(planned(commands), treatments, strict=False)):
-        bins = {name: tuple(own[number]) for name, own in sorted(hits.items()) if number < len(own)}
-        effect = tuple(bins[name][len(each) if name == product else 0 :] for name in bins)
-        found.append(Interaction(tuple(each), treatment, effect, bins.get(product)))
+        if number < len(hits.get(product, ())):
+            bins = ((name, own[number]) for name, own in hits.items() if number < len(own))
+            effect = ((name, *hit[len(each) if name == product else 0 :]) for name, hit in bins)
+            found.append(Interaction(tuple(each), treatment, tuple(sorted(effect))))
     return tuple(found)

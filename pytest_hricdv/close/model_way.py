@@ -1,25 +1,27 @@
 """The way of the model: scripts of beliefs that, by the survey of the model, lead to what is open.
 
 Bins are reached by scripts that plan them, plans by beliefs that trigger them. Where a requirement was nearly
-triggered, scripts are tried of which one belief differs from that of the nearest one.
+triggered, beliefs are drawn as often as the nearest runs have them (the cross-entropy method, on beliefs); where bins
+are open of which it is unknown what plans them, scripts are tried that were not run yet.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from random import Random
 
 from pytest_hricdv.close.aiming import LEAST, Aiming, Option
 from pytest_hricdv.close.archive import Archive
+from pytest_hricdv.close.cross_entropy import elite_size
 from pytest_hricdv.close.experience import Experience
-from pytest_hricdv.close.interactions import UNDISTURBED, Treatment, commands_of
+from pytest_hricdv.close.interactions import UNDISTURBED, Goal, Treatment, treated
 from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.close.way import Proposal
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.rng import pick, shuffled
 
-CLIMBING = 4
+CLIMBING = 3
 """Of this many tests, one is to come nearer to a point that has a distance."""
 
 
@@ -50,13 +52,15 @@ class ModelWay:
             proposal = proposal or self._climbing(archive, rng)
             if proposal is not None:
                 found.append(proposal)
+        if len(found) < count and self._experience.has_unplanned_bins(archive):
+            found += UntriedWay(self._scripts).propose(archive, count - len(found), rng)
         return found
 
-    def _options(self, slot: Slot, open_bins: dict[Bin, float]) -> list[Option]:
+    def _options(self, slot: Slot, goals: dict[Goal, float]) -> list[Option]:
         recipes = self._experience.recipes[slot.product]
         found = [
-            Option(recipes.chance(slot.planned, UNDISTURBED, rest) * left, (rest,), _nothing)
-            for rest, left in open_bins.items()
+            Option(recipes.chance(slot.planned, UNDISTURBED, goal) * left, (goal,), _nothing)
+            for goal, left in goals.items()
         ]
         likely = (option for option in found if option.worth >= LEAST)
         return sorted(likely, key=lambda option: -option.worth)
@@ -75,27 +79,26 @@ class ModelWay:
         return None
 
     def _climbing(self, archive: Archive, rng: Random) -> Proposal | None:
-        """A script beside one of those that came nearest to an open point; a new one, if there is one."""
-        near = self._nearest(archive)
+        """A script of beliefs like those of the runs that came nearest to an open point."""
+        near = {point: runs for point in archive.open if (runs := self._nearest(point, archive))}
         if not near:
             return None
         point = pick(rng, [*near])
-        beside = self._scripts.neighbours(pick(rng, near[point]).beliefs)
-        tried = {entry.test.lines for entry in archive.entries}
-        beside = [number for number in beside if self._scripts.runs[number].lines not in tried] or beside
-        return Proposal(self._scripts.draft(pick(rng, beside)), self.name, (point,)) if beside else None
+        elite = near[point][: elite_size(len(near[point]))]
+        shares = Counter(belief for test in elite for belief in test.beliefs)
+        beliefs = self._scripts.drawn_beliefs({belief: count / len(elite) for belief, count in shares.items()}, rng)
+        return Proposal(self._scripts.draft(self._scripts.of_beliefs(beliefs)), self.name, (point,))
 
-    def _nearest(self, archive: Archive) -> dict[Point, list[AbstractTest]]:
-        """Of each open point that has a distance, the undisturbed tests with the least one."""
-        found: dict[Point, list[AbstractTest]] = {}
-        least: dict[Point, float] = {}
-        for entry in archive.entries:
-            if commands_of(entry.test.lines) == entry.test.lines:
-                for point, distance in entry.observation.distances:
-                    if point in archive.open and distance <= least.get(point, distance):
-                        same = found[point] if distance == least.get(point) else []
-                        least[point], found[point] = distance, [*same, entry.test]
-        return found
+    def _nearest(self, point: Point, archive: Archive) -> list[AbstractTest]:
+        """The undisturbed tests that have a distance to a point, the nearest first; none where all are as far away."""
+        found = [
+            (distance, entry.number, entry.test)
+            for entry in archive.entries
+            for each, distance in entry.observation.distances
+            if each == point and not treated(entry.test.lines)
+        ]
+        far = max((distance for distance, _, _ in found), default=0.0)
+        return [test for distance, _, test in sorted(found, key=lambda each: each[:2]) if distance < far]
 
 
 def _nothing(commands: int, is_first: bool) -> Treatment:

@@ -7,12 +7,13 @@ from functools import cached_property
 from random import Random
 from typing import NamedTuple
 
+from pytest_hricdv.close.cross_entropy import SMOOTHING
 from pytest_hricdv.close.interactions import Planned, Treatment, begins, disturbed
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.generate.abstract import Draft, Plans
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Exploration, ExploredRun
-from pytest_hricdv.generate.rng import random_index
+from pytest_hricdv.generate.rng import random_index, weighted
 
 
 class Slot(NamedTuple):
@@ -73,15 +74,31 @@ class Scripts:
                     found[plan].append(number)
         return found
 
-    @cached_property
-    def by_beliefs(self) -> dict[tuple[str, ...], int]:
-        """Beliefs -> the script that they lead to."""
-        return {self.exploration.belief_set(run.beliefs): number for number, run in enumerate(self.runs)}
+    def drawn_beliefs(self, shares: Mapping[str, float], rng: Random) -> tuple[str, ...]:
+        """A belief of each group, or none of it, drawn as often as wanted but so that none is ruled out.
 
-    def neighbours(self, beliefs: Sequence[str]) -> list[int]:
-        """The scripts of beliefs of which one is another, and perhaps one more is missing or comes in addition."""
+        Args:
+            shares: belief -> how often it is wanted, from 0 to 1.
+            rng: of which only `random()` is used.
+        """
+        chosen = []
+        for group in (self._space.start, *self._space.groups.values()):
+            wanted: dict[str, float] = {belief: shares.get(belief, 0.0) for belief in group}
+            wanted[""] = max(0.0, 1.0 - sum(wanted.values())) if group != self._space.start else 0.0
+            even = (1.0 - SMOOTHING) / len(wanted)
+            chosen.append(weighted(rng, {belief: SMOOTHING * share + even for belief, share in wanted.items()}))
+        return tuple(belief for belief in chosen if belief)
+
+    def of_beliefs(self, beliefs: Sequence[str]) -> int:
+        """The script that the most of these beliefs, and the fewest others, lead to."""
         bits = sum(self._space.bits[belief] for belief in beliefs)
-        return [number for number, run in enumerate(self.runs) if 0 < (run.beliefs ^ bits).bit_count() <= 3]
+        runs = self.runs
+        return max(
+            range(len(runs)),
+            key=lambda number: (
+                (runs[number].beliefs & bits).bit_count() - 2 * (runs[number].beliefs & ~bits).bit_count()
+            ),
+        )
 
     def commands(self, slot: Slot) -> int:
         """How many commands an interaction has in which this is planned: in the first such script."""

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from bisect import bisect
+from collections.abc import Mapping, Sequence
+from itertools import accumulate
 from random import Random
 from typing import TypeVar
 
@@ -50,6 +52,12 @@ def random_index(rng: Random, count: int) -> int:
 def pick(rng: Random, choices: Sequence[T]) -> T:
     """One of the choices, each equally likely."""
     return choices[random_index(rng, len(choices))]
+
+
+def weighted(rng: Random, weights: Mapping[T, float]) -> T:
+    """One of the keys, each with a probability in proportion to its weight."""
+    *sums, total = accumulate(weights.values())
+    return [*weights][bisect(sums, rng.random() * total)]
 
 
 def shuffled(rng: Random, items: Sequence[T]) -> list[T]:

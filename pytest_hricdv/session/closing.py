@@ -27,6 +27,7 @@ from pytest_hricdv.close.model_way import ModelWay, UntriedWay
 from pytest_hricdv.close.observation import Observation
 from pytest_hricdv.close.online_way import OnlineWay
 from pytest_hricdv.close.open_points import Surroundings
+from pytest_hricdv.close.parameter_way import ParameterWay
 from pytest_hricdv.close.scripts import Scripts
 from pytest_hricdv.close.suite import repeatable_suite
 from pytest_hricdv.close.targets import by_kind, impossible_points, wanted_points
@@ -116,6 +117,7 @@ class Closing:
         role = role_of(testbench)
         return (
             ModelWay(scripts, experience),
+            ParameterWay(testbench.commands),
             DisturbanceWay(scripts, experience, disturbances),
             BranchingWay(testbench.commands, testbench.cross),
             *([] if role is None else [OnlineWay(role, scripts.planned)]),

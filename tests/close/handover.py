@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 
-from pytest_hricdv.close.interactions import Interaction, interactions_of
+from pytest_hricdv.close.interactions import Treatment, begins, commands_of, treatments_of
 from pytest_hricdv.close.loop import OnlineWeights
 from pytest_hricdv.close.observation import Observation
 from pytest_hricdv.coverage.closure import Point
@@ -82,14 +82,16 @@ WANTED: tuple[Point, ...] = (
 def run(test: AbstractTest) -> Observation:
     """One run: what happens is a function of the test and its seed."""
     rng = make_rng("handover", test.seed)
-    interactions = interactions_of(test.lines, test.values, {}, "handover", planned)
+    commands = commands_of(test.lines)
+    treatments = treatments_of(test.lines, test.values, begins(commands, planned))
+    interactions = [*zip(planned(commands), treatments, strict=True)]
     readings, hits = [], []
     for each in interactions:
-        reading, outcome = _outcome(each, [rng.random() for _ in range(3)])
+        reading, outcome = _outcome(*each, [rng.random() for _ in range(3)])
         readings.append((reading, outcome))
-        hits.append((*each.planned, outcome))
+        hits.append((*each[0], outcome))
     points: set[Point] = {("bin", "handover", *hit) for hit in hits}
-    if any(dose.name == "shake" and dose.place == 2 for each in interactions for dose in each.treatment):
+    if any(dose.name == "shake" and dose.place == 2 for treatment in treatments for dose in treatment):
         points.add(("statement", "robot.py", "9"))
     given = sum(hit[-1] == "given" for hit in hits)
     distance = 3.0 - given
@@ -109,11 +111,11 @@ def runner(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tup
     return ((number, run(test)) for number, test in enumerate(tests))
 
 
-def _outcome(interaction: Interaction, chances: Sequence[float]) -> tuple[str, str]:
-    sensors = [digit == "1" for digit in interaction.planned[1]]
+def _outcome(stands: Bin, treatment: Treatment, chances: Sequence[float]) -> tuple[str, str]:
+    sensors = [digit == "1" for digit in stands[1]]
     sensors = [sensor and chance >= ERROR for sensor, chance in zip(sensors, chances, strict=False)]
-    names = {dose.name: (dose.place, dict(dose.values)) for dose in interaction.treatment}
-    for dose in interaction.treatment:
+    names = {dose.name: (dose.place, dict(dose.values)) for dose in treatment}
+    for dose in treatment:
         values = dict(dose.values)
         if dose.name == "flip" and dose.place >= 2 and values["for_s"] > 3.0:
             sensors[int(values["sensor"])] ^= True

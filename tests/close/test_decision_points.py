@@ -19,10 +19,10 @@ from pytest_hricdv.close.decision_points import (
     Neighbourhood,
     cell_of,
     decision_points,
-    drawn,
 )
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.generate.rng import weighted
 from pytest_hricdv.monitor.verdict import Attempt, Verdict
 from pytest_hricdv.runtime import Record, RecordedMessage
 from pytest_hricdv.testbench import Outcome
@@ -155,6 +155,6 @@ def test_cells_come_without_repetition_in_an_order_from_the_seed_and_their_weigh
 
 def test_what_is_drawn_is_in_proportion_to_its_weight() -> None:
     rng = Random(1)
-    found = Counter(drawn({"never": 0.0, "seldom": 1.0, "often": 3.0}, rng) for _ in range(4000))
+    found = Counter(weighted(rng, {"never": 0.0, "seldom": 1.0, "often": 3.0}) for _ in range(4000))
     assert found["never"] == 0
     assert found["often"] / found["seldom"] == pytest.approx(3.0, rel=0.15)

@@ -50,8 +50,9 @@ def test_disturbing_a_script_is_read_back(one: Treatment, two: Treatment) -> Non
 
 
 def test_an_interaction_has_the_bin_that_was_hit_in_its_place() -> None:
-    hits = {"ends": (("taken", "well"),), "seen": (("dark",), ("light",))}
+    hits = {"ends": (("taken", "well"), ("taken", "badly")), "seen": (("dark",), ("light",))}
     first, second = interactions_of(("disturb a", *SCRIPT), {}, hits, "ends", planned)
-    assert (first.planned, first.treatment, first.hit) == (("taken",), (Dose(-1, "a"),), ("taken", "well"))
-    assert first.effect == (("well",), ("dark",))
-    assert (second.treatment, second.hit, second.effect) == ((), None, (("light",),))
+    assert (first.planned, first.treatment) == (("taken",), (Dose(-1, "a"),))
+    assert first.effect == (("ends", "well"), ("seen", "dark"))
+    assert second.effect == (("ends", "badly"), ("seen", "light"))
+    assert len(interactions_of(SCRIPT, {}, {"ends": (("taken", "well"),)}, "ends", planned)) == 1
