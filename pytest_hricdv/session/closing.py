@@ -106,10 +106,19 @@ class Closing:
         self._collection.say(f"hricdv: closing {_listed(archive)}, at most {self._options.runs} runs (seed {seed}) ...")
         self._run_given(archive, runs, given)
         budget = Budget(self._options.runs, self._options.seconds)
-        ended = Loop(archive, self._ways(), runs.run, seed, budget, progress.show, UntriedWay(self._scripts)).run()
+        ended = Loop(archive, self._used_ways(), runs.run, seed, budget, progress.show, UntriedWay(self._scripts)).run()
         suite, result = self._suite(archive, ended, runs)
         progress.end(archive, ended, len(suite.tests))
         return suite, result
+
+    def _used_ways(self) -> tuple[Way, ...]:
+        """The ways that are not left out."""
+        ways, without = self._ways(), self._options.without
+        names = [way.name for way in ways]
+        for name in without:
+            if name not in names:
+                raise pytest.UsageError(f"--hri-close-without: no way {name!r}; there are: {', '.join(names)}")
+        return tuple(way for way in ways if way.name not in without)
 
     def _ways(self) -> tuple[Way, ...]:
         testbench, scripts, experience = self._collection.testbench, self._scripts, Experience(self._scripts)
@@ -204,6 +213,7 @@ class Closing:
             self._running.code.sha256,
             of_file,
             self._options.runs,
+            self._options.without,
             options.coverage,
             testbench.name,
             testbench.fidelity,

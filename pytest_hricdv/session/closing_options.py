@@ -18,6 +18,7 @@ class ClosingOptions:
         given: it closes what these leave open, instead of everything.
         runs: it ends after so many runs.
         seconds: it ends after this time (s), so that a session is not endless: its result then depends on the machine.
+        without: the names of ways that are left out.
     """
 
     asked: bool = False
@@ -25,11 +26,12 @@ class ClosingOptions:
     given: bool = False
     runs: int = 400
     seconds: int = 600
+    without: tuple[str, ...] = ()
 
 
-def read_closing(suites: str, *, close: bool, runs: int, seconds: int) -> ClosingOptions:
+def read_closing(suites: str, *, close: bool, runs: int, seconds: int, without: str) -> ClosingOptions:
     """The options, from the names of suites and the others."""
-    names = [name for name in (part.strip() for part in suites.split(",")) if name]
+    names = _names(suites)
     others = [name for name in names if name != NAME]
     asked = close or len(others) < len(names)
     return ClosingOptions(
@@ -38,4 +40,9 @@ def read_closing(suites: str, *, close: bool, runs: int, seconds: int) -> Closin
         given=close and bool(others),
         runs=runs,
         seconds=seconds,
+        without=_names(without),
     )
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name for name in (part.strip() for part in text.split(",")) if name)

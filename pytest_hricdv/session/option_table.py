@@ -106,6 +106,7 @@ CLOSING = (
     Flag("close", "after the suites, generate the suite closure, which covers what these leave open", key=False),
     Value("close-runs", "N", "closure: end the closing loop after N runs (default 400)"),
     Value("close-seconds", "S", "closure: end the closing loop after S seconds, whatever is open (default 600)"),
+    Value("close-without", "WAY[,...]", "closure: leave these ways of reaching points out, to see what they bring"),
 )
 
 LEARNING = (

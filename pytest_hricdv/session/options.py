@@ -201,6 +201,7 @@ def _closing(config: pytest.Config, suites: str) -> ClosingOptions:
         close=bool(suites and config.getoption("hri_close")),
         runs=_integer(config, "close_runs", ClosingOptions.runs, least=1) or 0,
         seconds=_integer(config, "close_seconds", ClosingOptions.seconds, least=1) or 0,
+        without=_text(config, "close_without"),
     )
     if options.asked and _sampling(config) != "uniform":
         raise pytest.UsageError(f"--hri-sampling and the suite {CLOSURE}: the closing loop chooses parameters itself")
@@ -214,7 +215,8 @@ def _again(config: pytest.Config) -> tuple[str, ...]:
     learned = read_learning(config).again
     anyway = ["--hri-replay-anyway"] if config.getoption("hri_replay_anyway") else []
     drawn = (f"--hri-{name}={value}" for name, value in single if value is not None)
-    closed = (f"--hri-close-runs={runs}",) if (runs := config.getoption("hri_close_runs")) is not None else ()
+    closing = [(name, config.getoption(f"hri_close_{name}")) for name in ("runs", "without")]
+    closed = (f"--hri-close-{name}={value}" for name, value in closing if value is not None)
     close = ("--hri-close",) if config.getoption("hri_close") else ()
     return (*drawn, *learned, *known, *strict, *anyway, *close, *closed)
 
