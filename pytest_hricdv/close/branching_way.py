@@ -1,6 +1,6 @@
 """The way by branching: back to a decision point of an earlier run, and on from there in several ways.
 
-It is one that few runs came through, with open points near; or one of the run that came nearest to an open point: most
+It is one that few runs came through, with open points near; or one of a run that came near to an open point: most
 of what it takes has happened there already, and happens again.
 
 The tests of a tree have their seed, their parameters of the run and their beginning in common, so they can be run by
@@ -15,7 +15,9 @@ from random import Random
 
 from pytest_hricdv.close.archive import Archive, Entry
 from pytest_hricdv.close.continuations import Continuation, disturbed, exchanged, redrawn
+from pytest_hricdv.close.cross_entropy import elite_size
 from pytest_hricdv.close.decision_points import Cell, CellArchive, cell_of
+from pytest_hricdv.close.nearness import nearest_runs
 from pytest_hricdv.close.way import Proposal
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import CrossProduct
@@ -30,7 +32,10 @@ LEAVES = 4
 """So many tests part at one decision point: the more, the less does it cost to come there."""
 
 CLIMBING = 0.5
-"""So often the run that came nearest to an open point is gone back to, where there is one."""
+"""So often a run that came near to an open point is gone back to, where there is one."""
+
+PARENTS = 8
+"""It is one of so many: the very nearest may be a dead end."""
 
 DRAWN = 4
 """So many continuations are drawn for each test; those that aim at most are taken."""
@@ -38,12 +43,18 @@ DRAWN = 4
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a test parts from a run: after so many of its actions. `aims`: beside the bins that the test plans."""
+    """Where a test parts from a run: after so many of its actions.
+
+    Args:
+        aims: what it is to come nearer to; without any, these are the bins that it plans.
+        elite: the runs that came nearest to it: their rests, too, may be what it takes.
+    """
 
     run: int
     taken: int
     cell: Cell
     aims: tuple[Point, ...] = ()
+    elite: tuple[int, ...] = ()
 
 
 @dataclass
@@ -90,13 +101,14 @@ class BranchingWay:
             self._alike.setdefault(self._likeness(place), []).append(place)
 
     def _near(self, archive: Archive, rng: Random) -> _Place | None:
-        """A decision point of the run that came nearest to an open point, from time to time."""
-        points = [point for point in archive.open if point in archive.nearest]
-        if not points or rng.random() >= CLIMBING:
+        """A decision point of a run that came near to an open point, from time to time."""
+        near = {point: runs for point in archive.open if point[0] != "bin" and (runs := nearest_runs(point, archive))}
+        if not near or rng.random() >= CLIMBING:
             return None
-        point = pick(rng, points)
-        places = self._places[archive.nearest[point][1].number]
-        return replace(pick(rng, places), aims=(point,)) if places else None
+        point = pick(rng, [*near])
+        nearest = [entry.number for _, entry in near[point]]
+        elite, places = tuple(nearest[: elite_size(len(nearest))]), self._places[pick(rng, nearest[:PARENTS])]
+        return replace(pick(rng, places), aims=(point,), elite=elite) if places else None
 
     def _leaves(self, archive: Archive, place: _Place, count: int, rng: Random) -> list[Proposal]:
         """Tests that part at a place: of those drawn, the ones that aim at most points that were seldom aimed at."""
@@ -106,7 +118,7 @@ class BranchingWay:
             leaf = replace(test, actions=test.actions[: place.taken] + continuation.actions)
             content = _content(leaf)
             if content not in self._known and content not in found:
-                aims = (*place.aims, *self._aims(place, leaf, archive.open))
+                aims = place.aims or tuple(self._planned(place, leaf, archive.open))
                 worth = sum(1.0 / (1 + archive.tries[aim]) for aim in aims)
                 found[content] = worth, Proposal(_draft(trunk, place.taken, leaf, continuation), self.name, aims)
         best = sorted(found.values(), key=lambda each: -each[0])
@@ -115,6 +127,7 @@ class BranchingWay:
     def _drawn(self, place: _Place, count: int, rng: Random) -> Iterator[Continuation]:
         rest, ranges = self._tests[place.run].actions[place.taken :], self.ranges.commands
         alike = self._alike[self._likeness(place)]
+        alike = [other for other in alike if other.run in place.elite] or alike
         for _ in range(count):
             other = pick(rng, alike)
             possible = (
@@ -129,7 +142,7 @@ class BranchingWay:
         before = _commands(self._tests[place.run].actions[: place.taken])
         return place.cell.interaction, before[-1] if before else ""
 
-    def _aims(self, place: _Place, leaf: ConcreteTest, open_points: Collection[Point]) -> Iterator[Point]:
+    def _planned(self, place: _Place, leaf: ConcreteTest, open_points: Collection[Point]) -> Iterator[Point]:
         """The open bins that a test plans from the place on."""
         planned: set[tuple[str, ...]] = set()
         for name, product in self.cross.items():

@@ -111,16 +111,24 @@ def test_what_was_aimed_at_seldom_comes_first() -> None:
     assert share(often=quick) > share(often=slow)
 
 
-def test_the_run_that_came_nearest_to_an_open_point_is_gone_back_to() -> None:
+def test_runs_that_came_near_to_an_open_point_are_gone_back_to_and_exchange_their_rests() -> None:
     point = ("verdict", "R5", "Passed")
     archive = archive_of(*["ask, look, say"] * 20, wanted=[point, *BINS])
-    nearest = replace(archive.entries[0].observation, distances=((point, 0.5),))
-    archive.add(nearest, "model")
-    found = [BranchingWay(RANGES, CROSS).propose(archive, 1, Random(seed))[0] for seed in range(40)]
-    aimed = [proposal for proposal in found if point in proposal.aims]
-    assert 10 < len(aimed) < 30
-    assert all(proposal.draft.name.startswith(archive.nearest[point][1].test.id) for proposal in aimed)
-    assert {proposal.draft.name.partition(",")[0][-1] for proposal in aimed} == {"1", "2"}
+    source = archive.entries[0].observation
+    drafts = [Draft("near", (), ("ask", "look", "say")) for _ in range(10)]
+    for number, test in enumerate(identify("closure", 2, drafts)):
+        archive.add(replace(source, test=test.to_data(), distances=((point, float(number)),)), "model")
+    near = [entry.test.id for entry in archive.entries[20:]]
+    names = [
+        proposal.draft.name
+        for seed in range(60)
+        for proposal in BranchingWay(RANGES, CROSS).propose(archive, 1, Random(seed))
+        if proposal.aims == (point,)
+    ]
+    assert 20 < len(names) < 40
+    assert {name.partition(" up to")[0] for name in names} <= {*near[:8]}
+    rests = {name.partition("the rest of ")[2] for name in names if "the rest" in name}
+    assert rests == {*near[:2]}, "of the fifth that came nearest"
 
 
 def test_proposals_depend_on_the_archive_and_the_random_stream_alone() -> None:
