@@ -9,7 +9,8 @@ from typing import Any
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.logged import Log
-from tests.monitor.reference import TICK_S, Summary, Trace, Value, in_order
+from tests.monitor.reference import Summary, in_order
+from tests.monitor.trace import TICK_S, Trace, Value
 
 
 @dataclass(frozen=True)

@@ -1,71 +1,32 @@
-"""The reference evaluator of logged runs: slow, but a direct transcription of the definitions.
-
-Time is in whole ticks. A run is a sequence of positions: 0 is before the run, then instant, open interval, instant, ...
-up to the last instant. Updates and windows are whole ticks, so nothing changes inside an open interval. A formula is a
-list with one truth value per position, and every operator is written as its definition.
-"""
+"""The reference evaluator of logged runs: slow, but a direct transcription of the definitions."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from functools import cache
+from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.monitor import Violation
-from pytest_hricdv.monitor.analysis import conditions, leaves, names_compared, names_of, names_read, walk
+from pytest_hricdv.monitor.analysis import conditions, leaves, names_of, names_read, walk
 from pytest_hricdv.monitor.formula import (
     AlwaysWithin,
     And,
-    Arithmetic,
-    BooleanName,
     Comparison,
     Count,
     Eventually,
-    Fall,
-    FloatName,
     Formula,
-    Historically,
     Holds,
     HoldsUntil,
-    Negative,
     Not,
-    Number,
     On,
-    Once,
     Or,
     PastFormula,
-    Previously,
-    Rise,
-    Since,
-    Term,
-    Text,
-    TextComparison,
-    TextTerm,
     TimeBetween,
     TimeSince,
 )
 from pytest_hricdv.monitor.vocabulary import is_optional
-
-TICK_S = 0.25
-Value = float | bool | str
-
-
-@dataclass(frozen=True)
-class Instant:
-    """The updates of one tick: signals first."""
-
-    signals: Mapping[str, Value] = field(default_factory=dict)
-    messages: tuple[tuple[str, Mapping[str, Value]], ...] = ()
-
-
-@dataclass(frozen=True)
-class Trace:
-    """A logged run: tick -> its updates; tick 0 updates every signal."""
-
-    instants: Mapping[int, Instant]
-    last: int
+from tests.monitor.reference_past import PastEvaluator
+from tests.monitor.trace import TICK_S, first_position, tick_of
 
 
 @dataclass(frozen=True)
@@ -91,14 +52,6 @@ class Judged:
     margins: list[tuple[float, int]]
 
 
-def tick_of(position: int) -> int:
-    return (position - 1) // 2
-
-
-def first_position(tick: float) -> int:
-    return 1 + 2 * round(tick)
-
-
 def flattened(formula: PastFormula) -> list[PastFormula]:
     return [*flattened(formula.left), *flattened(formula.right)] if isinstance(formula, And) else [formula]
 
@@ -117,190 +70,8 @@ def compares(formula: PastFormula) -> bool:
             return False
 
 
-class ReferenceEvaluator:
-    def __init__(self, trace: Trace) -> None:
-        self.trace = trace
-        self.end = first_position(trace.last)
-        # One more position: an edge right after the last instant is true at that instant. It is not judged itself.
-        self.positions = range(self.end + 2)
-        self.values: list[dict[str, Value]] = []
-        self.arrived: list[list[str]] = []
-        last: dict[str, Value] = dict(trace.instants[0].signals)
-        for position in self.positions:
-            instant = trace.instants.get(tick_of(position), Instant()) if position % 2 else Instant()
-            last.update(instant.signals)
-            for topic, fields in instant.messages:
-                for name, value in ((f"{topic}.{member}", value) for member, value in fields.items()):
-                    if name in last:
-                        last[f"last({name})"] = last[name]
-                    last[name] = value
-            # Before the run, signals have their first values, and there is no message.
-            self.values.append(dict(trace.instants[0].signals) if position == 0 else dict(last))
-            self.arrived.append([topic for topic, _ in instant.messages])
-
-    # --- one value per position
-
-    def number(self, term: Term, p: int) -> float:
-        """The value of a term that has one."""
-        match term:
-            case Number():
-                return term.value
-            case FloatName():
-                return float(self.values[p].get(term.name, 0.0))
-            case Count():
-                return self.counted(term)[p]
-            case TimeBetween():
-                elapsed = self.between(term)[p]
-                assert elapsed is not None
-                return elapsed
-            case Negative():
-                return -self.number(term.operand, p)
-            case Arithmetic():
-                left, right = self.number(term.left, p), self.number(term.right, p)
-                return {"+": left + right, "-": left - right, "*": left * right}[term.operator]
-
-    def text(self, term: TextTerm, p: int) -> Value | None:
-        return term.value if isinstance(term, Text) else self.values[p].get(term.name)
-
-    @cache  # noqa: B019 - an evaluator lives as long as its test
-    def counted(self, f: Count) -> list[int]:
-        """The number of edges in the window of the past, a message being one, at every position."""
-        edges = self.occurrences(f.operand)
-        start, end = self.ticks(f.start_s), self.ticks(f.end_s)
-        return [sum(edges[max(1, p - 2 * end) : max(1, p - 2 * start + 1)]) for p in self.positions]
-
-    def occurrences(self, f: PastFormula) -> list[int]:
-        return [a.count(f.topic) for a in self.arrived] if isinstance(f, On) else list(map(int, self.truth(Rise(f))))
-
-    @cache  # noqa: B019 - an evaluator lives as long as its test
-    def between(self, f: TimeBetween) -> list[float | None]:
-        """The time from the last begin at or before the last end to that end, at every position."""
-        begins, ends = self.occurrences(f.begin), self.occurrences(f.end)
-        found: list[float | None] = []
-        for p in self.positions:
-            pairs = [
-                (q, max((b for b in range(1, q + 1) if begins[b]), default=None)) for q in range(1, p + 1) if ends[q]
-            ]
-            known = [(end, begin) for end, begin in pairs if begin is not None]
-            found.append((tick_of(known[-1][0]) - tick_of(known[-1][1])) * TICK_S if known else None)
-        return found
-
-    def elapsed(self, f: Comparison) -> list[bool]:
-        """Whether a time since is less than a bound (at most, with `<=`); the open intervals have no end.
-
-        The distance of two positions in ticks: to an open interval, it is that to its end.
-        """
-        a, bound = self.truth(f.left.operand), self.ticks(f.right.value)
-
-        def is_within(p: int, q: int) -> bool:
-            if p == q:
-                return bound > 0 or f.relation in ("<=", ">")
-            to_end = tick_of(p) - tick_of(q + 1)  # from the later end of q to the start of p, in ticks
-            if p % 2 == 0:  # the distance grows by a tick over p, without reaching it
-                return to_end + 1 <= bound
-            return to_end < bound or (to_end == bound and f.relation in ("<=", ">"))
-
-        within = [any(a[q] and is_within(p, q) for q in range(1, p + 1)) for p in self.positions]
-        return within if f.relation in ("<", "<=") else [not each for each in within]
-
-    def compare_texts(self, f: TextComparison, p: int) -> bool:
-        sides = {self.text(f.left, p), self.text(f.right, p)}
-        return None not in sides and (len(sides) == 1) == (f.relation == "==")
-
-    def has_values(self, f: Comparison, p: int) -> bool:
-        last = all(name in self.values[p] for name in names_compared(f) if name.startswith("last("))
-        times = [leaf for leaf in (*leaves(f.left), *leaves(f.right)) if isinstance(leaf, TimeBetween)]
-        return last and all(self.between(time)[p] is not None for time in times)
-
-    def compare(self, f: Comparison, p: int, shift: float = 0.0) -> bool:
-        if not self.has_values(f, p):
-            return False
-        left, right = self.number(f.left, p), self.number(f.right, p)
-        return {
-            "<": left < right - shift,
-            "<=": left <= right - shift,
-            ">": left > right + shift,
-            ">=": left >= right + shift,
-            "==": left == right,
-            "!=": left != right,
-        }[f.relation]
-
-    def with_hysteresis(self, f: Comparison, since: int | None) -> list[bool]:
-        """`since`: the position from which on violations are remembered; None: never."""
-        result: list[bool] = []
-        for p in self.positions:
-            remembered = since is not None and p > since and not result[-1]
-            result.append(self.compare(f, p, f.hysteresis if remembered else 0.0))
-        return result
-
-    def truth(self, f: PastFormula, since: int | None = 0) -> list[bool]:
-        """The truth of `f` at every position; `since` as above, for comparisons outside of past operators."""
-        ps = self.positions
-        match f:
-            case BooleanName():
-                return [bool(self.values[p].get(f.name, False)) for p in ps]
-            case On():
-                return [f.topic in self.arrived[p] for p in ps]
-            case Comparison(left=TimeSince()):
-                return self.elapsed(f)
-            case Comparison(for_s=0):
-                return self.with_hysteresis(f, since)
-            case TextComparison(for_s=0):
-                return [self.compare_texts(f, p) for p in ps]
-            case Comparison() | TextComparison():
-                ticks = self.ticks(f.for_s)
-                held = self.with_hysteresis(f, 0) if isinstance(f, Comparison) else self.truth(replace(f, for_s=0.0))
-                return [p - 2 * ticks >= 1 and all(held[p - 2 * ticks : p + 1]) for p in ps]
-            case Not():
-                return [not a for a in self.truth(f.operand, since)]
-            case And():
-                return [a and b for a, b in zip(self.truth(f.left, since), self.truth(f.right, since), strict=True)]
-            case Or():
-                return [a or b for a, b in zip(self.truth(f.left, since), self.truth(f.right, since), strict=True)]
-            case Rise():
-                return self.rise(self.truth(f.operand))
-            case Fall():
-                return self.rise([not a for a in self.truth(f.operand)])
-            case Previously():
-                a = self.truth(f.operand)
-                # Inside an open interval "just before" lies in the same interval.
-                return [a[p - 1] if p % 2 else a[p] for p in ps]
-            case Once():
-                return self.windowed(f, any)
-            case Historically():
-                return self.windowed(f, all)
-            case Since():
-                a, b = self.truth(f.left), self.truth(f.right)
-                return [any(b[q] and all(a[q + 1 : p + 1]) for q in range(1, p + 1)) for p in ps]
-
-    def rise(self, a: list[bool]) -> list[bool]:
-        after = [*a[1:], a[-1]]
-        return [p % 2 == 1 and ((a[p] and not a[p - 1]) or (after[p] and not a[p])) for p in self.positions]
-
-    def windowed(self, f: Once | Historically, quantifier: object) -> list[bool]:
-        assert quantifier in (any, all)
-        a, start, end = self.truth(f.operand), self.ticks(f.start_s), self.ticks(f.end_s)
-        chosen = any if quantifier is any else all
-        return [chosen(a[q] for q in range(max(1, p - 2 * end), p - 2 * start + 1)) for p in self.positions]
-
-    def ticks(self, time_s: float) -> int:
-        return 10_000 if math.isinf(time_s) else round(time_s / TICK_S)
-
-    def distance(self, f: PastFormula, p: int) -> float:
-        match f:
-            case Comparison(for_s=0) if not isinstance(f.left, TimeSince) and not self.has_values(f, p):
-                return -math.inf
-            case Comparison(for_s=0) if not isinstance(f.left, TimeSince):
-                gap = self.number(f.right, p) - self.number(f.left, p)
-                return {"<": gap, "<=": gap, ">": -gap, ">=": -gap, "==": -abs(gap), "!=": abs(gap)}[f.relation]
-            case Not():
-                return -self.distance(f.operand, p)
-            case And():
-                return min(self.distance(f.left, p), self.distance(f.right, p))
-            case Or():
-                return max(self.distance(f.left, p), self.distance(f.right, p))
-            case _:
-                return math.inf if self.truth(f)[p] else -math.inf
+class ReferenceEvaluator(PastEvaluator):
+    """Verdicts and nearest misses of one run."""
 
     # --- nearest miss
 

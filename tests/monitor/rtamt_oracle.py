@@ -40,7 +40,7 @@ from pytest_hricdv.monitor.formula import (
     Since,
     Term,
 )
-from tests.monitor.reference import TICK_S, Instant, Trace
+from tests.monitor.trace import TICK_S, Instant, Trace
 
 Samples = dict[str, list[float]]
 

@@ -39,7 +39,7 @@ from pytest_hricdv.monitor.formula import (
     TimeBetween,
     TimeSince,
 )
-from tests.monitor.reference import TICK_S, Instant, Trace
+from tests.monitor.trace import TICK_S, Instant, Trace
 
 Signals = Mapping[str, st.SearchStrategy[Any]]
 Messages = Mapping[str, st.SearchStrategy[dict[str, Any]]]

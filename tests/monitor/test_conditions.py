@@ -19,8 +19,9 @@ from pytest_hricdv.monitor import (
 from pytest_hricdv.monitor.build import equal, field, on
 from pytest_hricdv.monitor.formula import PastFormula
 from tests.monitor.logs import Logged, feed_trace, log_of
-from tests.monitor.reference import TICK_S, ReferenceEvaluator, Trace
+from tests.monitor.reference import ReferenceEvaluator
 from tests.monitor.strategies import pasts, small_traces
+from tests.monitor.trace import TICK_S, Trace
 from tests.monitor.vocabulary import SMALL, Update, feed, requirement
 
 RUNS = settings(suppress_health_check=[HealthCheck.too_slow])

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.monitor.formula import Formula
 from tests.monitor.logs import run, summary
-from tests.monitor.reference import Instant, ReferenceEvaluator, Trace
+from tests.monitor.reference import ReferenceEvaluator
 from tests.monitor.strategies import formulas, small_traces, table_traces
+from tests.monitor.trace import Instant, Trace
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5
 
 RUNS = settings(suppress_health_check=[HealthCheck.too_slow])

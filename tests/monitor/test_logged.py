@@ -14,8 +14,9 @@ from hypothesis import HealthCheck, given, settings
 from pytest_hricdv.monitor import Log, MonitorError, Requirement, Verdict, evaluate, explained
 from pytest_hricdv.monitor.formula import Formula
 from tests.monitor.logs import Logged, log_of, run, summary
-from tests.monitor.reference import ReferenceEvaluator, Trace
+from tests.monitor.reference import ReferenceEvaluator
 from tests.monitor.strategies import formulas, small_traces, table_traces
+from tests.monitor.trace import Trace
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5, SMALL, Update, judge, requirement
 
 RUNS = settings(suppress_health_check=[HealthCheck.too_slow])

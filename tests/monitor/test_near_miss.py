@@ -13,8 +13,9 @@ from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.logged import Log, explained, nearest_miss
 from pytest_hricdv.monitor.verdict import NearestMiss
 from tests.monitor.logs import Logged, log_of, run
-from tests.monitor.reference import TICK_S, ReferenceEvaluator, Trace
+from tests.monitor.reference import ReferenceEvaluator
 from tests.monitor.strategies import formulas, small_traces, table_traces
+from tests.monitor.trace import TICK_S, Trace
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5, requirement
 
 Series = tuple[Sequence[float], Sequence[float]]

@@ -35,7 +35,6 @@ from pytest_hricdv.monitor.formula import (
     Since,
 )
 from tests.monitor.logs import run
-from tests.monitor.reference import TICK_S, Instant, Trace
 from tests.monitor.strategies import (
     MESSAGES,
     SIGNALS,
@@ -46,6 +45,7 @@ from tests.monitor.strategies import (
     traces,
     windows,
 )
+from tests.monitor.trace import TICK_S, Instant, Trace
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5
 
 pytest.importorskip("rtamt", reason="the oracle has no release for this Python")

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from pytest_hricdv.coverage.records import CodeShare
 from pytest_hricdv.report import ci_formats
 from pytest_hricdv.report.ci_formats import MAX_ANNOTATIONS, Place, junit_properties
-from tests.report import sample
+from tests.report import sample, sample_tests
 
 
 def _failing(*names: str) -> dict[str, Any]:
@@ -22,7 +22,8 @@ def _failing(*names: str) -> dict[str, Any]:
     for number, test in enumerate(report["tests"]):
         failed = names if number == 0 else ()
         test["requirements"] = {
-            name: sample.requirement_result("Failed" if name in failed else "Passed", 1.0) for name in sample.TITLES
+            name: sample_tests.requirement_result("Failed" if name in failed else "Passed", 1.0)
+            for name in sample_tests.TITLES
         }
         test["outcome"] = "failed" if failed else "passed"
     return report
@@ -102,7 +103,7 @@ def test_a_campaign_of_failures_stays_small() -> None:
 
 def test_an_annotation_for_each_requirement_with_the_worst_test() -> None:
     report = _failing("R1", "R2")
-    report["tests"][1]["requirements"]["R1"] = sample.requirement_result("Failed", 0.0) | {"margin": -5.0}
+    report["tests"][1]["requirements"]["R1"] = sample_tests.requirement_result("Failed", 0.0) | {"margin": -5.0}
     report["tests"][1]["outcome"] = "failed"
     places = {test["nodeid"]: ("tests/hri/test_table_assembly.py", 8) for test in report["tests"]}
     first, second = annotations(report, places)
@@ -158,7 +159,7 @@ def test_an_annotation_is_one_line_whatever_the_names(name: str, title: str) -> 
 
 
 def test_junit_properties_are_text_and_leave_out_what_is_not_known() -> None:
-    test = sample.result(random.Random(0))
+    test = sample_tests.result(random.Random(0))
     code = CodeShare(statements=250, percent=77.4, bits=("0x0", None))
     test = replace(test, sim_s=131.25, code=code, outcomes=("released", "discarded"))
     found = dict(junit_properties(test, "legs"))

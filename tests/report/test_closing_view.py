@@ -8,11 +8,11 @@ from typing import Any
 from pytest_hricdv.report import html, terminal
 from pytest_hricdv.report.closing_view import curves
 from tests.json_schema import REPORT as SCHEMA
-from tests.report import sample
+from tests.report import sample, sample_sections
 from tests.report.parsed import Page
 from tests.report.watched import Watched
 
-DATA = sample.data(("closure",), tests=2) | {"closing": sample.CLOSING}
+DATA = sample.data(("closure",), tests=2) | {"closing": sample_sections.CLOSING}
 REPORT = sample.typed(DATA)
 
 

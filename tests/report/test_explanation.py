@@ -10,16 +10,18 @@ from msgspec.structs import replace
 from pytest_hricdv.coverage.records import ReportedNearMiss
 from pytest_hricdv.report.explanation import failure, generate_command, nearest_miss
 from pytest_hricdv.results.model import TestResult
-from tests.report import sample
+from tests.report import sample, sample_tests
 
 REQUIREMENTS = sample.report(tests=0).requirements
 
 
 def _failing(*names: str, unchecked: Sequence[str] = ()) -> TestResult:
     """A test that failed these requirements, and did not check others."""
-    test = sample.test(random.Random(1), "rl")
-    verdicts = {name: "Failed" if name in names else "NC" if name in unchecked else "Passed" for name in sample.TITLES}
-    test["requirements"] = {name: sample.requirement_result(verdict, 8.25) for name, verdict in verdicts.items()}
+    test = sample_tests.test(random.Random(1), "rl")
+    verdicts = {
+        name: "Failed" if name in names else "NC" if name in unchecked else "Passed" for name in sample_tests.TITLES
+    }
+    test["requirements"] = {name: sample_tests.requirement_result(verdict, 8.25) for name, verdict in verdicts.items()}
     return convert(test, TestResult)
 
 

@@ -12,7 +12,7 @@ from pytest_hricdv.report import html
 from pytest_hricdv.report.files import PAGE_NAME, write
 from pytest_hricdv.report.page_views import count_bits
 from pytest_hricdv.results.model import Report
-from tests.report import sample
+from tests.report import sample, sample_tests
 from tests.report.parsed import Page, details
 
 EVIL = "<script>alert(1)</script>\"'&\x1b[31m\u202e{{ 7 * 7 }}é漢"
@@ -99,7 +99,7 @@ def test_a_test_has_its_details_in_full() -> None:
 
 def test_sources_say_how_many_tests_reach_each_line() -> None:
     report = sample.data(tests=7)
-    line = sample.MAP["controller/journal.py"]["statements"].index(58)
+    line = sample_tests.MAP["controller/journal.py"]["statements"].index(58)
     for test in report["tests"]:
         test["code"]["bits"] = ["0x0", "0x0"]
     report["tests"][2]["code"]["bits"] = report["tests"][5]["code"]["bits"] = [hex(1 << line), "0x1"]
@@ -165,7 +165,7 @@ def poisoned() -> Report:
     report["tests"][0]["plans"] = {EVIL: [EVIL]}
     report["tests"][0]["concrete"] = {"actions": [{"command": EVIL, "parameters": {EVIL: 1}}], "run": {EVIL: 2}}
     report["requirements"] |= {EVIL: {"title": EVIL, "source": EVIL, "text": EVIL}}
-    report["tests"][0]["requirements"][EVIL] = sample.requirement_result("Failed", 0.1)
+    report["tests"][0]["requirements"][EVIL] = sample_tests.requirement_result("Failed", 0.1)
     report["tests"][1]["timeline"] = {
         "end_s": 3.0,
         "messages": [f"1\t{EVIL}\t{EVIL}\tno JSON {EVIL}"],
@@ -237,7 +237,7 @@ def test_unmeasured_code_is_called_so() -> None:
 def test_all_unchecked_and_nothing_learned() -> None:
     report = sample.data(("pseudorandom",), 2)
     for test in report["tests"]:
-        test["requirements"] = {name: sample.requirement_result("NC", 0) for name in test["requirements"]}
+        test["requirements"] = {name: sample_tests.requirement_result("NC", 0) for name in test["requirements"]}
         test["timeline"] = None
     page = _page(report)
     data = json.loads(page.scripts["data"])

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from pytest_hricdv.report import html, terminal
 from pytest_hricdv.report.ci_formats import junit_suite_properties, markdown
-from tests.report import sample
+from tests.report import sample, sample_sections
 from tests.report.parsed import Page
 
-REPORT = sample.typed(sample.data(tests=2) | {"mutation": sample.MUTATION})
+REPORT = sample.typed(sample.data(tests=2) | {"mutation": sample_sections.MUTATION})
 
 
 def test_the_summary_has_score_oracles_and_survivors_in_lines_that_fit() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.report.files import write
-from tests.report import sample
+from tests.report import sample, sample_sections, sample_tests
 from tests.report.test_html import poisoned
 from tests.report.watched import Watched
 
@@ -55,7 +55,10 @@ CONTRAST = """() => {
 @pytest.mark.parametrize("width", [1280, 390])
 def test_every_view_is_legible_on_screens_of_any_kind(browser: Any, tmp_path: Path, scheme: Any, width: int) -> None:
     watched = Watched(browser, viewport={"width": width, "height": 800}, color_scheme=scheme)
-    report = sample.data(("by-hand", "rl"), 12) | {"mutation": sample.MUTATION, "closing": sample.CLOSING}
+    report = sample.data(("by-hand", "rl"), 12) | {
+        "mutation": sample_sections.MUTATION,
+        "closing": sample_sections.CLOSING,
+    }
     page = watched.open(report, tmp_path)
     test = page.evaluate("() => JSON.parse(document.getElementById('data').textContent).rows[0][0]")
     for view in [*VIEWS, f"test/{test}"]:
@@ -148,7 +151,7 @@ def _unmeasured() -> dict[str, Any]:
 def _unchecked() -> dict[str, Any]:
     report = sample.data(tests=2)
     for test in report["tests"]:
-        test["requirements"] = {name: sample.requirement_result("NC", 0) for name in test["requirements"]}
+        test["requirements"] = {name: sample_tests.requirement_result("NC", 0) for name in test["requirements"]}
         test["timeline"] = None
     return report
 

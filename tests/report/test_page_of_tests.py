@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from tests.report import sample
+from tests.report import sample, sample_tests
 from tests.report.watched import Watched, listed
 
 
@@ -121,7 +121,7 @@ def test_a_cell_of_a_heat_map_leads_to_its_tests(watched: Watched, tmp_path: Pat
     *_, across, leg, down, gpl = address.split("/")
     assert (across, down) == ("1", "0")
     page.evaluate("address => { location.hash = address; }", address)
-    bins = [sample.GPL[int(gpl)], sample.LEGS[int(leg)]]
+    bins = [sample_tests.GPL[int(gpl)], sample_tests.LEGS[int(leg)]]
     hit = [test["id"] for test in report["tests"] if bins in test["cross"]["handover"]]
     listed(page).to_have_text(hit)
     assert f"that hit leg {bins[1]}, gpl {bins[0]} of handover" in page.locator("#tests .notice").inner_text()

@@ -13,12 +13,14 @@ from studies import session
 from studies.adequacy import __main__ as adequacy
 from studies.adequacy.tables import Done, never_killed, operators, scores, together
 from studies.grid import cells
-from tests.report import sample
+from tests.report import sample, sample_sections
 
 
 def _report(suite: str, seed: int, killed: str = "00000000") -> Report:
     """A report whose mutants are done; `killed` is the id of the one that its suite kills."""
-    report = sample.typed(sample.data((suite,), 2) | {"mutation": sample.MUTATION | {"seed": seed, "ended": "done"}})
+    report = sample.typed(
+        sample.data((suite,), 2) | {"mutation": sample_sections.MUTATION | {"seed": seed, "ended": "done"}}
+    )
     assert report.mutation is not None
     mutants = [
         replace(each, status="killed" if each.id == killed else "survived" if each.status == "killed" else each.status)

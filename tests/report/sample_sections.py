@@ -1,0 +1,134 @@
+"""Sections that only some reports have, with an example of everything that can be in them."""
+
+MUTATION = {
+    "made": 5,
+    "seed": 0,
+    "tests_per_mutant": 1,
+    "matrix": False,
+    "left_out": ["rl-leg1-left-out"],
+    "processes": 2,
+    "wall_s": 61.5,
+    "ended": "seconds",
+    "total": {
+        "mutants": 5,
+        "killed": 1,
+        "survived": 1,
+        "unchanged": 1,
+        "not_executed": 1,
+        "not_tried": 1,
+        "percent": 25.0,
+    },
+    "suites": {
+        "rl": {
+            "mutants": 5,
+            "killed": 1,
+            "survived": 1,
+            "unchanged": 1,
+            "not_executed": 1,
+            "not_tried": 1,
+            "percent": 25.0,
+        }
+    },
+    "operators": {},
+    "oracles": {"R1": {"killed": 1, "only": 0}, "exception": {"killed": 1, "only": 0}},
+    "groups": {},
+    "mutants": [
+        {
+            "id": f"0000000{place}",
+            "file": "controller/states.py",
+            "line": 12 + place,
+            "operator": "message dropped",
+            "before": "robot.bus.publish(State(name))\n<b>second</b>",
+            "after": "pass",
+            "executing": {} if status == "not executed" else {"rl": 3},
+            "runs": [{"test": "rl-x", "suite": "rl", "oracles": oracles, "changed": changed, "note": note}],
+            "complete": status != "not tried",
+            "status": status,
+            "difference": "rl-x: at 3.2 s `state(Reset)` is missing" if status == "survived" else "",
+        }
+        for place, (status, oracles, changed, note) in enumerate(
+            [
+                ("killed", ["R1", "exception"], True, "KeyError: <script>"),
+                ("survived", [], True, ""),
+                ("unchanged", [], False, ""),
+                ("not executed", [], False, ""),
+                ("not tried", [], False, ""),
+            ]
+        )
+    ],
+}
+"""Mutants of each status."""
+
+CLOSING = {
+    "suite": "closure",
+    "ended": "runs",
+    "budget": 400,
+    "runs": 400,
+    "given": 2,
+    "erring": 1,
+    "sim_s": 30211.5,
+    "bound": 0.0075,
+    "kinds": {
+        "statement": {"hit": 2, "impossible": 1, "open": 1},
+        "branch": {"hit": 0, "impossible": 0, "open": 1},
+        "bin": {"hit": 1, "impossible": 4, "open": 12},
+        "verdict": {"hit": 0, "impossible": 0, "open": 1},
+    },
+    "ways": {
+        "model": {"runs": 100, "sim_s": 7000.0, "new": {"statement": 1, "bin": 1}},
+        "disturbances": {"runs": 300, "sim_s": 23211.5, "new": {"statement": 1}},
+    },
+    "growth": [
+        {"run": 0, "sim_s": 0, "way": "given", "new": {"bin": 1}},
+        {"run": 1, "sim_s": 70.25, "way": "model", "new": {"statement": 1}},
+        {"run": 200, "sim_s": 14000.5, "way": "disturbances", "new": {"statement": 1}},
+    ],
+    "good_turing": {"once": 2, "hits": 90000, "share": 2 / 90000, "points": 0.005},
+    "hit": [{"point": ["statement", "controller/states.py", "1"], "test": "closure-x", "way": "model"}],
+    "impossible": [
+        {"point": ["statement", "controller/journal.py", "60"], "reason": "a <b>guard</b>", "by": "waived"},
+        *({"point": ["bin", "handover", "000", leg], "reason": "the model", "by": "model"} for leg in "1234"),
+    ],
+    "open": [
+        {
+            "point": ["statement", "controller/states.py", "13"],
+            "tries": 0,
+            "test": "closure-near",
+            "lacking": "line 12 (`if <script>:`) has to go on to it",
+            "waiver": "controller/states.py:13: # unreachable: why",
+        },
+        {"point": ["branch", "controller/states.py", "12", "-10"], "tries": 1, "bound": 1.0},
+        {
+            "point": ["verdict", "R1", "Passed"],
+            "tries": 120,
+            "bound": 0.025,
+            "lacking": "reading.gaze & reading.pressure",
+        },
+        *(
+            {
+                "point": ["bin", "handover", f"{n:03b}", leg],
+                "tries": 100 + n,
+                "bound": 3 / (100 + n),
+                "test": "closure-near",
+                "lacking": "leg 4 instead of 3",
+                "waiver": f"cross product handover: impossible={{('{n:03b}', '{leg}'): \"why\"}}",
+            }
+            for n in (1, 2, 3, 4)
+            for leg in "123"
+        ),
+    ],
+    "violations": [
+        {
+            "requirement": "R4",
+            "part": "joint_speed < 0.25",
+            "state": "Reset",
+            "outcome": "released",
+            "runs": 1,
+            "test": "closure-x",
+        },
+        {"requirement": "", "part": "the robot raised <b>KeyError</b>", "runs": 2, "test": "closure-x"},
+        {"requirement": "R3", "part": "hand_distance >= 0.05", "known": True, "runs": 7, "test": "closure-y"},
+    ],
+    "nearest": {"closure-near": "# id: closure-near\n# seed: 1\ntell leg\n"},
+}
+"""A loop that left points of several kinds open."""
