@@ -54,6 +54,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     looks_away = {"offset_m": Range(0.2, 0.5, "m"), "distance_m": Range(0.6, 0.8, "m"), "side": side}
     # Where the hand rests while the robot fetches: over the shared table, which includes the pickup place.
     rests = {"rest_x_m": Range(0.475, 0.78, "m"), "rest_y_m": Range(-0.5, 0.1, "m"), "rest_z_m": Range(0.46, 0.7, "m")}
+    where = Range(0.0, 4.0, "place", open_high=True)
     beside, soon, for_long = Range(-0.08, 0.08, "m"), Range(0.0, 10.0, "s"), Range(5.0, 90.0, "s")
     return Testbench(
         name="table-assembly",
@@ -160,12 +161,10 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             ),
             "leg_in_hand": Disturbance({}, disturbances.leg_in_hand),
             "somebody_in_the_way": Disturbance(
-                {
-                    "place": Range(0.0, 4.0, "place", open_high=True),
-                    "after_s": Range(0.0, 30.0, "s"),
-                    "for_s": for_long,
-                },
-                disturbances.somebody_in_the_way,
+                {"place": where, "after_s": Range(0.0, 30.0, "s"), "for_s": for_long}, disturbances.somebody_in_the_way
+            ),
+            "somebody_steps_in": Disturbance(
+                {"place": where, "near_m": Range(0.25, 0.6, "m"), "for_s": for_long}, disturbances.somebody_steps_in
             ),
             "hand_held_shut": Disturbance({"grip_s": Range(20.0, 60.0, "s")}, disturbances.hand_held_shut),
             "hand_held_open": Disturbance({"after_s": soon, "for_s": for_long}, disturbances.hand_held_open),

@@ -45,7 +45,7 @@ def decide(robot: Robot) -> str:
         robot.reason = "not ready: " + ", ".join(missing)
         return "not ready"
     if not robot.hand.holds():
-        robot.reason = "leg pulled out of the hand"  # unreachable: nobody pulls harder than the grasp holds
-        robot.note(robot.reason)  # unreachable: nobody pulls harder than the grasp holds
-        return "not ready"  # unreachable: nobody pulls harder than the grasp holds
+        robot.reason = "leg pulled out of the hand"
+        robot.note(robot.reason)
+        return "not ready"
     return "ready"

@@ -10,8 +10,8 @@ def reset(robot: Robot) -> str:
     """Empty hand, arm at home, a new table in the journal."""
     robot.journal.begin(robot.clock.now_s())
     if robot.hand.holds():
-        robot.note("something is in the hand at the start")  # unreachable: every run starts with an empty hand
-        robot.hand.open()  # unreachable: every run starts with an empty hand
+        robot.note("something is in the hand at the start")
+        robot.hand.open()
     arrived = robot.move([HOME])
     robot.listen()
     return "at home" if arrived else "stuck"
@@ -26,13 +26,13 @@ def move_hand(robot: Robot) -> str:
 def fetch(robot: Robot) -> str:
     """Reach for the leg at the pickup place, close the hand, lift, bring to the handover place; what went wrong."""
     if not robot.move(TO_PICKUP):
-        return "pickup place not reached"  # unreachable: nothing stands in the arm's way in the simulated workshop
+        return "pickup place not reached"
     if not grasp(robot):
         return "no leg in the hand"
     if not robot.move(TO_HANDOVER):
-        return "handover place not reached"  # unreachable: nothing stands in the arm's way in the simulated workshop
+        return "handover place not reached"
     if not robot.hand.holds():
-        return "leg lost on the way"  # unreachable: nobody pulls harder than the grasp holds
+        return "leg lost on the way"
     return ""
 
 

@@ -22,17 +22,17 @@ def release(robot: Robot) -> str:
                 robot.note(robot.reason)
             retreat(robot)
             return next_turn(robot)
-    robot.reason = "the fingers did not open"  # unreachable: a person's grip gives way before the last attempt
-    robot.note(robot.reason)  # unreachable: a person's grip gives way before the last attempt
-    robot.hand.close()  # unreachable: a person's grip gives way before the last attempt
-    return "stuck"  # unreachable: a person's grip gives way before the last attempt
+    robot.reason = "the fingers did not open"
+    robot.note(robot.reason)
+    robot.hand.close()
+    return "stuck"
 
 
 def discard(robot: Robot) -> str:
     """Take the leg away from the person to the re-supply place and drop it there."""
     if robot.hand.holds():
         if not robot.move(TO_RESUPPLY):
-            robot.note("discarding where the arm stands")  # unreachable: nothing stands in the simulated arm's way
+            robot.note("discarding where the arm stands")
         if not robot.hand.open():
             robot.note("leg stays in the hand")
     else:
@@ -45,7 +45,7 @@ def discard(robot: Robot) -> str:
 def retreat(robot: Robot) -> None:
     """Bring the arm home."""
     if not robot.move([HOME]):
-        robot.note("arm stays where it is")  # unreachable: nothing stands in the arm's way in the simulated workshop
+        robot.note("arm stays where it is")
 
 
 def next_turn(robot: Robot) -> str:

@@ -38,12 +38,12 @@ class Robot:
         """Plan and follow a way through `waypoints`; False, with a note, when the arm does not get there."""
         try:
             path = self.arm.plan(waypoints, self.settings.max_speed_rad_s)
-        except PlanningError as error:  # unreachable: nothing stands in the arm's way in the simulated workshop
-            self.note(f"no plan: {error}")  # unreachable: nothing stands in the simulated arm's way
-            return False  # unreachable: nothing stands in the arm's way in the simulated workshop
+        except PlanningError as error:
+            self.note(f"no plan: {error}")
+            return False
         if not self.arm.follow(path):
-            self.note(f"arm did not arrive within {path.duration_s:.1f} s")  # unreachable: nothing holds the arm up
-            return False  # unreachable: nothing holds the arm up in the simulated workshop
+            self.note(f"arm did not arrive within {path.duration_s:.1f} s")
+            return False
         return True
 
     def note(self, text: str) -> None:

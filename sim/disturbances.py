@@ -6,6 +6,7 @@ test. It is a function of the moment and of its parameters only, and takes no ti
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import fields
 
@@ -15,7 +16,7 @@ from sim.events import SupplyDisturbed, WayBlocked
 from sim.gripper import FingerMotion
 from sim.layout import HANDOVER_M, PICKUP_M, REST_HAND_M
 from sim.leg import Leg
-from sim.whereabouts import HANDOVER
+from sim.whereabouts import HANDOVER, hand_place
 from sim.workshop import Workshop
 
 Parameters = Mapping[str, float]
@@ -36,6 +37,9 @@ FINGERS_M: Vector = (0.28, -0.38, 0.63)
 
 TUG_S = 1.0
 """How long a person tugs at a leg: more than twice the time in which a pull rises."""
+
+APPROACH_M = 0.001
+"""A hand that comes nearer by this much in a control tick approaches: 2 cm/s."""
 
 ROOM_AGAIN_S = 0.5
 """Somebody who finds no room beside the arm tries again after this time."""
@@ -105,7 +109,7 @@ def leg_pulled_out(shop: Workshop, given: Parameters) -> None:
         shop.later(TUG_S, lambda: tug(0.0))
 
     def held_out() -> bool:
-        return world.legs.in_hand is not None and world.hand_place() == HANDOVER
+        return world.legs.in_hand is not None and hand_place(world.grasp_point()) == HANDOVER
 
     shop.when(held_out, lambda: shop.later(given["after_s"], pull))
 
@@ -118,20 +122,35 @@ def leg_in_hand(shop: Workshop, given: Parameters) -> None:
 
 def somebody_in_the_way(shop: Workshop, given: Parameters) -> None:
     """After `after_s` somebody leans in at place number `place` of `PLACES`, when there is room, for `for_s`."""
-    place = list(PLACES.values())[int(given["place"])]
+    shop.later(given["after_s"], lambda: _lean_in(shop, _place(given), given["for_s"]))
 
+
+def somebody_steps_in(shop: Workshop, given: Parameters) -> None:
+    """When the hand next comes nearer than `near_m` to place number `place`, somebody leans in there, for `for_s`."""
+    place, last_m = _place(given), 0.0
+
+    def approaches() -> bool:
+        nonlocal last_m
+        before_m, last_m = last_m, math.dist(shop.world.grasp_point(), place)
+        return last_m < given["near_m"] and last_m < before_m - APPROACH_M
+
+    shop.when(approaches, lambda: _lean_in(shop, place, given["for_s"]))
+
+
+def _place(given: Parameters) -> Vector:
+    return list(PLACES.values())[int(given["place"])]
+
+
+def _lean_in(shop: Workshop, place: Vector, for_s: float) -> None:
     def lean_out() -> None:
         shop.world.bystander.lean_out()
         shop.tell(WayBlocked(False))
 
-    def lean_in() -> None:
-        if shop.world.bystander.lean_in(place):
-            shop.tell(WayBlocked(True))
-            shop.later(given["for_s"], lean_out)
-        else:
-            shop.later(ROOM_AGAIN_S, lean_in)
-
-    shop.later(given["after_s"], lean_in)
+    if shop.world.bystander.lean_in(place):
+        shop.tell(WayBlocked(True))
+        shop.later(for_s, lean_out)
+    else:
+        shop.later(ROOM_AGAIN_S, lambda: _lean_in(shop, place, for_s))
 
 
 def hand_held_shut(shop: Workshop, given: Parameters) -> None:

@@ -187,9 +187,10 @@ class Gripper:
 
     def _let_go(self, leg: Leg) -> None:
         at_leg = self._engine.distance(self._person.hand.body, leg.body, -1) < REACH_M
+        offset_m = offset_of(leg)  # where it left the hand, not where it falls
         self._legs.release(self._person.hand.body if at_leg else None)
         self._feel_grip(False)
-        self._signal("leg_offset", offset_of(leg))
+        self._signal("leg_offset", offset_m)
         self._signal("leg_held", False)
 
     def _in_grasp(self, leg: Leg) -> bool:

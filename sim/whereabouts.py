@@ -40,16 +40,16 @@ class Whereabouts:
         leg = self._legs.current
         place = leg.pose()[0]
         self._signal("arm_home", all(abs(angle) < HOME_RAD for angle in self._torso.arm_angles()))
-        self._signal("hand_place", self.hand_place())
+        self._signal("hand_place", hand_place(self.grasp_point()))
         self._signal("leg_offset", offset_of(leg))
         self._signal("leg_height", round(place[2], HEIGHT_DIGITS))
         self._signal("leg_in_bin", in_bin(place))
         self._signal("leg_taken", self._legs.carried is not None)
 
-    def hand_place(self) -> str:
-        """Where the robot's hand is, one of `HAND_PLACES`."""
-        grasp_point: Vector = bullet.multiplyTransforms(*self._torso.palm_pose(), GRASP_POINT_M, UPRIGHT)[0]
-        return hand_place(grasp_point)
+    def grasp_point(self) -> Vector:
+        """Middle of the hand's grasp (m)."""
+        point: Vector = bullet.multiplyTransforms(*self._torso.palm_pose(), GRASP_POINT_M, UPRIGHT)[0]
+        return point
 
 
 def hand_place(grasp_point: Vector) -> str:

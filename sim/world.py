@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 from pytest_hricdv.runtime import Recorder
 from sim.bystander import Bystander
-from sim.engine import STEP_HZ, STEP_S, TICK_STEPS, Engine, PhysicsTime, SimulationError, steps_until, time_of
+from sim.engine import STEP_HZ, STEP_S, TICK_STEPS, Engine, PhysicsTime, SimulationError, Vector, steps_until, time_of
 from sim.fingers import Fingers
 from sim.gripper import FingerMotion, Gripper
 from sim.layout import furnish
@@ -140,9 +140,9 @@ class World:
         """After a command: physics must step until everything is at rest again."""
         self._rest_ticks = 0
 
-    def hand_place(self) -> str:
-        """Where the robot's hand is, one of `sim.whereabouts.HAND_PLACES`."""
-        return self._whereabouts.hand_place()
+    def grasp_point(self) -> Vector:
+        """Middle of the robot's grasp (m)."""
+        return self._whereabouts.grasp_point()
 
     def signal(self, name: str, value: float | bool | str) -> None:
         """Record a signal's value from now on."""

@@ -35,6 +35,8 @@ NO_WAY_TO_THE_LEG: list[Line] = [in_the_way(0, 1.0), *LEG]
 STOPPED_BEFORE_THE_LEG: list[Line] = [in_the_way(0, 8.0), *LEG]
 NO_WAY_TO_THE_PERSON: list[Line] = [in_the_way(1, 1.0), *LEG]
 STOPPED_BEFORE_THE_PERSON: list[Line] = [in_the_way(1, 17.0), *LEG]
+STEPS_IN_BEFORE_THE_LEG: list[Line] = [("somebody_steps_in", {"place": 0, "near_m": 0.4, "for_s": 20.0}), *LEG]
+STEPS_IN_BEFORE_THE_BIN: list[Line] = [("somebody_steps_in", {"place": 2, "near_m": 0.4, "for_s": 20.0}), *NOT_READY]
 NO_WAY_TO_THE_BIN: list[Line] = [in_the_way(2, 1.0), *NOT_READY]
 NO_WAY_HOME: list[Line] = [*NOT_READY[:2], in_the_way(3, 0.0), *NOT_READY[2:]]
 HELD_SHUT: list[Line] = [("hand_held_shut", {"grip_s": 30.0}), *LEG]
@@ -57,7 +59,7 @@ REACHED = {
     'robot.note("something is in the hand at the start")': IN_HAND,
     'self.note(f"no plan: {error}")': NO_WAY_TO_THE_LEG,
     'return "pickup place not reached"': STOPPED_BEFORE_THE_LEG,
-    'self.note(f"arm did not arrive within {path.duration_s:.1f} s")': STOPPED_BEFORE_THE_PERSON,
+    'self.note(f"arm did not arrive within {path.duration_s:.1f} s")': STEPS_IN_BEFORE_THE_LEG,
     'return "handover place not reached"': NO_WAY_TO_THE_PERSON,
     'return "leg lost on the way"': LEG_SLIPS,
     'robot.note("discarding where the arm stands")': NO_WAY_TO_THE_BIN,
@@ -98,6 +100,8 @@ ENDS: list[tuple[Any, ...]] = [
     (STOPPED_BEFORE_THE_LEG, "discarded"),
     (NO_WAY_TO_THE_PERSON, "discarded", "R16"),
     (STOPPED_BEFORE_THE_PERSON, "discarded", "R16"),
+    (STEPS_IN_BEFORE_THE_LEG, "discarded"),
+    (STEPS_IN_BEFORE_THE_BIN, "discarded", "R16"),
     (NO_WAY_TO_THE_BIN, "discarded", "R2 R16 R22"),
     (NO_WAY_HOME, "discarded"),
     (HELD_SHUT, "discarded", "R3"),
