@@ -5,6 +5,7 @@ agreement    the original's own tests, run here                 docs/agreement.m
 convergence  what the step size of physics changes              docs/convergence.md
 rewards      which reward learns the better suite               docs/rewards.md
 adequacy     the seeded faults that each suite notices          docs/adequacy.md
+closure      how fast points are reached, and by which way     docs/closure.md
 false_alarms what fails on the unchanged controller             docs/false-alarms.md
 screenshots  the README's pictures
 """

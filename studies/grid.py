@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from pytest_hricdv import atomic_file
@@ -23,18 +24,24 @@ MADE_OF = "made-of.json"
 
 @dataclass(frozen=True)
 class Cell:
-    """A session: a suite at a seed, with further options of pytest."""
+    """A session: a suite at a seed, with further options of pytest, and what a study calls it beside the suite."""
 
     suite: str
     seed: int
     options: tuple[str, ...] = ()
+    label: str = ""
 
     def __str__(self) -> str:
-        return f"{self.suite} at seed {self.seed}"
+        return f"{self.name} at seed {self.seed}"
+
+    @property
+    def name(self) -> str:
+        """What a study calls sessions of this kind."""
+        return self.label or self.suite
 
     def folder(self, parent: Path) -> Path:
         """Of its report."""
-        return parent / f"{self.suite}-{self.seed}"
+        return parent / f"{self.name.replace(' ', '-')}-{self.seed}"
 
     @property
     def arguments(self) -> list[str]:
@@ -42,21 +49,23 @@ class Cell:
         return [f"--hri-suite={self.suite}", f"--hri-seed={self.seed}", *self.options, "-n", str(WORKERS)]
 
 
-def add_options(parser: argparse.ArgumentParser, seeds: str) -> None:
+def add_options(parser: argparse.ArgumentParser, seeds: str, suites: tuple[str, ...] = SUITES) -> None:
     """Options that choose the sessions.
 
     Args:
         seeds: the default.
+        suites: those that there are; all are the default.
     """
-    parser.add_argument("--suites", type=_suites, default=SUITES, metavar="NAME,...", help=f"({','.join(SUITES)})")
+    chosen = partial(_suites, known=suites)
+    parser.add_argument("--suites", type=chosen, default=suites, metavar="NAME,...", help=f"({','.join(suites)})")
     parser.add_argument("--seeds", type=_seeds, default=_seeds(seeds), metavar="N,N-N,...", help=f"({seeds})")
 
 
-def _suites(text: str) -> tuple[str, ...]:
+def _suites(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
     names = tuple(text.split(","))
-    unknown = [name for name in names if name not in SUITES]
+    unknown = [name for name in names if name not in known]
     if unknown:
-        raise argparse.ArgumentTypeError(f"{unknown[0]!r}: expected one of {', '.join(SUITES)}")
+        raise argparse.ArgumentTypeError(f"{unknown[0]!r}: expected one of {', '.join(known)}")
     return names
 
 

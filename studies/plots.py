@@ -14,11 +14,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Okabe and Ito (2008), Color universal design; with a dash pattern and a marker each, for prints without colours.
-STYLES: tuple[tuple[str, str, str], ...] = (
+STYLES: tuple[tuple[str, str | tuple[int, tuple[int, ...]], str], ...] = (
     ("#0072B2", "-", "o"),
     ("#D55E00", "--", "s"),
     ("#009E73", "-.", "^"),
     ("#CC79A7", ":", "D"),
+    ("#E69F00", (0, (5, 1, 1, 1, 1, 1)), "v"),
 )
 GREY = "#595959"
 SIZE_IN = (7.2, 4.2)

@@ -93,6 +93,7 @@ class _Seen:
     def __init__(self, archive: Archive, impossible: Iterable[ImpossiblePoint], without: Container[int]) -> None:
         points = dict.fromkeys([*archive.wanted, *(each.point for each in impossible)])
         self._archive = archive
+        self._given = sum(entry.way == GIVEN for entry in archive.entries)
         self._times: Counter[Point] = Counter()
         self.first: dict[Point, Entry] = {}
         self.new: dict[int, Counter[str]] = {}
@@ -110,7 +111,9 @@ class _Seen:
         """The points that are hit, each with the first of these tests that hits it, else with the best of all."""
         tests = _tests(self._archive, handed)
         for point in self._order:
-            yield HitPoint(point=point, test=tests[point], way=self.first[point].way)
+            first = self.first[point]
+            run = 0 if first.way == GIVEN else first.number - self._given + 1
+            yield HitPoint(point=point, test=tests[point], way=first.way, run=run)
 
     def good_turing(self, runs: int) -> GoodTuring | None:
         """The estimate of what a further run would find; None where nothing was hit."""

@@ -22,11 +22,13 @@ class HitPoint(Record, frozen=True, kw_only=True):
         point: its kind and its names.
         test: the id of a test that hits it: of the suite, or of one that was there before the loop.
         way: that led to the first run that hit it.
+        run: the number of this run, from 1; 0 of tests that were there before the loop.
     """
 
     point: Names
     test: str
     way: str
+    run: Count
 
 
 class ImpossiblePoint(Record, frozen=True, kw_only=True):

@@ -53,7 +53,7 @@ from pytest_hricdv.session.running import Running
 from pytest_hricdv.session.separate_process import ProcessError, SeparateProcess, arguments_of, started
 from pytest_hricdv.session.suites import generation_context
 
-CACHE_SCHEMA = "hricdv-closing/2"
+CACHE_SCHEMA = "hricdv-closing/3"
 
 STEPS = 10
 """Where there is no terminal to rewrite a line on, progress is told so many times."""

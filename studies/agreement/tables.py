@@ -200,7 +200,7 @@ def _legs(legs: tuple[str, ...] | None) -> list[str]:
 def coverage_chart(pairs: Sequence[Pair]) -> Figure:
     """Scatter plot of coverage, original against here; the area of a marker is the number of tests."""
     made, (axes,) = figure()
-    for (name, published), (colour, _, marker) in zip(METHODS.items(), STYLES, strict=True):
+    for (name, published), (colour, _, marker) in zip(METHODS.items(), STYLES, strict=False):
         mine = [each for each in pairs if method_of(each.original.suite) == name]
         points = Counter((each.original.coverage, each.ours.coverage) for each in mine)
         axes.scatter(

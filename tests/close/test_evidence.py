@@ -55,9 +55,9 @@ def test_a_hit_point_names_a_test_of_the_suite_and_the_way_that_led_there_first(
     add(archive, "early", STATEMENTS[0])
     late = add(archive, "late", *STATEMENTS[:2], way="disturbances")
     result = shown(archive, late)
-    assert [(each.point, each.test, each.way) for each in result.hit] == [
-        (STATEMENTS[0], "late-1", "model"),
-        (STATEMENTS[1], "late-1", "disturbances"),
+    assert [(each.point, each.test, each.way, each.run) for each in result.hit] == [
+        (STATEMENTS[0], "late-1", "model", 1),
+        (STATEMENTS[1], "late-1", "disturbances", 2),
     ]
     assert result.open == ()
 
@@ -155,6 +155,7 @@ def test_growth_counts_new_points_by_kind_and_way_without_the_time_of_given_test
     add(archive, "second", STATEMENTS[0])
     add(archive, "third", STATEMENTS[1], way="disturbances")
     result = shown(archive)
+    assert [each.run for each in result.hit] == [0, 3, 1, 1]
     assert [(each.run, each.sim_s, each.way, dict(each.new)) for each in result.growth] == [
         (0, 0.0, GIVEN, {"statement": 1}),
         (1, 10.0, "model", {"bin": 2}),

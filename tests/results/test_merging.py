@@ -5,15 +5,17 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from msgspec import json
+from msgspec import convert, json
 from msgspec.structs import replace
 
 from pytest_hricdv.coverage.records import CodeShare
+from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import derive
 from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
 from tests import json_schema
+from tests.report import sample_sections
 from tests.results import reports as made
 
 
@@ -137,6 +139,14 @@ BAD = {
 def test_reports_that_do_not_belong_together_are_refused(other: Report, message: str) -> None:
     with pytest.raises(MergeError, match=message):
         merge([("mine", MINE), ("other", other)])
+
+
+def test_what_a_closing_loop_has_shown_stays_where_all_sessions_have_the_same() -> None:
+    shards = [
+        replace(MINE, closing=convert(sample_sections.CLOSING, ClosingResult), shard=f"{part}/2") for part in (1, 2)
+    ]
+    assert merged(*shards).closing == shards[0].closing
+    assert merged(shards[0], replace(shards[1], closing=None)).closing is None
 
 
 def test_nothing_to_merge_is_refused() -> None:

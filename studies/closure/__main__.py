@@ -1,0 +1,105 @@
+"""How fast suites reach points, and what each way of the closing loop brings, for docs/closure.md.
+
+    python -m studies.closure [--suites NAME,...] [--without WAY,...] [--seeds 0-9] [--runs N] [--report DIR] [--again]
+
+A session for each suite and seed, and one of the loop for each way that is left out, all of N runs; with 400 runs each
+takes some minutes. Each leaves its report in a folder of DIR (default hri-closure); one that is there and of the
+present code is not run again: end the command at any time, and start it anew. The page and its picture are written
+after each session, and say which ones they are made of. `--again` runs none. A small version: `--seeds 0 --runs 48`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from pytest_hricdv.results.codec import ReportError
+from pytest_hricdv.results.model import Report
+from studies import grid, page, plots, session
+from studies.closure.growth import Growth, of_loop, of_suite
+from studies.closure.tables import LOOP, WITHOUT, context, curves
+from studies.dependencies import DependencyError
+
+SUITES = (LOOP, *grid.SUITES)
+WAYS = ("model", "parameters", "disturbances", "branching", "online")
+SECONDS = 24 * 3600
+"""No loop ends for want of time, or it would depend on the machine."""
+
+
+def main() -> None:
+    """Run what is missing; write the page after each session."""
+    parser = session.arguments(__doc__, "hri-closure")
+    grid.add_options(parser, seeds="0-9", suites=SUITES)
+    parser.add_argument("--without", type=_ways, default=WAYS, metavar="WAY,...", help=f"({','.join(WAYS)}; or none)")
+    parser.add_argument("--runs", type=int, default=400, metavar="N", help="of each session (400)")
+    options = parser.parse_args()
+    try:
+        cells = sessions(options.suites, options.without, options.seeds, options.runs)
+        run(cells, options.report.resolve(), options.docs, again=options.again)
+    except (session.SessionError, ReportError, DependencyError) as error:
+        sys.exit(f"closure: {error}")
+    except KeyboardInterrupt:
+        sys.exit("closure: interrupted; start it again to go on")
+
+
+def _ways(text: str) -> tuple[str, ...]:
+    names = () if text == "none" else tuple(text.split(","))
+    unknown = [name for name in names if name not in WAYS]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"{unknown[0]!r}: expected none, or some of {', '.join(WAYS)}")
+    return names
+
+
+def sessions(suites: Iterable[str], ways: Sequence[str], seeds: Iterable[int], runs: int) -> list[grid.Cell]:
+    """The sessions, seed by seed: the loop first, as it says which points there are."""
+    closing = (f"--hri-close-runs={runs}", f"--hri-close-seconds={SECONDS}")
+    others = [suite for suite in suites if suite != LOOP]
+    found = []
+    for seed in seeds:
+        found.append(grid.Cell(LOOP, seed, closing))
+        found += [grid.Cell(suite, seed, (f"--hri-tests={runs}",)) for suite in others]
+        found += [grid.Cell(LOOP, seed, (*closing, f"--hri-close-without={way}"), WITHOUT + way) for way in ways]
+    return found
+
+
+def run(cells: Iterable[grid.Cell], folder: Path, docs: Path, *, again: bool) -> None:
+    """Run the sessions whose reports are missing, unless `again`, and write the page and its picture.
+
+    Raises:
+        SessionError: a session did not run its tests, or there is none of the whole loop.
+        ReportError: a report is damaged.
+        DependencyError: a file of the repository is missing.
+    """
+    done: list[Growth] = []
+    missing = []
+    for cell, report in grid.reports(cells, folder, again=again, complete=_is_complete):
+        if report is None:
+            missing.append(str(cell))
+            continue
+        done.append((of_loop if cell.suite == LOOP else of_suite)(cell.name, cell.seed, report))
+        if any(each.series == LOOP for each in done):
+            write(done, report, docs)
+    if not any(each.series == LOOP for each in done):
+        raise session.SessionError(f"{folder}: no session of {LOOP} is complete and of the present code")
+    left = f"; missing: {', '.join(missing)}" if missing else ""
+    print(f"written: {docs / 'closure.md'}, of {len(done)} sessions{left}")
+
+
+def write(done: Sequence[Growth], report: Report, docs: Path) -> None:
+    """The page and its picture."""
+    page.write(docs / "closure.md", page.render("closure/closure.md.jinja", context(done, report)))
+    made, axes = plots.figure(panels=2)
+    for each, (title, kind) in zip(axes, (("all points", ""), ("bins of cross products", "bin")), strict=True):
+        plots.curves(each, curves(done, kind), x="simulated time (s)", y="points hit (%)", drawn="steps-post")
+        each.set_title(title)
+    plots.save(made, docs / "pictures" / "closure.svg")
+
+
+def _is_complete(report: Report) -> bool:
+    return report.closing is None or report.closing.ended not in ("seconds", "interrupted")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,169 @@
+"""The tables and curves of docs/closure.md."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence, Set
+from statistics import fmean
+from typing import Any
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.report.closing_view import kind_text, point_text
+from pytest_hricdv.results.model import Report
+from studies import estimates, page, session
+from studies.closure.growth import Growth, wanted_points
+
+LOOP = "closure"
+WITHOUT = "without "
+"""Begins the name of a loop that leaves a way out."""
+
+CURVE_STEPS = 200
+
+
+def context(sessions: Sequence[Growth], report: Report) -> dict[str, Any]:
+    """What the page's template is filled with.
+
+    Args:
+        sessions: at least one is a whole loop.
+        report: of one of them.
+    """
+    suites = _by_series(each for each in sessions if not each.series.startswith(WITHOUT))
+    loops = _by_series(each for each in sessions if each.closing is not None)
+    wanted = wanted_points(sessions)
+    return {
+        "points": len(wanted),
+        "horizon_s": horizon_s(sessions),
+        "runs": max(each.runs for each in suites[LOOP]),
+        "at_time": reached(suites, wanted, horizon_s(sessions)),
+        "at_end": reached(suites, wanted, None),
+        "overtaken": overtaken(suites, wanted),
+        "without": without(loops, wanted),
+        "ways": ways(suites[LOOP]),
+        "never": never(suites[LOOP]),
+        "sessions": listed(sessions),
+        "version": report.version,
+        "code_sha256": report.code_under_test.sha256,
+        "machine": session.machine(),
+    }
+
+
+def _by_series(sessions: Iterable[Growth]) -> dict[str, list[Growth]]:
+    found: dict[str, list[Growth]] = {}
+    for each in sessions:
+        found.setdefault(each.series, []).append(each)
+    return found
+
+
+def horizon_s(sessions: Iterable[Growth]) -> float:
+    """The simulated time (s) that all sessions of whole suites have."""
+    return min(each.sim_s for each in sessions if not each.series.startswith(WITHOUT))
+
+
+def reached(by_series: Mapping[str, Sequence[Growth]], wanted: Set[Point], sim_s: float | None) -> str:
+    """A row for each suite: points of each kind, means over seeds with 95 % intervals.
+
+    Args:
+        sim_s: by so much simulated time; None: in the end.
+    """
+    kinds = list(dict.fromkeys(point[0] for point in sorted(wanted)))
+    totals = {kind: sum(point[0] == kind for point in wanted) for kind in kinds}
+    rows = []
+    for name, sessions in by_series.items():
+        counts = [each.reached(wanted, sim_s=sim_s) for each in sessions]
+        cells = [_mean([count[kind] for count in counts]) for kind in kinds]
+        rows.append([name, *cells, _mean([count.total() for count in counts])])
+    head = ["suite", *(f"{kind_text(kind)} of {totals[kind]}" for kind in kinds), f"all of {len(wanted)}"]
+    return page.table(head, rows)
+
+
+def overtaken(suites: Mapping[str, Sequence[Growth]], wanted: Set[Point]) -> str:
+    """A row for each other suite: when the loop has reached as many points as that suite in the end."""
+    loops = {each.seed: each for each in suites[LOOP]}
+    rows = []
+    for name, sessions in suites.items():
+        if name == LOOP:
+            continue
+        pairs = [(loops[each.seed], each) for each in sessions if each.seed in loops]
+        times = [(loop.time_to(each.reached(wanted).total(), wanted), each.sim_s) for loop, each in pairs]
+        shares = [100.0 * time_s / sim_s for time_s, sim_s in times if time_s is not None and sim_s > 0.0]
+        if pairs:
+            mean_s = [time_s for time_s, _ in times if time_s is not None]
+            rows.append([name, f"{len(mean_s)} of {len(pairs)}", _mean(mean_s), _mean(shares)])
+    head = ["suite", "seeds at which it is overtaken", "after s simulated", "% of the suite's own simulated time"]
+    return page.table(head, rows)
+
+
+def without(loops: Mapping[str, Sequence[Growth]], wanted: Set[Point]) -> str:
+    """A row for each loop: points in the end, and the difference to the whole loop at the same seeds."""
+    whole = {each.seed: each.reached(wanted) for each in loops[LOOP]}
+    rows = []
+    for name, sessions in loops.items():
+        counts = {each.seed: each.reached(wanted) for each in sessions}
+        same = [seed for seed in counts if seed in whole]
+        differences = [[counts[seed]["bin"] - whole[seed]["bin"] for seed in same]]
+        differences.append([counts[seed].total() - whole[seed].total() for seed in same])
+        compared = ["-", "-"] if name == LOOP else [_mean(each, signed=True) for each in differences]
+        points = [_mean([count["bin"] for count in counts.values()])]
+        points.append(_mean([count.total() for count in counts.values()]))
+        rows.append([name, len(sessions), *points, *compared])
+    head = ["loop", "seeds", "bins", f"points of {len(wanted)}", "bins, difference", "points, difference"]
+    return page.table(head, rows)
+
+
+def ways(sessions: Sequence[Growth]) -> str:
+    """A row for each way: runs and new points of the whole loop, means over seeds."""
+    results = [each.closing.ways for each in sessions if each.closing is not None]
+    rows = []
+    for name in dict.fromkeys(name for result in results for name in result):
+        found = [result[name] for result in results if name in result]
+        runs = sum(each.runs for each in found) / len(results)
+        points = sum(sum(each.new.values()) for each in found) / len(results)
+        bins = sum(each.new.get("bin", 0) for each in found) / len(results)
+        rows.append([name, f"{runs:.1f}", f"{points:.1f}", f"{bins:.1f}"])
+    return page.table(["way", "runs", "new points", "of them bins"], rows)
+
+
+def never(sessions: Sequence[Growth]) -> str:
+    """A row for each point that the loop left open at every seed."""
+    found: dict[Point, list[Any]] = {}
+    for each in sessions:
+        for point in each.closing.open if each.closing is not None else ():
+            found.setdefault(point.point, []).append(point)
+    rows = [
+        [f"`{point_text(point)}`", kind_text(point[0]), sum(each.tries for each in points), points[-1].lacking]
+        for point, points in sorted(found.items())
+        if len(points) == len(sessions)
+    ]
+    return page.table(["point", "kind", "tries at all seeds", "what the nearest lacked"], rows)
+
+
+def listed(sessions: Iterable[Growth]) -> str:
+    """A row for each session."""
+    rows = []
+    for each in sessions:
+        ended = each.closing.ended if each.closing is not None else "-"
+        rows.append([each.series, each.seed, each.runs, f"{each.sim_s:.0f}", ended, page.duration(each.wall_s)])
+    return page.table(["suite", "seed", "runs", "simulated, s", "ended", "time"], rows)
+
+
+def curves(sessions: Sequence[Growth], kind: str = "") -> dict[str, list[tuple[float, float]]]:
+    """Suite -> (simulated time (s), per cent of the points, or of those of a kind), means over seeds."""
+    wanted = {point for point in wanted_points(sessions) if kind in ("", point[0])}
+    end_s = horizon_s(sessions)
+    times = [end_s * step / CURVE_STEPS for step in range(CURVE_STEPS + 1)]
+    suites = _by_series(each for each in sessions if not each.series.startswith(WITHOUT))
+    share = 100.0 / max(len(wanted), 1)
+    return {
+        name: [
+            (time_s, share * fmean(each.reached(wanted, sim_s=time_s).total() for each in found)) for time_s in times
+        ]
+        for name, found in suites.items()
+    }
+
+
+def _mean(values: Sequence[float], *, signed: bool = False) -> str:
+    """`54.2 (53.1 to 55.0)`, or a dash of none."""
+    if not values:
+        return "-"
+    mean = estimates.mean(values)
+    sign = "+" if signed else ""
+    return f"{mean.value:{sign}.1f} ({mean.low:{sign}.1f} to {mean.high:{sign}.1f})"

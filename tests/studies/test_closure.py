@@ -1,0 +1,158 @@
+"""The page on the closing loop: what sessions reached by when, and what loops without a way reached."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.report.files import write
+from pytest_hricdv.results.model import Report
+from studies import session
+from studies.closure import __main__ as closure
+from studies.closure.growth import Growth, Step, of_loop, of_suite, wanted_points
+from studies.closure.tables import context, curves, horizon_s, never, overtaken, reached, without
+from tests.report import sample, sample_sections
+
+STATES = "controller/states.py"
+LINES: tuple[Point, ...] = tuple(("statement", STATES, str(line)) for line in range(1, 5))
+BIN: Point = ("bin", "handover", "001", "1")
+
+
+def _closing(**changes: Any) -> dict[str, Any]:
+    """A loop of 3 runs of 10 s: the first hits two lines, the third one more and a bin; one line stays open."""
+    hits = [(LINES[0], 1), (LINES[1], 1), (LINES[2], 3), (BIN, 3)]
+    changed = {
+        "runs": 3,
+        "sim_s": 30.0,
+        "hit": [{"point": [*point], "test": "x", "way": "model", "run": run} for point, run in hits],
+        "growth": [{"run": run, "sim_s": 10.0 * run, "way": "model", "new": {"statement": 1}} for run in (1, 3)],
+        "open": [{"point": [*LINES[3]], "tries": 7, "lacking": "line 3 has to go on to it"}],
+    }
+    return sample_sections.CLOSING | changed | changes
+
+
+def _loop(series: str = "closure", seed: int = 0, **changes: Any) -> Growth:
+    return of_loop(series, seed, sample.typed(sample.data(("closure",), 1) | {"closing": _closing(**changes)}))
+
+
+def _suite(seed: int = 0, *steps: Step, sim_s: float = 40.0) -> Growth:
+    return Growth("rl", seed, steps, 4, sim_s)
+
+
+WANTED = {*LINES, BIN}
+
+
+def test_a_loop_has_its_points_at_the_runs_that_hit_them_first() -> None:
+    loop = _loop()
+    assert [(step.run, step.sim_s, set(step.points)) for step in loop.steps] == [
+        (1, 10.0, set(LINES[:2])),
+        (3, 30.0, {LINES[2], BIN}),
+    ]
+    assert wanted_points([loop]) == WANTED
+    assert loop.reached(WANTED, sim_s=29.9) == loop.reached(WANTED, runs=2) == {"statement": 2}
+    assert loop.reached(WANTED) == {"statement": 3, "bin": 1}
+    assert [loop.time_to(count, WANTED) for count in (1, 2, 3, 5)] == [10.0, 10.0, 30.0, None]
+
+
+def test_a_suite_has_every_point_once_and_its_order_depends_on_its_seed_only() -> None:
+    report = sample.report(("rl",), 6)
+    growth = of_suite("rl", 0, report)
+    points = [point for step in growth.steps for point in step.points]
+    assert len(points) == len(set(points))
+    statements = sum(point[0] == "statement" for point in points)
+    union = 0
+    for test in report.tests:
+        assert test.code is not None
+        union |= int(test.code.bits[0], 16)
+    assert statements == union.bit_count()
+    assert {point[0] for point in points} == {"statement", "branch", "plan", "bin", "verdict"}
+    assert growth.sim_s == pytest.approx(sum(test.sim_s for test in report.tests))
+    assert growth == of_suite("rl", 0, report)
+    assert [step.sim_s for step in growth.steps] != [step.sim_s for step in of_suite("rl", 1, report).steps]
+
+
+def test_suites_are_compared_over_the_simulated_time_that_all_have() -> None:
+    sessions = [_loop(), _suite(0, Step(1, 5.0, LINES[:1]), Step(4, 40.0, (*LINES[:3], ("plan", "a", "not wanted"))))]
+    assert horizon_s(sessions) == 30.0
+    by_series = {"closure": sessions[:1], "rl": sessions[1:]}
+    assert reached(by_series, WANTED, 30.0).splitlines()[0] == "| suite | bins of 1 | statements of 4 | all of 5 |"
+    assert reached(by_series, WANTED, 30.0).splitlines()[-1].startswith("| rl | 0.0 (0.0 to 0.0) | 1.0 (1.0 to 1.0)")
+    assert "| 4.0 (4.0 to 4.0) |" in reached(by_series, WANTED, None).splitlines()[-1]
+    ends = {name: points[-1] for name, points in curves(sessions).items()}
+    assert ends == {"closure": (30.0, 80.0), "rl": (30.0, 20.0)}
+
+
+def test_a_suite_is_overtaken_when_the_loop_has_as_many_points_as_it_has_in_the_end() -> None:
+    others = [_suite(0, Step(1, 5.0, LINES[:2])), _suite(1, Step(1, 5.0, (*LINES, BIN)))]
+    rows = overtaken({"closure": [_loop(), _loop(seed=1)], "rl": others}, WANTED).splitlines()
+    assert rows[-1] == "| rl | 1 of 2 | 10.0 (10.0 to 10.0) | 25.0 (25.0 to 25.0) |"
+
+
+def test_a_loop_without_a_way_is_compared_with_the_whole_one_of_its_seed() -> None:
+    weaker = _loop("without branching", hit=_closing()["hit"][:3])
+    rows = without({"closure": [_loop(), _loop(seed=1)], "without branching": [weaker]}, WANTED).splitlines()
+    assert rows[-2].endswith("| - | - |")
+    assert rows[-1].endswith("| -1.0 (-1.0 to -1.0) | -1.0 (-1.0 to -1.0) |")
+
+
+def test_only_points_that_are_open_at_every_seed_are_listed_with_all_tries() -> None:
+    both = never([_loop(), _loop(seed=1)]).splitlines()
+    assert both[-1] == f"| `{STATES}:4` | statements | 14 | line 3 has to go on to it |"
+    assert never([_loop(), _loop(seed=1, open=[])]).count("\n") == 1
+
+
+@pytest.fixture
+def ran(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+    """What sessions were run."""
+    commands: list[list[str]] = []
+
+    def run(folder: Path, arguments: list[str]) -> None:
+        commands.append(arguments)
+        suite = arguments[0].partition("=")[2]
+        closing = {"closing": _closing()} if suite == "closure" else {}
+        write(sample.typed(sample.data((suite,), 2) | closing), folder)
+
+    monkeypatch.setattr(session, "run", run)
+    return commands
+
+
+def test_the_page_and_its_picture_are_of_what_there_is(
+    tmp_path: Path, ran: list[list[str]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    cells = closure.sessions(("closure", "rl"), ("branching",), (3,), 48)
+    closure.run(cells[:2], tmp_path / "reports", tmp_path, again=False)
+    closure.run(cells, tmp_path / "reports", tmp_path, again=True)
+    assert "of 2 sessions; missing: without branching at seed 3" in capsys.readouterr().out
+    closure.run(cells, tmp_path / "reports", tmp_path, again=False)
+    assert [" ".join(each) for each in ran] == [
+        "--hri-suite=closure --hri-seed=3 --hri-close-runs=48 --hri-close-seconds=86400 -n 2",
+        "--hri-suite=rl --hri-seed=3 --hri-tests=48 -n 2",
+        "--hri-suite=closure --hri-seed=3 --hri-close-runs=48 --hri-close-seconds=86400 "
+        "--hri-close-without=branching -n 2",
+    ]
+    page = (tmp_path / "closure.md").read_text(encoding="utf-8")
+    assert "| without branching | 1 |" in page
+    assert (tmp_path / "pictures" / "closure.svg").is_file()
+
+
+def test_without_a_whole_loop_there_is_no_page(tmp_path: Path, ran: list[list[str]]) -> None:
+    cells = closure.sessions(("rl",), (), (3,), 48)
+    with pytest.raises(session.SessionError, match="no session of closure is complete"):
+        closure.run(cells[1:], tmp_path / "reports", tmp_path, again=False)
+
+
+def test_a_loop_that_ended_for_want_of_time_is_run_again(tmp_path: Path, ran: list[list[str]]) -> None:
+    cells = closure.sessions(("closure",), (), (3,), 48)
+    closure.run(cells, tmp_path / "reports", tmp_path, again=False)
+    stopped: Report = sample.typed(sample.data(("closure",), 2) | {"closing": _closing(ended="seconds")})
+    write(stopped, tmp_path / "reports" / "closure-3")
+    closure.run(cells, tmp_path / "reports", tmp_path, again=False)
+    assert len(ran) == 2
+
+
+def test_the_context_has_the_largest_number_of_runs() -> None:
+    found = context([_loop(), _loop(seed=1, runs=5)], sample.report())
+    assert (found["runs"], found["points"]) == (5, 5)
