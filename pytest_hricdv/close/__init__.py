@@ -21,6 +21,7 @@ branching          tests with a common beginning as one tree: where they part, t
 tree_runner        trees on several processes, or each test from the start
 decision_points    where a person could have done something else, and how worthwhile it is to come back there
 continuations      what a person could have done
+choice_statistics  what has come of the choices of people who decided during their runs
 lived_run          a run in which the person decides what to do, and the test that it becomes
 model_way, parameter_way, disturbance_way, branching_way, online_way      the ways
 

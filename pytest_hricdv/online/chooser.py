@@ -35,11 +35,6 @@ class Situation:
     turn: int
     taken: tuple[str, ...]
 
-    @property
-    def context(self) -> str:
-        """State and turn, which weights can depend on."""
-        return f"{self.state} {self.turn}"
-
 
 @dataclass(frozen=True)
 class Decision:
@@ -57,10 +52,11 @@ class Decision:
 
 
 class Choice(NamedTuple):
-    """What was chosen: after how many commands, in which context, about what, and which option."""
+    """What was chosen: after how many commands, in which state of the code, in which turn, about what, and what."""
 
     taken: int
-    context: str
+    state: str
+    turn: int
     about: str
     option: str
 
@@ -72,8 +68,11 @@ class Chooser(Protocol):
         """One of the options."""
 
 
-Weight = tuple[str, str, str, float]
-"""Context ("": any), what is decided, option, and how much likelier it is than an option of weight 1."""
+ANY_TURN = -1
+ANY_STATE = ""
+
+Weight = tuple[str, int, str, str, float]
+"""State of the code, turn, what is decided, option, and how much likelier it is than an option of weight 1."""
 
 
 class WeightedChooser:
@@ -84,12 +83,12 @@ class WeightedChooser:
 
     Args:
         seed: of its random stream.
-        weights: of options; those for the context come before those for any.
+        weights: of options; those for state and turn come before those for the turn, and these before those for any.
     """
 
     def __init__(self, seed: int, weights: Iterable[Weight] = ()) -> None:
         self._rng: Random = make_rng("online", seed)
-        self._weights = {(context, about, option): weight for context, about, option, weight in weights}
+        self._weights = {tuple(key): weight for *key, weight in weights}
 
     def choose(self, decision: Decision) -> str:
         """See `Chooser`."""
@@ -102,8 +101,9 @@ class WeightedChooser:
         return decision.options[0]
 
     def _weight(self, decision: Decision, option: str) -> float:
-        for context in (decision.situation.context, ""):
-            if (weight := self._weights.get((context, decision.about, option))) is not None:
+        situation = decision.situation
+        for place in ((situation.state, situation.turn), (ANY_STATE, situation.turn), (ANY_STATE, ANY_TURN)):
+            if (weight := self._weights.get((*place, decision.about, option))) is not None:
                 return weight
         if decision.about == ACT:
             return float(option == decision.options[0])

@@ -187,13 +187,14 @@ class OnlineAgent:
         return self.taken[-1]
 
     def _choose(self, about: str, options: tuple[str, ...]) -> str:
-        decision = Decision(about, options, self._situation())
+        situation = self._situation()
+        decision = Decision(about, options, situation)
         chosen = self._chooser.choose(decision)
         if chosen not in options:
             known = ", ".join(map(repr, options))
             raise OnlineError(f"Online: {chosen!r} was chosen for {about}; expected one of {known}")
         if chosen != NONE or about not in (GOAL, DISTURBANCE):
-            self.choices.append(Choice(len(self.taken), decision.situation.context, about, chosen))
+            self.choices.append(Choice(len(self.taken), situation.state, situation.turn, about, chosen))
         return chosen
 
     def _situation(self) -> Situation:

@@ -9,7 +9,17 @@ import pytest
 from pytest_hricdv.case import CaseResult, execute
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import abstract_from, concretize
-from pytest_hricdv.online.chooser import DISTURBANCE, GOAL, NONE, Chooser, Decision, Weight, WeightedChooser
+from pytest_hricdv.online.chooser import (
+    ANY_STATE,
+    ANY_TURN,
+    DISTURBANCE,
+    GOAL,
+    NONE,
+    Chooser,
+    Decision,
+    Weight,
+    WeightedChooser,
+)
 from pytest_hricdv.online.online_actions import OnlineActions
 from pytest_hricdv.online.online_agent import OnlineAgent
 from pytest_hricdv.online.role import Role, load_role
@@ -35,8 +45,8 @@ def role() -> Role:
 
 def weights(goal: float, disturbance: float) -> list[Weight]:
     """The same weight for all goals, and for all disturbances."""
-    goals: list[Weight] = [("", GOAL, each, goal) for each in role().goals]
-    return [*goals, *(("", DISTURBANCE, line, disturbance) for line in role().disturbances)]
+    goals: list[Weight] = [(ANY_STATE, ANY_TURN, GOAL, each, goal) for each in role().goals]
+    return [*goals, *((ANY_STATE, ANY_TURN, DISTURBANCE, line, disturbance) for line in role().disturbances)]
 
 
 def restless() -> list[Weight]:

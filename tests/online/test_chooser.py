@@ -7,7 +7,17 @@ from collections.abc import Sequence
 
 import pytest
 
-from pytest_hricdv.online.chooser import ACT, GOAL, NONE, Decision, Situation, Weight, WeightedChooser
+from pytest_hricdv.online.chooser import (
+    ACT,
+    ANY_STATE,
+    ANY_TURN,
+    GOAL,
+    NONE,
+    Decision,
+    Situation,
+    Weight,
+    WeightedChooser,
+)
 
 ANYWHERE = Situation(0.0, "Waiting", 2, ())
 
@@ -20,6 +30,11 @@ def chosen(
     return Counter(chooser.choose(Decision(about, options, ANYWHERE)) for _ in range(times))
 
 
+def everywhere(about: str, **weights: float) -> list[Weight]:
+    """Weights of options in any state and turn."""
+    return [(ANY_STATE, ANY_TURN, about, option, weight) for option, weight in weights.items()]
+
+
 def test_the_same_seed_chooses_the_same_and_another_seed_something_else() -> None:
     def sequence(seed: int) -> list[str]:
         chooser = WeightedChooser(seed)
@@ -29,21 +44,23 @@ def test_the_same_seed_chooses_the_same_and_another_seed_something_else() -> Non
 
 
 def test_options_are_chosen_in_proportion_to_their_weights() -> None:
-    counts = chosen("pose", ("a", "b", "c"), [("", "pose", "a", 6.0), ("", "pose", "c", 0.0)])
+    counts = chosen("pose", ("a", "b", "c"), [*everywhere("pose", a=6.0, c=0.0)])
     assert counts["a"] == pytest.approx(2000 * 6 / 7, rel=0.05)
     assert (counts["a"] + counts["b"], counts["c"]) == (2000, 0)
 
 
 def test_a_weight_for_the_state_and_turn_comes_first() -> None:
-    weights = [("", "pose", "a", 1000.0), ("Waiting 2", "pose", "a", 0.0), ("Waiting 1", "pose", "b", 0.0)]
+    weights = [*everywhere("pose", a=1000.0), ("", 2, "pose", "a", 500.0), ("Waiting", 2, "pose", "a", 0.0)]
+    assert chosen("pose", ("a", "b"), weights, times=50) == {"b": 50}
+    weights = [*everywhere("pose", a=1000.0), ("", 2, "pose", "a", 0.0), ("Waiting", 1, "pose", "b", 0.0)]
     assert chosen("pose", ("a", "b"), weights, times=50) == {"b": 50}
 
 
 def test_goals_are_rare_and_acts_come_in_order_unless_weights_say_otherwise() -> None:
     assert 10 < chosen(GOAL, (NONE, "say"), ())["say"] < 100
     assert chosen(ACT, ("first", "second"), (), times=50) == {"first": 50}
-    assert chosen(ACT, ("first", "second"), [("", ACT, "second", 1.0)])["second"] == pytest.approx(1000, rel=0.1)
+    assert chosen(ACT, ("first", "second"), [*everywhere(ACT, second=1.0)])["second"] == pytest.approx(1000, rel=0.1)
 
 
 def test_the_first_option_is_chosen_where_none_has_a_weight() -> None:
-    assert chosen("pose", ("a", "b"), [("", "pose", "a", 0.0), ("", "pose", "b", 0.0)], times=5) == {"a": 5}
+    assert chosen("pose", ("a", "b"), [*everywhere("pose", a=0.0, b=0.0)], times=5) == {"a": 5}

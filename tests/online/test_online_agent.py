@@ -39,9 +39,9 @@ def test_beliefs_are_decided_when_they_are_looked_up_and_not_before(tmp_path: Pa
     assert life.commands() == ["nod"]
     assert abouts(chooser) == ["start", "taste", "voice"]
     assert life.agent.choices == [
-        Choice(0, " 0", "start", "curious"),
-        Choice(1, "Pouring 1", "taste", "likes_hot"),
-        Choice(2, "Pouring 1", "voice", "quiet"),
+        Choice(0, "", 0, "start", "curious"),
+        Choice(1, "Pouring", 1, "taste", "likes_hot"),
+        Choice(2, "Pouring", 1, "voice", "quiet"),
     ]
 
 
