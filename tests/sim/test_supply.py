@@ -84,3 +84,47 @@ def test_a_mixed_run_ends_with_each_leg_where_its_turn_sent_it() -> None:
     outcomes = [m.fields["outcome"] for m in record.messages if m.topic == "turn_done"]
     assert outcomes == ["released", "discarded", "discarded", "released"]
     assert stage.world.legs.received == 2
+
+
+def test_a_leg_that_is_withheld_comes_later_to_its_place_or_beside_it() -> None:
+    with Stage() as stage:
+        legs = stage.world.legs
+
+        def body() -> None:
+            first = legs.current
+            legs.withhold(4.0)
+            legs.displace(0.05, -0.03)
+            assert legs.waiting is None
+            assert legs.place() == PICKUP_M  # people look for it there
+            stage.world.unfreeze()
+            stage.kernel.sleep(3.9)
+            assert legs.waiting is None
+            stage.kernel.sleep(0.2)
+            assert legs.waiting is first
+            x, y, z = PICKUP_M
+            assert math.dist(first.pose()[0], (x + 0.05, y - 0.03, z)) < 1e-6
+
+        assert stage.run(body) == "over"
+
+
+def test_a_leg_that_the_person_takes_is_set_down_and_the_next_one_comes_in_its_time() -> None:
+    with Stage() as stage:
+        legs, hand = stage.world.legs, stage.world.person.hand
+
+        def body() -> None:
+            taken = legs.current
+            stage.kernel.sleep(hand.move(PICKUP_M))
+            stage.world.unfreeze()
+            legs.take(hand.body, 10.0)
+            assert legs.carried is taken
+            stage.kernel.sleep(hand.move((0.8, 0.2, 0.6)))
+            assert math.dist(taken.pose()[0], hand.pose()[0]) < 0.05
+            legs.set_down(taken)
+            legs.set_down(taken)
+            assert (legs.carried, legs.received) == (None, 1)
+            stage.kernel.sleep(5.0)
+            assert legs.waiting is None
+            stage.kernel.sleep(5.0)
+            assert legs.waiting is legs.legs[1]
+
+        assert stage.run(body) == "over"
