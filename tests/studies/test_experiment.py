@@ -71,6 +71,8 @@ def report(**tests: list[dict[str, Any]]) -> dict[str, Any]:
         "reported": sum(map(len, found.values())),
         "wall_s": 100.0,
         "workers": 2,
+        "version": "0.1.0",
+        "code_under_test": {"sha256": "c0de"},
         "known_violations": {"R3": "no crush prevention"},
         "requirements": {name: {"title": f"title of {name}"} for name in VERDICTS},
         "suites": [suite(name, found[name], **(learned if name == "rl" else {})) for name in METHODS],  # type: ignore[arg-type]
@@ -93,6 +95,7 @@ def test_published_and_own_figures_stand_side_by_side() -> None:
     text = rendered(report(by_hand=[entry("by-hand", R1="Failed"), entry("by-hand", R1="NC"), entry("by-hand")]))
     assert "| R1 | 90 / 1 / 47 | 1 / 1 / 1 | 7 / 0 / 93 | 1 / 0 / 0 |" in text
     assert "R3: title of R3. Known to fail: no crush prevention." in text
+    assert "Plugin 0.1.0; the code under test has the SHA-256 `c0de`." in text
     assert held(text) == ["yes"] * 4
     assert "| bins of the cross product `decision` | 3 of 5 | 3 of 5 |" in text
 
