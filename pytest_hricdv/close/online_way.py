@@ -37,8 +37,11 @@ NEAREST = 2.0
 SURPRISES = (0.0, 1.0, 3.0)
 """How often somebody has an idea of their own in a run, and how often something goes wrong; one of these a run."""
 
-LIKELIEST = 0.5
+LIKELIEST = 0.25
 """Neither is likelier than this between two commands."""
+
+COMMANDS = 10
+"""How long a run is as long as there is none to know it from."""
 
 TRIED_OFTEN = 8.0
 """After so many times, an option is less likely by a factor of the square root of two."""
@@ -70,8 +73,9 @@ class OnlineWay:
 
     def _proposal(self, archive: Archive, rng: Random) -> Proposal:
         aims = _drawn(archive, rng)
-        commands = sum(len(entry.test.lines) for entry in archive.entries) / max(len(archive.entries), 1)
-        surprises = {about: min(pick(rng, SURPRISES) / max(commands, 1.0), LIKELIEST) for about in self._rare}
+        lengths = [len(entry.test.lines) for entry in archive.entries] or [COMMANDS]
+        commands = max(sum(lengths) / len(lengths), 1.0)
+        surprises = {about: min(pick(rng, SURPRISES) / commands, LIKELIEST) for about in self._rare}
         weights = (each for place in self._places(aims) for each in self._weights(archive, *place, surprises))
         return Proposal(Draft(NAME, (), (), name="a person who decides during the run"), NAME, aims, tuple(weights))
 

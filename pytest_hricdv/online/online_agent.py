@@ -22,6 +22,10 @@ from pytest_hricdv.online.declaration import OnlineError
 from pytest_hricdv.online.late_beliefs import LateBeliefs
 from pytest_hricdv.online.role import Role
 
+MOST_GOALS = 8
+"""So many goals can be given to the agent in a run. Each leads to commands, between which there can be the next one: a
+run would have no end."""
+
 
 class ActingAgent(CoupledAgent):
     """An agent that stops before each external action; takes what an agent takes."""
@@ -52,6 +56,7 @@ class OnlineAgent:
         self._state_topic, _, self._state_field = role.state.partition(".")
         self._state = ""
         self._begun = False
+        self._goals_left = MOST_GOALS
         self._doing: ReadyAct | None = None
         self._error: CouplingError | None = None
         """Raised when the person asks next: when it occurs, another node runs, and it would be an error of this one."""
@@ -166,8 +171,11 @@ class OnlineAgent:
         return chosen
 
     def _post_goal(self) -> None:
+        if self._goals_left <= 0:
+            return
         goal = self._choose(GOAL, (NONE, *self._role.goals))
         if goal != NONE:
+            self._goals_left -= 1
             self._run.tell(self._agent, parse_literal(goal), self._steering.name, goal=True)
 
     def _take(self) -> str | None:

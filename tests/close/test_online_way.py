@@ -10,7 +10,7 @@ import pytest
 
 from pytest_hricdv.close.archive import Archive
 from pytest_hricdv.close.observation import Observation
-from pytest_hricdv.close.online_way import AIMS, LIKELIEST, SURPRISES, OnlineWay
+from pytest_hricdv.close.online_way import AIMS, COMMANDS, LIKELIEST, SURPRISES, OnlineWay
 from pytest_hricdv.close.way import Proposal
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin
@@ -62,7 +62,7 @@ def test_ideas_of_their_own_and_disturbances_are_as_rare_in_long_runs_as_in_shor
     archive = archive_of()
     if commands:
         add(archive, ["press"] * commands, ())
-    expected = {min(surprise / max(commands, 1), LIKELIEST) for surprise in SURPRISES}
+    expected = {min(surprise / (commands or COMMANDS), LIKELIEST) for surprise in SURPRISES}
     found = set()
     for proposal in way.propose(archive, 20, Random(1)):
         known = weights(proposal)

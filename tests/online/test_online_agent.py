@@ -9,6 +9,7 @@ import pytest
 from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.online.chooser import ACT, DISTURBANCE, GOAL, NONE, Choice, Situation
 from pytest_hricdv.online.declaration import Online, OnlineError
+from pytest_hricdv.online.online_agent import MOST_GOALS
 from tests.online.toy import Life, Wish, role
 
 
@@ -72,6 +73,11 @@ def test_a_goal_can_be_posted_where_the_agent_decides_what_to_do(tmp_path: Path)
     goal, act = chooser.asked[1], chooser.asked[3]
     assert (goal.about, goal.options) == (GOAL, (NONE, "fetch", "thank"))
     assert (act.about, act.options) == (ACT, ("press", "shout"))
+
+
+def test_somebody_who_never_runs_out_of_ideas_comes_to_an_end(tmp_path: Path) -> None:
+    life = Life(role(tmp_path), Wish(goal=["fetch"]))
+    assert life.commands() == ["press"] * (MOST_GOALS + 1)
 
 
 def test_a_disturbance_can_be_chosen_before_a_command_but_not_two_in_a_row(tmp_path: Path) -> None:
