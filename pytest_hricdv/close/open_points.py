@@ -49,24 +49,26 @@ def nearest(point: Point, archive: Archive, preferred: Container[int]) -> Entry 
 
 
 def _nearest_bin(point: Point, archive: Archive, preferred: Container[int]) -> Entry | None:
-    """The run that hit a bin which differs from this one in the fewest coordinates; of equal ones, one aimed at it."""
+    """The run that hit a bin which is nearest to this one; of equally near ones, a run that was aimed at it."""
     found = [
-        (_differing(point[2:], hit), point not in entry.aims, entry.number not in preferred, entry.number)
+        (_distance(point[2:], hit), point not in entry.aims, entry.number not in preferred, entry.number)
         for entry in archive.entries
         for hit in entry.observation.hits.get(point[1], ())
     ]
     return archive.entries[min(found)[3]] if found else None
 
 
-def _differing(one: Bin, other: Bin) -> int:
-    return sum(a != b for a, b in zip(one, other, strict=True))
+def _distance(one: Bin, other: Bin) -> tuple[int, tuple[bool, ...]]:
+    """In how many coordinates bins differ, and in which: in late ones rather than in those that are planned."""
+    differing = tuple(a != b for a, b in zip(one, other, strict=True))
+    return sum(differing), differing
 
 
 def lacking(point: Point, entry: Entry | None, archive: Archive, known: Surroundings) -> str:
     """What a run lacked to hit a point, or what else is known of the point; may be empty."""
     match point:
         case ("bin", product, *wanted) if entry is not None:
-            hit = min(entry.observation.hits[product], key=lambda each: _differing(tuple(wanted), each))
+            hit = min(entry.observation.hits[product], key=lambda each: _distance(tuple(wanted), each))
             names = known.coordinates[product]
             parts = zip(names, wanted, hit, strict=True)
             return ", ".join(f"{name} {there} instead of {mine}" for name, mine, there in parts if mine != there)

@@ -28,13 +28,13 @@ def context(sessions: Sequence[Growth], report: Report) -> dict[str, Any]:
     """
     suites = _by_series(each for each in sessions if not each.series.startswith(WITHOUT))
     loops = _by_series(each for each in sessions if each.closing is not None)
-    wanted = wanted_points(sessions)
+    wanted, budget = wanted_points(sessions), max(each.runs for each in suites[LOOP])
     return {
         "points": len(wanted),
         "horizon_s": horizon_s(sessions),
-        "runs": max(each.runs for each in suites[LOOP]),
-        "at_time": reached(suites, wanted, horizon_s(sessions)),
-        "at_end": reached(suites, wanted, None),
+        "runs": budget,
+        "at_time": reached(suites, wanted, sim_s=horizon_s(sessions)),
+        "at_runs": reached(suites, wanted, runs=budget),
         "overtaken": overtaken(suites, wanted),
         "without": without(loops, wanted),
         "ways": ways(suites[LOOP]),
@@ -58,17 +58,19 @@ def horizon_s(sessions: Iterable[Growth]) -> float:
     return min(each.sim_s for each in sessions if not each.series.startswith(WITHOUT))
 
 
-def reached(by_series: Mapping[str, Sequence[Growth]], wanted: Set[Point], sim_s: float | None) -> str:
-    """A row for each suite: points of each kind, means over seeds with 95 % intervals.
-
-    Args:
-        sim_s: by so much simulated time; None: in the end.
-    """
+def reached(
+    by_series: Mapping[str, Sequence[Growth]],
+    wanted: Set[Point],
+    *,
+    sim_s: float | None = None,
+    runs: int | None = None,
+) -> str:
+    """A row for each suite: points of each kind by a time or a number of runs, means over seeds with 95 % intervals."""
     kinds = list(dict.fromkeys(point[0] for point in sorted(wanted)))
     totals = {kind: sum(point[0] == kind for point in wanted) for kind in kinds}
     rows = []
     for name, sessions in by_series.items():
-        counts = [each.reached(wanted, sim_s=sim_s) for each in sessions]
+        counts = [each.reached(wanted, sim_s=sim_s, runs=runs) for each in sessions]
         cells = [_mean([count[kind] for count in counts]) for kind in kinds]
         rows.append([name, *cells, _mean([count.total() for count in counts])])
     head = ["suite", *(f"{kind_text(kind)} of {totals[kind]}" for kind in kinds), f"all of {len(wanted)}"]

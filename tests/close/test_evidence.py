@@ -85,6 +85,17 @@ def test_the_nearest_test_of_a_bin_differs_in_fewest_coordinates_and_is_of_the_s
     assert open_points[BINS[1]].waiver == """cross product light: impossible={('hall', 'high'): "why"}"""
 
 
+def test_of_equally_near_tests_of_a_bin_that_counts_which_planned_the_same_and_then_that_which_was_aimed_at_it() -> (
+    None
+):
+    archive = Archive(BINS)
+    add(archive, "elsewhere", BINS[3])
+    add(archive, "unaimed", BINS[0])
+    add(archive, "aimed", BINS[0], aims=(BINS[1],))
+    open_points = {each.point: each for each in shown(archive).open}
+    assert (open_points[BINS[1]].test, open_points[BINS[1]].lacking) == ("aimed-1", "level low instead of high")
+
+
 def test_a_nearest_test_that_is_in_no_suite_can_be_read_back() -> None:
     archive = Archive(BINS[:2])
     add(archive, "near", BINS[0])

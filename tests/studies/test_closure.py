@@ -75,12 +75,14 @@ def test_a_suite_has_every_point_once_and_its_order_depends_on_its_seed_only() -
 
 
 def test_suites_are_compared_over_the_simulated_time_that_all_have() -> None:
-    sessions = [_loop(), _suite(0, Step(1, 5.0, LINES[:1]), Step(4, 40.0, (*LINES[:3], ("plan", "a", "not wanted"))))]
+    sessions = [_loop(), _suite(0, Step(1, 5.0, LINES[:1]), Step(4, 40.0, (*LINES[1:3], ("plan", "a", "not wanted"))))]
     assert horizon_s(sessions) == 30.0
     by_series = {"closure": sessions[:1], "rl": sessions[1:]}
-    assert reached(by_series, WANTED, 30.0).splitlines()[0] == "| suite | bins of 1 | statements of 4 | all of 5 |"
-    assert reached(by_series, WANTED, 30.0).splitlines()[-1].startswith("| rl | 0.0 (0.0 to 0.0) | 1.0 (1.0 to 1.0)")
-    assert "| 4.0 (4.0 to 4.0) |" in reached(by_series, WANTED, None).splitlines()[-1]
+    by_time = reached(by_series, WANTED, sim_s=30.0).splitlines()
+    assert by_time[0] == "| suite | bins of 1 | statements of 4 | all of 5 |"
+    assert by_time[-1].startswith("| rl | 0.0 (0.0 to 0.0) | 1.0 (1.0 to 1.0)")
+    assert "| 3.0 (3.0 to 3.0) |" in reached(by_series, WANTED, runs=4).splitlines()[-1]
+    assert "| 1.0 (1.0 to 1.0) |" in reached(by_series, WANTED, runs=3).splitlines()[-1]
     ends = {name: points[-1] for name, points in curves(sessions).items()}
     assert ends == {"closure": (30.0, 80.0), "rl": (30.0, 20.0)}
 
@@ -129,7 +131,7 @@ def test_the_page_and_its_picture_are_of_what_there_is(
     closure.run(cells, tmp_path / "reports", tmp_path, again=False)
     assert [" ".join(each) for each in ran] == [
         "--hri-suite=closure --hri-seed=3 --hri-close-runs=48 --hri-close-seconds=86400 -n 2",
-        "--hri-suite=rl --hri-seed=3 --hri-tests=48 -n 2",
+        "--hri-suite=rl --hri-seed=3 --hri-tests=96 -n 2",
         "--hri-suite=closure --hri-seed=3 --hri-close-runs=48 --hri-close-seconds=86400 "
         "--hri-close-without=branching -n 2",
     ]
