@@ -54,6 +54,6 @@ class LivedRun:
         self.actions = OnlineActions(self.agent, commands)
 
     def recorded(self, result: CaseResult) -> AbstractTest:
-        """The test that the run became, with the plans that the agent has executed."""
-        test = abstract_from(result.test, TARGET)
-        return replace(test, plans={self._role.agent.name: self.agent.plans})
+        """The test that the run became, with the plans that the agent has executed, if these count."""
+        test, name = abstract_from(result.test, TARGET), self._role.agent.name
+        return replace(test, plans={name: self.agent.plans} if name in self._role.model.covered else {})

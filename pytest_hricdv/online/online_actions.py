@@ -43,4 +43,4 @@ class OnlineActions:
             command = self._agent.next_command(run.kernel.now_s, waited=True)
             if self._agent.heard == heard:
                 break
-        return command
+        return self._agent.let_time_pass() if command is None else command

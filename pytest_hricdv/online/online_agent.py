@@ -26,6 +26,9 @@ MOST_GOALS = 8
 """So many goals can be given to the agent in a run. Each leads to commands, between which there can be the next one: a
 run would have no end."""
 
+MOST_WAITS = 1000
+"""An agent that has waited so often without doing anything has nothing to do: it polls."""
+
 
 class ActingAgent(CoupledAgent):
     """An agent that stops before each external action; takes what an agent takes."""
@@ -123,7 +126,28 @@ class OnlineAgent:
                 self._post_goal()
             return self._take()
         except (BdiError, CouplingError, GenerateError) as error:
-            raise OnlineError(f"Online: {self._agent.name} at {time_s:.3f} s: {error}") from error
+            raise self._failed(error, time_s) from error
+
+    def let_time_pass(self) -> str | None:
+        """Nothing more will happen in the run: what to do when the agent's next waits are over; None for nothing.
+
+        The agent's clock is ahead of that of the run then: how long it waits takes no time there.
+
+        Raises:
+            OnlineError: as `next_command`.
+        """
+        run = self._run
+        try:
+            for _ in range(MOST_WAITS):
+                if self._agent.ready_acts or run.due_s == math.inf:
+                    break
+                run.wait_until(max(run.due_s, run.now_s))
+            return self._take()
+        except (BdiError, GenerateError) as error:
+            raise self._failed(error, run.now_s) from error
+
+    def _failed(self, error: Exception, time_s: float) -> OnlineError:
+        return OnlineError(f"Online: {self._agent.name} at {time_s:.3f} s: {error}")
 
     def _go_on(self, time_s: float) -> None:
         """The agent goes on after its command, and hears what has happened until now."""
@@ -180,16 +204,11 @@ class OnlineAgent:
 
     def _take(self) -> str | None:
         ready = self._agent.ready_acts
-        while not ready and self._run.due_s < math.inf:
-            # Time passes for an agent that waits for time only: the run would not know for how long.
-            self._run.wait_until(max(self._run.due_s, self._run.now_s))
-            ready = self._agent.ready_acts
         if not ready:
             return None
         by_text = {act.text: act for act in reversed(ready)}
-        chosen = (
-            self._choose(ACT, tuple(dict.fromkeys(act.text for act in ready))) if len(by_text) > 1 else ready[0].text
-        )
+        options = tuple(dict.fromkeys(act.text for act in ready))
+        chosen = options[0] if len(options) == 1 else self._choose(ACT, options)
         self._doing = by_text[chosen]
         self.taken.append(command_from_action(chosen))
         return self.taken[-1]

@@ -101,12 +101,21 @@ def test_after_waiting_it_does_only_what_follows_from_what_it_heard(tmp_path: Pa
     assert life.agent.next_command(7.0) == "nod"
 
 
-def test_an_agent_that_waits_for_time_only_takes_none_of_the_run(tmp_path: Path) -> None:
+def test_waiting_for_time_takes_none_of_the_run_and_only_after_nothing_else_can_come(tmp_path: Path) -> None:
+    person = "@a +!fetch <- press; .wait(5000); wave; .wait(alarm, 3000); sit. -!fetch <- leave."
+    life = Life(role(tmp_path, person), Wish())
+    assert life.commands() == ["press"]
+    assert life.agent.let_time_pass() == "wave"
+    assert life.agent.next_command(2.0) is None
+    assert life.agent.let_time_pass() == "leave"
+    assert (life.agent.next_command(3.0), life.agent.let_time_pass()) == (None, None)
+
+
+def test_an_agent_that_polls_has_nothing_to_do(tmp_path: Path) -> None:
     life = Life(
-        role(tmp_path, "@a +!fetch <- press; .wait(5000); wave; .wait(alarm, 3000); sit. -!fetch <- leave."), Wish()
+        role(tmp_path, "@a +!fetch <- press; !poll. +!poll : alarm <- leave. +!poll <- .wait(10); !poll."), Wish()
     )
-    assert life.commands() == ["press", "wave", "leave"]
-    assert life.time_s == 3.0
+    assert (life.commands(), life.agent.let_time_pass()) == (["press"], None)
 
 
 def test_what_it_waits_for_comes_before_the_end_of_the_wait(tmp_path: Path) -> None:
