@@ -14,7 +14,7 @@ from tests.report.watched import Watched
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def browser() -> Iterator[Any]:
     """Chromium without a head: the machine's own, or the one that playwright has installed."""
     from playwright import sync_api  # takes long to load
