@@ -148,7 +148,8 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
                 "sensing_step": "sensing_timeout_s",
             },
             # It knows nobody in the arm's way, no leg that leaves a closed hand, and no grip beyond what people do.
-            until="on(way_blocked) | rise(leg_torn) | rise(!once[0:15](!hand_gripped))",
+            until="on(way_blocked) | rise(leg_torn) | rise(hand_gripped) & hand_place != 'handover'"
+            " | rise(!once[0:15](!hand_gripped))",
         ),
         disturbances={
             "leg_late": Disturbance({"for_s": Range(1.0, 120.0, "s")}, disturbances.leg_late),

@@ -154,13 +154,13 @@ def _lean_in(shop: Workshop, place: Vector, for_s: float) -> None:
 
 
 def hand_held_shut(shop: Workshop, given: Parameters) -> None:
-    """When the hand opens next, the person grips its fingers for `grip_s`, if their hand is there."""
+    """When the hand opens next, the person holds its fingers shut for `grip_s`."""
     world = shop.world
 
     def opens() -> bool:
         return world.gripper.motion is FingerMotion.OPENING and world.legs.in_hand is not None
 
-    shop.when(opens, lambda: world.person.grip(given["grip_s"]))
+    shop.when(opens, lambda: world.person.hold_shut(given["grip_s"]))
 
 
 def hand_held_open(shop: Workshop, given: Parameters) -> None:

@@ -151,7 +151,7 @@ class Gripper:
         """Once every control tick: has the hand done what it was about?"""
         self._fingers.follow(self._torso.palm_pose())
         held = self._legs.in_hand
-        if held is not None and (self._person.pulls or held.slippery) and held.torn():
+        if held is not None and held.torn():
             self._signal("leg_torn", True)
             self._let_go(held)
         if self.motion is FingerMotion.CLOSING and self._stands_at(CLOSED):
@@ -204,6 +204,8 @@ class Gripper:
         return min(self._fingers.angles()[2::2]) > RELEASE_RAD
 
     def _grip_resists(self) -> bool:
+        if self._person.holds_shut:
+            return True
         palm = self._engine.distance(self._person.hand.body, self._torso.body, self._torso.palm)
         return palm < CLASP_M and self._person.feels_push()
 

@@ -153,6 +153,7 @@ class Person:
         self._tug = Pull(time)
         self._grip_s = 0.0
         self._grip_until: int | None = None
+        self._shut_until = 0
 
     def pull(self, force_n: float) -> None:
         """Pull at the leg with this force (N) from now on, with a ramp; 0 ends the pull."""
@@ -195,6 +196,16 @@ class Person:
         if self._time.step >= self._grip_until:
             self._grip_s = 0.0
         return self._grip_s > 0.0
+
+    def hold_shut(self, duration_s: float) -> None:
+        """Hold the robot's fingers shut for so long from now, with the other hand, wherever the modelled one is."""
+        check_finite("grip", (duration_s,))
+        self._shut_until = self._time.step_in(duration_s)
+
+    @property
+    def holds_shut(self) -> bool:
+        """True while the other hand holds the robot's fingers shut."""
+        return self._time.step < self._shut_until
 
     def follow(self) -> None:
         """Move head and hand to their poses at the present step."""

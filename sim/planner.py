@@ -115,7 +115,7 @@ def find_path(start: JointPose, waypoints: Sequence[JointPose], people: Sequence
         people: where people lean into the workspace (m).
 
     Raises:
-        PlanningError: a waypoint is outside the limits or in collision, or no path to it was found.
+        PlanningError: start or a waypoint is outside the limits, a waypoint is in collision, or no path was found.
     """
     query = _query(start, waypoints, people)
     if query not in _paths:
@@ -137,6 +137,8 @@ def _search(
 ) -> tuple[JointPose, ...] | str:
     way: list[JointPose] = []
     here = start
+    if beyond := scene.limit_violation(start):  # something has pushed the arm
+        return f"start: {beyond}"
     for number, goal in enumerate(waypoints, 1):
         wrong = scene.limit_violation(goal) or scene.collision(goal)
         if wrong:

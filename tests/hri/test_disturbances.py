@@ -39,7 +39,8 @@ STEPS_IN_BEFORE_THE_LEG: list[Line] = [("somebody_steps_in", {"place": 0, "near_
 STEPS_IN_BEFORE_THE_BIN: list[Line] = [("somebody_steps_in", {"place": 2, "near_m": 0.4, "for_s": 20.0}), *NOT_READY]
 NO_WAY_TO_THE_BIN: list[Line] = [in_the_way(2, 1.0), *NOT_READY]
 NO_WAY_HOME: list[Line] = [*NOT_READY[:2], in_the_way(3, 0.0), *NOT_READY[2:]]
-HELD_SHUT: list[Line] = [("hand_held_shut", {"grip_s": 30.0}), *LEG]
+HELD_SHUT: list[Line] = [("hand_held_shut", {"grip_s": 20.0}), *LEG]
+HELD_SHUT_OVER_THE_BIN: list[Line] = [("hand_held_shut", {"grip_s": 40.0}), *NOT_READY]
 HELD_OPEN: list[Line] = [ASKED, ("hand_held_open", {"after_s": 5.0, "for_s": 30.0}), *THEN]
 SILENT: list[Line] = [("sensors_silent", {"for_s": 150.0}), *LEG]
 LATE: list[Line] = [("sensors_late", {"late_s": 8.0}), *LEG]
@@ -65,6 +66,7 @@ REACHED = {
     'robot.note("discarding where the arm stands")': NO_WAY_TO_THE_BIN,
     'robot.note("arm stays where it is")': NO_WAY_HOME,
     'robot.reason = "the fingers did not open"': HELD_SHUT,
+    'robot.note("leg stays in the hand")': HELD_SHUT_OVER_THE_BIN,
     'robot.reason = "leg pulled out of the hand"': GONE_UNNOTICED,
 }
 """The first statement of each block that only a disturbance reaches."""
@@ -105,6 +107,7 @@ ENDS: list[tuple[Any, ...]] = [
     (NO_WAY_TO_THE_BIN, "discarded", "R2 R16 R22"),
     (NO_WAY_HOME, "discarded"),
     (HELD_SHUT, "discarded", "R3"),
+    (HELD_SHUT_OVER_THE_BIN, "discarded", "R29 R21"),
     (HELD_OPEN, "discarded"),
     (SILENT, "sensing-timeout"),
     (LATE, "released"),
@@ -119,8 +122,8 @@ ENDS: list[tuple[Any, ...]] = [
 ]
 """How the turns of a run end; and which requirements the controller then violates by faults of its own.
 
-A robot that cannot get to the bin opens its hand where it is, which hands the leg over or drops it; one that gives up a
-release closes its hand on the person's.
+A robot that cannot get to the bin opens its hand where it is, which hands the leg over or drops it. One that gives up a
+release closes its hand on the person's. One whose hand does not open over the bin goes home with the leg.
 """
 
 
