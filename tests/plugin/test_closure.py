@@ -105,7 +105,7 @@ def test_a_report_without_tests_is_closed_too(lamps: pytest.Pytester) -> None:
 def test_a_report_without_closure_is_refused(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand", "-q")
     path = lamps.path / "hri-report" / "report.json"
-    path.write_text(path.read_text(encoding="utf-8").replace('"closure"', '"closing"'), encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8").replace('"closure"', '"closures"'), encoding="utf-8")
     done = command("minimal", "hri-report", "small")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: hri-report/report.json: Object missing required field `closure`")
