@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 from pytest_hricdv.coverage.code_map import map_code
 from pytest_hricdv.coverage.measurement import Measurement, choose
 from pytest_hricdv.generate.concrete import ConcreteTest
@@ -88,6 +90,7 @@ def test_another_seed_gives_another_run_of_the_same_commands() -> None:
     assert len(records) == 3
 
 
+@pytest.mark.slow
 def test_results_are_equal_without_workers_on_two_workers_and_for_a_single_test(tmp_path: Path) -> None:
     suite = tmp_path / "three.txt"
     suite.write_text("\n\n".join("\n".join(lines) for lines in (bench.leg("111"), bench.leg("011"), SILENT)))

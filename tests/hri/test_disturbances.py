@@ -128,17 +128,20 @@ release closes its hand on the person's. One whose hand does not open over the b
 
 
 @pytest.mark.parametrize("case", ENDS, ids=[str(lines[0])[:40] for lines, *_ in ENDS])
-def test_turns_end_as_the_disturbance_has_it_with_freezing_and_without(
-    case: tuple[Any, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_turns_end_as_the_disturbance_has_it(case: tuple[Any, ...]) -> None:
     lines, outcomes, *violated = case
+    result = run(lines)
+    assert " ".join(result.outcome.outcomes) == outcomes
+    assert not result.faults
+    assert unknown_violations(result) == " ".join(violated)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lines", [lines for lines, *_ in ENDS], ids=lambda lines: str(lines[0])[:40])
+def test_freezing_changes_nothing_of_a_disturbance(lines: list[Line], monkeypatch: pytest.MonkeyPatch) -> None:
     frozen = run(lines)
-    assert " ".join(frozen.outcome.outcomes) == outcomes
-    assert not frozen.faults
-    assert unknown_violations(frozen) == " ".join(violated)
     monkeypatch.setattr("sim.workshop.Workshop", partial(Workshop, freeze=False))
-    stepped = run(lines)
-    assert observed(stepped) == observed(frozen)
+    assert observed(run(lines)) == observed(frozen)
 
 
 def test_a_turn_that_the_robot_never_took_up_leaves_the_others_their_outcomes() -> None:

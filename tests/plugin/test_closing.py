@@ -11,12 +11,12 @@ from pytest_hricdv.close.loop import Runner
 from pytest_hricdv.close.observation import Observation
 from pytest_hricdv.close.suite import repeatable_suite
 from pytest_hricdv.session import closing
-from tests.plugin.project import in_each_mode, outcomes, report
+from tests.plugin.project import outcomes, plain_and_slowly_in_other_modes, report
 
 SUITE = "--hri-suite=closure"
 
 
-@in_each_mode
+@plain_and_slowly_in_other_modes
 def test_the_loop_reaches_all_that_the_model_can_reach(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = lamps.runpytest_inprocess(SUITE, "--hri-close-runs=60", *options)
     assert result.ret == 0

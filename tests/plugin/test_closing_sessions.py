@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
+from typing import Any
+
 import pytest
 
-from tests.plugin.project import change, outcomes, report
+from pytest_hricdv.close.archive import Archive
+from tests.plugin.project import A_WORKER, change, outcomes, report
 from tests.plugin.test_bad_input import refused
 
 SUITE = ("--hri-suite=closure", "--hri-close-runs=40")
@@ -43,10 +47,13 @@ def test_what_only_a_disturbance_leads_to_is_reached_and_exported_and_runs_again
     assert again["suites"][0]["code"] == found["suites"][0]["code"]
 
 
-def test_the_suite_depends_on_the_seed_and_not_on_the_number_of_processes(lamps: pytest.Pytester) -> None:
+def test_the_suite_depends_on_the_seed_and_not_on_the_number_of_processes(
+    lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
     disturb(lamps)
+    monkeypatch.setattr(os, "cpu_count", lambda: 3)
     found = []
-    for options in (("-n", "1"), ("-n", "3"), ("--hri-seed=1",)):
+    for options in (A_WORKER, (), ("--hri-seed=1",)):
         lamps.runpytest_inprocess(*SUITE, "-p", "no:cacheprovider", *options)
         found.append([(test["id"], test["record_sha256"]) for test in report(lamps.path)["tests"]])
     assert sorted(found[0]) == sorted(found[1]) != sorted(found[2])
@@ -54,7 +61,7 @@ def test_the_suite_depends_on_the_seed_and_not_on_the_number_of_processes(lamps:
 
 def test_a_kept_suite_holds_as_long_as_nothing_has_changed_that_its_runs_loaded(lamps: pytest.Pytester) -> None:
     def closed() -> bool:
-        result = lamps.runpytest_inprocess(*SUITE)
+        result = lamps.runpytest_inprocess(*SUITE, "--hri-close-runs=10")
         return any("closing ended" in line for line in result.outlines)
 
     assert [closed(), closed()] == [True, False]
@@ -79,25 +86,16 @@ def test_as_many_tests_as_asked_for_are_handed_over(lamps: pytest.Pytester) -> N
     assert len(ids(lamps)) == 3
 
 
-INTERRUPTING = """
-
-def pytest_configure():
-    from pytest_hricdv.close.archive import Archive
+def test_ctrl_c_keeps_what_was_reached_and_says_so(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     add = Archive.add
 
-    def interrupted(self, *given):
+    def interrupted(self: Archive, *given: Any) -> Any:
         if len(self.entries) == 3:
             raise KeyboardInterrupt
         return add(self, *given)
 
-    Archive.add = interrupted
-"""
-
-
-def test_ctrl_c_keeps_what_was_reached_and_says_so(lamps: pytest.Pytester) -> None:
-    with (lamps.path / "conftest.py").open("a", encoding="utf-8") as file:
-        file.write(INTERRUPTING)
-    result = lamps.runpytest_subprocess(*SUITE)
+    monkeypatch.setattr(Archive, "add", interrupted)
+    result = lamps.runpytest_inprocess(*SUITE)
     assert 1 <= len(ids(lamps)) <= 3
     result.stdout.fnmatch_lines(
         [
@@ -105,7 +103,7 @@ def test_ctrl_c_keeps_what_was_reached_and_says_so(lamps: pytest.Pytester) -> No
             "hricdv: what was reached until Ctrl-C is kept and runs now; Ctrl-C again ends all",
         ]
     )
-    result = lamps.runpytest_subprocess(*SUITE)
+    result = lamps.runpytest_inprocess(*SUITE)
     result.stdout.fnmatch_lines(["hricdv: closing ended (interrupted) *"])  # and is not kept as if it were the suite
 
 

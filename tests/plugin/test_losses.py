@@ -173,12 +173,12 @@ def test_a_test_whose_fixture_fails_was_not_run(lamps: pytest.Pytester) -> None:
 
 def test_a_crashed_worker_loses_its_test_only_and_the_report_says_so(lamps: pytest.Pytester) -> None:
     write_dimmed(lamps, '__import__("os")._exit(3)')
-    result = lamps.runpytest_subprocess(SUITE, "-n", "2")
+    result = lamps.runpytest_subprocess(SUITE, *A_WORKER)
     assert result.ret == 1
     written = report(lamps.path)
     json_schema.REPORT.validate(written)
     assert (written["selected"], written["reported"], written["not_run"]) == (4, 3, 1)
-    assert written["workers"] == 2
+    assert written["workers"] == 1
     assert Counter(test["outcome"] for test in written["tests"]) == {"passed": 2, "known-violation": 1, "not-run": 1}
     (lost,) = [test for test in written["tests"] if test["outcome"] == "not-run"]
     assert written["not_run_tests"] == [lost["nodeid"]]
