@@ -55,6 +55,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv.session.collection import Collection, worker_input
+    from pytest_hricdv.session.resuming import PassingOver
     from pytest_hricdv.session.running import Running
 
     collection = Collection(config, options)
@@ -62,6 +63,7 @@ def _register(config: pytest.Config, options: Options) -> None:
     running = Running(collection)
     config.pluginmanager.register(collection, "hricdv-collection")
     config.pluginmanager.register(running, "hricdv-running")
+    config.pluginmanager.register(PassingOver(collection), "hricdv-passing-over")
     if worker_input(config) is None:
         _register_in_controller(config, collection, running, options)
 
@@ -80,8 +82,10 @@ def _register_in_controller(config: pytest.Config, collection: Collection, runni
     gate_check = GateCheck(collection)
     aggregation = Aggregation(collection, running)
     reporting = Reporting(collection, running, aggregation, gate_check)
-    config.pluginmanager.register(Preparation(collection, running, gate_check), "hricdv-preparation")
+    preparation = Preparation(collection, running, gate_check, aggregation)
+    config.pluginmanager.register(preparation, "hricdv-preparation")
     config.pluginmanager.register(aggregation, "hricdv-aggregation")
+    config.pluginmanager.register(aggregation.journaling, "hricdv-journaling")
     config.pluginmanager.register(reporting, "hricdv-reporting")
     config.pluginmanager.register(Progress(config, aggregation.chosen), "hricdv-progress")
     config.pluginmanager.register(Exporting(config, reporting, read_targets(config)), "hricdv-exporting")

@@ -10,13 +10,14 @@ from typing import Any
 
 from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances, MessageDisturbance
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
+from pytest_hricdv.message import InputError
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 
-class TestbenchError(Exception):
+class TestbenchError(InputError):
     """The testbench is missing, or lacks a part; the text says which and what it is for."""
 
     __test__ = False

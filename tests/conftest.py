@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-FEW, MANY = 30, 150
+FEW, MANY = 30, 200
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.run.jitter import MAX_JITTER
 from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem, Result
+from pytest_hricdv.message import visible
 
 _EXAMPLES = """\
 examples:
@@ -43,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(options: argparse.Namespace) -> int:
     result = _run_project(options, trace=False)
     for line in result.prints:
-        print(line)
+        print(visible(line, keep="\n\t"))
     return _print_end(options, result)
 
 
@@ -54,9 +55,9 @@ def _trace(options: argparse.Namespace) -> int:
         print(result.trace.to_json())
     elif options.why is not None:
         chosen = [step for step in result.trace if step.kind == "action" and options.why in step.text]
-        print("\n\n".join(map(result.trace.chain_text, chosen)))
+        print(visible("\n\n".join(map(result.trace.chain_text, chosen)), keep="\n\t"))
     else:
-        print(result.trace.text(options.agent))
+        print(visible(result.trace.text(options.agent), keep="\n\t"))
     return _print_end(options, result)
 
 
@@ -65,7 +66,7 @@ def _lint(options: argparse.Namespace) -> int:
 
     percepts = [name for names in options.percepts for name in names.split(",") if name]
     findings = lint(options.files, percepts)
-    print("\n\n".join(map(str, findings)), end="\n" if findings else "")
+    print(visible("\n\n".join(map(str, findings)), keep="\n\t"), end="\n" if findings else "")
     print(f"{len(findings)} finding{'s'[: len(findings) != 1]}" if findings else "nothing found", file=sys.stderr)
     return 1 if findings else 0
 
@@ -83,7 +84,7 @@ def _run_project(options: argparse.Namespace, trace: bool) -> Result:
         raise BdiError(str(error)) from None
     if not options.quiet:
         for warning in system.warnings:
-            print(f"warning: {warning}", file=sys.stderr)
+            print(visible(f"warning: {warning}"), file=sys.stderr)
     return result
 
 
@@ -91,7 +92,7 @@ def _print_end(options: argparse.Namespace, result: Result) -> int:
     if not options.quiet:
         sys.stdout.flush()
         for warning in result.warnings:
-            print(f"warning: {warning}", file=sys.stderr)
+            print(visible(f"warning: {warning}"), file=sys.stderr)
         rounds = "1 round" if result.rounds == 1 else f"{result.rounds} rounds"
         print(f"ended after {rounds}: {result.ended}", file=sys.stderr)
     return 0

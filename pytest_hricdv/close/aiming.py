@@ -35,7 +35,8 @@ class Option(NamedTuple):
 
 
 Options = Callable[[Slot, dict[Goal, float]], list[Option]]
-"""What may be done with an interaction that has these goals (goal -> how open it still is, 1 to 0); the best first."""
+"""What may be done with an interaction that has these goals (goal -> how open it still is, 1 to 0), best first; where
+it has none, what may be tried there by the way."""
 
 
 class Aimed(NamedTuple):
@@ -67,6 +68,7 @@ class Aiming:
     def aim(self, rng: Random) -> Aimed | None:
         """Aim one test; None where nothing is worth it."""
         worth = {slot: options[0].worth for slot in self._goals if (options := self._of(slot))}
+        worth = {slot: chance for slot, chance in worth.items() if chance > 0.0}
         if not worth:
             return None
         slot = max(worth, key=lambda each: worth[each] * (0.5 + rng.random()))
@@ -79,8 +81,7 @@ class Aiming:
         found = self._known.get(slot)
         if found is None:
             goals = {goal: self._open[point] for goal, point in self._goals.get(slot, {}).items()}
-            options = self._options(slot, goals) if goals else []
-            found = self._known[slot] = [option for option in options if option.worth > 0.0]
+            found = self._known[slot] = self._options(slot, goals)
         return found
 
     def _worth(self, number: int, product: str) -> float:

@@ -1,28 +1,33 @@
-"""Treatments that were never tried, put together from known ones so that they may lead to a goal.
+"""Treatments that were never tried, put together from doses so that they may lead to a goal.
 
-Steps: what has come nearest to the goal, with one more dose that has come nearer to it elsewhere. Bridges: where a
-treatment makes an interaction end as another one usually does, what leads from there to the goal may do so from here.
+One dose may make an interaction end as another one usually does; and against each letter or text that is lacking then,
+there may be a dose that mended it elsewhere.
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Mapping
 from itertools import chain
-from typing import NamedTuple
+from math import prod
+from random import Random
+from typing import TypeVar
 
 from pytest_hricdv.close.interactions import UNDISTURBED, Dose, Effect, Goal, Treatment
-from pytest_hricdv.close.recipes import ALIKE, Recipes, fitted
+from pytest_hricdv.close.recipes import Recipe, Recipes, fitted
+from pytest_hricdv.close.remedies import Remedies, Shift, lacking
 from pytest_hricdv.coverage.cross_product import Bin
+from pytest_hricdv.generate.rng import pick, shuffled, weighted
+
+Drawn = TypeVar("Drawn", Dose, Shift)
 
 MOST_DOSES = 5
 """An interaction is disturbed so often at most."""
 
-MOST_HELPFUL = 12
-"""So many doses are tried to come nearer to a goal: those that most often have."""
+CHOICES = 4
+"""Where several doses may do, one of so many is taken."""
 
-NAMESAKES = 2.0
-"""What doses of the same disturbance have done counts as so many tries of a dose."""
+EAGERNESS = 4
+"""It is drawn in proportion to this power of its chance."""
 
 
 def apart(one: Effect, two: Effect) -> float:
@@ -38,13 +43,6 @@ def _differing(left: str, right: str) -> float:
     return sum(a != b for a, b in zip(left, right, strict=True)) / len(left)
 
 
-class _Help(NamedTuple):
-    """The doses that most probably come nearer to a goal, and the share that did of each disturbance."""
-
-    doses: tuple[Dose, ...]
-    names: dict[str, float]
-
-
 class Compositions:
     """Puts treatments together.
 
@@ -54,83 +52,70 @@ class Compositions:
 
     def __init__(self, recipes: Recipes) -> None:
         self._recipes = recipes
-        self._helpful: dict[Goal, _Help] = {}
+        self._remedies = Remedies(recipes)
 
-    def of(self, planned: Bin, goal: Goal, commands: int) -> list[Treatment]:
-        """The treatments that may lead to a goal where this is planned, in an interaction of so many commands."""
-        composed = (fitted(each, commands) for each in (*self._bridges(planned, goal), *self._steps(planned, goal)))
-        return [
-            each
-            for each in dict.fromkeys(composed)
-            if len(each) <= MOST_DOSES and not self._recipes.is_tried(each, planned)
-        ]
+    def drawn(self, planned: Bin, goal: Goal, commands: int, rng: Random) -> Recipe | None:
+        """A treatment that may lead to a goal where this is planned, in an interaction of so many commands.
 
-    def helpful_names(self, goal: Goal) -> dict[str, float]:
-        """Disturbance -> the share of its doses that alone came nearer to a goal than no disturbance does."""
-        return self._help(goal).names
+        Its chance is what is expected before it is tried. None where something is lacking that no dose has mended.
+        """
+        wanted, usual = self._wanted(planned, goal), self._recipes.usual(planned)
+        if wanted is None or usual is None:
+            return None
+        shifts = (Shift(UNDISTURBED, usual, 1.0), *self._remedies.shifts(usual))
+        chances = {shift: chance for shift in shifts if (chance := self._chance(shift, wanted)) > 0.0}
+        if not chances:
+            return None
+        shift = _drawn(chances, rng)
+        doses = [_drawn(self._remedies.against(lack), rng) for lack in lacking(shift.effect, wanted)]
+        treatment = fitted(tuple({*shift.treatment, *doses}), commands)
+        if not 0 < len(treatment) <= MOST_DOSES:
+            return None
+        return Recipe(treatment, self._recipes.chance(planned, treatment, goal, expected=chances[shift]))
 
-    def _steps(self, planned: Bin, goal: Goal) -> Iterator[Treatment]:
-        wanted = self._wanted(goal)
-        if wanted is None:
-            return
-        known = [(apart(effect, wanted), treatment) for effect, treatment in self._known(planned)]
-        least = min((distance for distance, _ in known), default=0)
-        for base in dict.fromkeys([treatment for distance, treatment in known if distance == least] + [UNDISTURBED]):
-            yield from (_together(base, (dose,)) for dose in self._help(goal).doses if dose not in base)
+    def masked(self, planned: Bin, commands: int, rng: Random) -> Treatment | None:
+        """A dose that changes how the interaction ends, with doses of other disturbances that may hide this.
 
-    def _bridges(self, planned: Bin, goal: Goal) -> Iterator[Treatment]:
-        recipes = self._recipes
-        for effect, treatment in self._known(planned):
-            for other in recipes.effects if treatment else ():
-                if recipes.usual(other) == effect:
-                    for further in recipes.leading.get(goal, {}):
-                        tally = recipes.results[further].get(other)
-                        if tally is not None and tally.came[goal]:
-                            yield _together(treatment, further)
-
-    def _known(self, planned: Bin) -> list[tuple[Effect, Treatment]]:
-        """The effects of treatments that were seen where this, or the like, is planned, and what is usual there."""
-        found: dict[Effect, Treatment] = {}
-        for other, effects in self._recipes.effects.items():
-            if self._recipes.likeness(planned, other) >= ALIKE:
-                for effect, treatment in effects.items():
-                    if treatment:
-                        found.setdefault(effect, treatment)
+        What seems as usual and is not leads to checks in the code that are beyond the first ones. None where no way to
+        hide a change is known.
+        """
         usual = self._recipes.usual(planned)
-        if usual is not None:
-            found[usual] = UNDISTURBED
-        return [*found.items()]
+        if usual is None:
+            return None
+        shifts: dict[str, list[tuple[Dose, Effect]]] = {}
+        for shift in self._remedies.shifts(usual):
+            shifts.setdefault(shift.treatment[0].name, []).append((shift.treatment[0], shift.effect))
+        for name in shuffled(rng, [*shifts]):
+            dose, effect = pick(rng, shifts[name])
+            mending = [self._remedies.against(lack) for lack in lacking(effect, usual)]
+            others = [{each: chance for each, chance in chances.items() if each.name != name} for chances in mending]
+            if all(others) and len(others) < MOST_DOSES:
+                return fitted((dose, *dict.fromkeys(_drawn(each, rng) for each in others)), commands)
+        return None
 
-    def _wanted(self, goal: Goal) -> Effect | None:
-        """The effect that a goal was most often part of; None if it was never seen."""
-        counts = self._recipes.seen_with.get(goal)
-        return max(counts, key=lambda effect: (counts[effect], effect)) if counts else None
-
-    def _help(self, goal: Goal) -> _Help:
-        """What alone came nearer to a goal than no disturbance does."""
-        found = self._helpful.get(goal)
-        if found is None:
-            wanted = self._wanted(goal)
-            found = self._helpful[goal] = _Help((), {}) if wanted is None else self._helping(wanted)
+    def helpful_disturbances(self, planned: Bin, goal: Goal) -> dict[str, float]:
+        """Disturbance -> how often its doses changed what is lacking where this is planned."""
+        wanted, usual = self._wanted(planned, goal), self._recipes.usual(planned)
+        found: dict[str, float] = {}
+        if wanted is not None and usual is not None:
+            for lack in lacking(usual, wanted):
+                for name, share in self._remedies.disturbances(usual, lack).items():
+                    found[name] = found.get(name, 0.0) + share
         return found
 
-    def _helping(self, wanted: Effect) -> _Help:
-        tries: Counter[Dose | str] = Counter()
-        nearer: Counter[Dose | str] = Counter()
-        limits = {planned: apart(self._recipes.usual(planned) or wanted, wanted) for planned in self._recipes.effects}
-        for planned, dose, effect in self._recipes.singles:
-            if limits[planned]:
-                tries.update((dose, dose.name))
-                nearer.update((dose, dose.name) if apart(effect, wanted) < limits[planned] else ())
-        names = {name: nearer[name] / (tries[name] + 1) for name in tries if isinstance(name, str)}
-        shares = {
-            dose: (nearer[dose] + NAMESAKES * names[dose.name]) / (tries[dose] + NAMESAKES)
-            for dose in tries
-            if isinstance(dose, Dose)
-        }
-        doses = sorted(shares, key=lambda dose: (-shares[dose], dose))
-        return _Help(tuple(doses[:MOST_HELPFUL]), names)
+    def _wanted(self, planned: Bin, goal: Goal) -> Effect | None:
+        """The effect that a goal was most often part of; if it was never seen, it is part of what is usual."""
+        counts, usual = self._recipes.seen_with.get(goal), self._recipes.usual(planned)
+        if counts:
+            return max(counts, key=lambda effect: (counts[effect], effect))
+        return tuple(goal if each[0] == goal[0] else each for each in usual) if usual else None
+
+    def _chance(self, shift: Shift, wanted: Effect) -> float:
+        """How probably the shift comes, and what is lacking then can be mended."""
+        lacks = (self._remedies.against(lack) for lack in lacking(shift.effect, wanted))
+        return shift.chance * prod(max(each.values(), default=0.0) for each in lacks)
 
 
-def _together(one: Treatment, two: Treatment) -> Treatment:
-    return tuple(sorted({*one, *two}))
+def _drawn(chances: Mapping[Drawn, float], rng: Random) -> Drawn:
+    best = sorted(chances, key=lambda each: (-chances[each], each))[:CHOICES]
+    return weighted(rng, {each: chances[each] ** EAGERNESS for each in best})

@@ -1,15 +1,17 @@
 """The way of disturbances: interactions are disturbed so that probably they end as no run has ended yet.
 
-What has led to a goal is done again where it may lead to an open bin. Beside that, what is put together from treatments
-that each had an effect of their own, and single disturbances that were rarely tried: which of these is done is decided
-by how often each has led to something.
+What has led to a goal is done again where it may lead to an open bin; so is what can be put together from doses that
+have mended what is lacking. Beside that, new doses are tried: of disturbances that have changed what is lacking, and of
+those that were rarely tried where the same usually comes.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial
 from random import Random
+from typing import TypeVar
 
 from pytest_hricdv.close.aiming import LEAST, Aiming, Option
 from pytest_hricdv.close.archive import Archive
@@ -22,15 +24,26 @@ from pytest_hricdv.generate.abstract import Draft
 from pytest_hricdv.generate.rng import pick, random_index, weighted
 from pytest_hricdv.generate.sampler import Sampler
 
+T = TypeVar("T")
+
 LIKELY = 0.1
 """What has led to a goal is done again with at least this chance."""
 
-COMPOSED = 0.1
-"""What is put together from known treatments is expected to lead to a goal at least with this chance: it may also come
-nearer to it."""
+HELPFUL = 0.75
+"""How often a new dose is one of a disturbance that has changed what is lacking, instead of one that was rarely tried.
+"""
 
-HELPFUL = 0.5
-"""How often a new dose is one of a disturbance that helped elsewhere, instead of one that was rarely tried."""
+EAGERNESS = 2
+"""Such disturbances are drawn in proportion to this power of how often they have."""
+
+EXPLORING = 0.3
+"""So often an interaction has a new dose, whatever else is known."""
+
+TRYING = 0.15
+"""So often all interactions of a test have one: for what is open beside the bins."""
+
+MASKED = 0.5
+"""So often such a disturbance is a known one, with another one that hides what it changes."""
 
 Disturbances = Mapping[str, Mapping[str, Sampler]]
 """Name -> the ranges of its parameters."""
@@ -61,7 +74,7 @@ class DisturbanceWay:
         aiming = Aiming(self._scripts, self._experience, archive, treatments.options)
         found = []
         for _ in range(count):
-            aimed = aiming.aim(rng)
+            aimed = aiming.aim(rng) if rng.random() >= TRYING else None
             if aimed is None:
                 found.append(Proposal(self._rarely_tried(treatments, rng), self.name))
             else:
@@ -70,12 +83,15 @@ class DisturbanceWay:
         return found
 
     def _rarely_tried(self, treatments: _Treatments, rng: Random) -> Draft:
-        """Any script with a disturbance that was rarely tried: for what is open beside the bins."""
-        script = self._scripts.any(rng)
-        product = pick(rng, [*self._scripts.planned]) if self._scripts.planned else ""
+        """A script with disturbances that were rarely tried: for what is open beside the bins."""
+        script, product = treatments.rarest_script()
         first = self._scripts.first(script, product)
         ends = (*first[1:], len(self._scripts.runs[script].lines))
-        chosen = [treatments.single(end - begin, begin == first[0]) for begin, end in zip(first, ends, strict=True)]
+        slots: list[Slot | None] = [slot for slot in self._scripts.slots(script) if slot.product == product]
+        chosen = [
+            treatments.rare(slot, end - begin, begin == first[0])
+            for slot, begin, end in zip(slots or [None], first, ends, strict=True)
+        ]
         return self._scripts.draft(script, product, chosen)
 
 
@@ -88,52 +104,73 @@ class _Treatments:
         self._disturbances = disturbances
         self._rng = rng
         self._doses = experience.doses.copy()
+        self._tried = experience.tried.copy()
         self._compositions = {name: Compositions(recipes) for name, recipes in experience.recipes.items()}
-        self._taken: set[Treatment] = set()
 
     def options(self, slot: Slot, goals: dict[Goal, float]) -> list[Option]:
         """See `aiming.Options`."""
         recipes, commands = self._experience.recipes[slot.product], self._scripts.commands(slot)
+        if not goals or self._rng.random() < EXPLORING:
+            return [Option(0.0, tuple(goals), partial(self._new, slot, tuple(goals)))]
         found: list[Option] = []
         first = 0.0
         for goal, left in goals.items():
-            recipe = recipes.best(slot.planned, goal, commands)
-            if recipe is not None and recipe.chance >= LIKELY:
-                found.append(Option(recipe.chance * left, (goal,), partial(_again, recipe.treatment)))
-            composed = self._compositions[slot.product].of(slot.planned, goal, commands)
-            if new := [each for each in composed if each not in self._taken]:
-                chance = max(recipes.first_chance(slot.planned, goal, 2), COMPOSED)
-                found.append(Option(chance * left, (goal,), partial(self._any, new)))
-            first += max(recipes.first_chance(slot.planned, goal, 1), LEAST) * left
-        found.append(Option(first, tuple(goals), partial(self._new, slot.product, tuple(goals))))
+            composed = self._compositions[slot.product].drawn(slot.planned, goal, commands, self._rng)
+            found += [
+                Option(recipe.chance * left, (goal,), partial(_again, recipe.treatment))
+                for recipe in (recipes.best(slot.planned, goal, commands), composed)
+                if recipe is not None and recipe.chance >= LIKELY
+            ]
+            first += max(recipes.first_chance(slot.planned, goal), LEAST) * left
+        found.append(Option(first, tuple(goals), partial(self._new, slot, tuple(goals))))
         return sorted(found, key=lambda option: -option.worth)
 
-    def single(self, commands: int, is_first: bool) -> Treatment:
-        """A disturbance at a place where it was tried as rarely as any."""
-        places = range(0 if is_first else 1, commands + 1)
-        choices = [(name, place) for name in self._disturbances for place in places]
-        rarest = min(self._doses[choice] for choice in choices)
-        name, place = pick(self._rng, [choice for choice in choices if self._doses[choice] == rarest])
-        self._doses[name, place] += 1
+    def rarest_script(self) -> tuple[int, str]:
+        """A script, and a cross product one of whose interactions usually ends as those with the fewest tries."""
+        slots: dict[Goal | None, list[Slot]] = {}
+        for slot in self._scripts.by_slot:
+            slots.setdefault(self._experience.usual(slot), []).append(slot)
+        if not slots:
+            return self._scripts.any(self._rng), next(iter(self._scripts.planned), "")
+        tries = {usual: sum(self._tried[name, usual] for name in self._disturbances) for usual in slots}
+        slot = pick(self._rng, slots[min(tries, key=lambda usual: tries[usual])])
+        return pick(self._rng, self._scripts.by_slot[slot]), slot.product
+
+    def rare(self, slot: Slot | None, commands: int, is_first: bool) -> Treatment:
+        """What was rarely tried: a new dose, or known ones of which one hides what another one changes."""
+        if slot is not None and self._rng.random() < MASKED:
+            masked = self._compositions[slot.product].masked(slot.planned, commands, self._rng)
+            if masked is not None:
+                return masked
+        return self.single(slot, commands, is_first)
+
+    def single(self, slot: Slot | None, commands: int, is_first: bool) -> Treatment:
+        """A disturbance that was tried as rarely as any where the same usually comes, at such a place."""
+        usual = None if slot is None else self._experience.usual(slot)
+        name, _ = self._rarest([(name, usual) for name in self._disturbances], self._tried)
+        _, place = self._rarest([(name, place) for place in range(0 if is_first else 1, commands + 1)], self._doses)
         return (self._dose(name, place),)
 
-    def _new(self, product: str, goals: Sequence[Goal], commands: int, is_first: bool) -> Treatment:
-        """A new dose: every second time of a disturbance that helped to come nearer to one of the goals."""
-        shares = self._compositions[product].helpful_names(pick(self._rng, goals))
-        if self._rng.random() >= HELPFUL or not sum(shares.values()):
-            return self.single(commands, is_first)
-        name = weighted(self._rng, shares)
+    def _rarest(self, choices: Sequence[T], counts: Counter[T]) -> T:
+        """One of the choices that was taken as rarely as any."""
+        rarest = min(counts[choice] for choice in choices)
+        choice = pick(self._rng, [choice for choice in choices if counts[choice] == rarest])
+        counts[choice] += 1
+        return choice
+
+    def _new(self, slot: Slot, goals: Sequence[Goal], commands: int, is_first: bool) -> Treatment:
+        """A new dose."""
+        helpful: Mapping[str, float] = {}
+        if goals and self._rng.random() < HELPFUL:
+            helpful = self._compositions[slot.product].helpful_disturbances(slot.planned, pick(self._rng, goals))
+        if not helpful:
+            return self.single(slot, commands, is_first)
+        name = weighted(self._rng, {name: share**EAGERNESS for name, share in helpful.items()})
         return (self._dose(name, 1 + random_index(self._rng, commands)),)
 
     def _dose(self, name: str, place: int) -> Dose:
         values = ((each, sampler.sample(self._rng)) for each, sampler in sorted(self._disturbances[name].items()))
         return Dose(place, name, tuple(values))
-
-    def _any(self, treatments: Sequence[Treatment], commands: int, is_first: bool) -> Treatment:
-        """One of them, that no other test of the generation has."""
-        treatment = pick(self._rng, treatments)
-        self._taken.add(treatment)
-        return treatment
 
 
 def _again(treatment: Treatment, commands: int, is_first: bool) -> Treatment:

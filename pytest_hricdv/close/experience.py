@@ -27,6 +27,8 @@ class Experience:
         self.recipes: Mapping[str, Recipes] = {name: Recipes(sizes.get(name, 0)) for name in scripts.planned}
         self.doses: Counter[tuple[str, int]] = Counter()
         """How often a disturbance was tried after so many commands of an interaction, or of a test."""
+        self.tried: Counter[tuple[str, Goal | None]] = Counter()
+        """How often a disturbance was tried where this, or nothing known, usually comes of an interaction."""
         self._learned = 0
 
     def learn(self, archive: Archive) -> None:
@@ -37,9 +39,17 @@ class Experience:
                 found = interactions_of(test.lines, test.values, hits, product, planned)
                 self.recipes[product].learn(found)
                 self.doses.update((dose.name, dose.place) for each in found for dose in each.treatment)
+                self.tried.update(
+                    (dose.name, self.usual(Slot(product, each.planned))) for each in found for dose in each.treatment
+                )
             if not self._scripts.planned:
                 self.doses.update(_places(test.lines))
         self._learned = len(archive.entries)
+
+    def usual(self, slot: Slot) -> Goal | None:
+        """What usually comes of an interaction without disturbances, by its own cross product."""
+        effect = self.recipes[slot.product].usual(slot.planned) or ()
+        return next((goal for goal in effect if goal[0] == slot.product), None)
 
     def open_goals(self, archive: Archive) -> dict[Slot, dict[Goal, Point]]:
         """What interactions may be aimed at: slot -> goal -> open bin.
@@ -54,8 +64,8 @@ class Experience:
         return found
 
     def has_unplanned_bins(self, archive: Archive) -> bool:
-        """Whether a bin is open of which no script is known to plan it."""
-        return any(point[0] == "bin" and point[1] not in self.recipes for point in archive.open)
+        """Whether a bin is open of which no interaction is known that may be aimed at it."""
+        return any(point[0] == "bin" and not self._slots(point) for point in archive.open)
 
     def _slots(self, point: Point) -> list[tuple[Slot, Goal]]:
         product, own = point[1], self.recipes.get(point[1])

@@ -6,7 +6,7 @@ interaction begins with the command at which `planned` of the commands so far re
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from pytest_hricdv.coverage.cross_product import Bin
@@ -45,11 +45,13 @@ class Interaction(NamedTuple):
         planned: the first coordinates of its bin.
         treatment: how it was disturbed.
         effect: what came of it, by all cross products.
+        is_clean: none before it was disturbed, so nothing lasts from there.
     """
 
     planned: Bin
     treatment: Treatment
     effect: Effect
+    is_clean: bool = True
 
 
 def commands_of(lines: Sequence[str]) -> tuple[str, ...]:
@@ -113,7 +115,10 @@ def disturbed(
 def interactions_of(
     lines: Sequence[str], values: Values, hits: Mapping[str, Sequence[Bin]], product: str, planned: Planned
 ) -> tuple[Interaction, ...]:
-    """The interactions of a run, as far as they have a bin of the cross product: a run may end before its script.
+    """The interactions of a run, as far as they have a bin of the cross product.
+
+    A run may end before its script, and an interaction may have no bin: a bin belongs to the next interaction that
+    plans its first coordinates. Other cross products tell what came of it where they have as many bins.
 
     Args:
         lines: of its test.
@@ -122,12 +127,23 @@ def interactions_of(
         product: the cross product in question.
         planned: of this cross product.
     """
-    commands = commands_of(lines)
+    commands, own = commands_of(lines), hits.get(product, ())
     treatments = treatments_of(lines, values, begins(commands, planned))
+    script = [(tuple(each), treatment) for each, treatment in zip(planned(commands), treatments, strict=False)]
+    alike = {name: bins for name, bins in hits.items() if len(bins) == len(own)}
     found = []
-    for number, (each, treatment) in enumerate(zip(planned(commands), treatments, strict=False)):
-        if number < len(hits.get(product, ())):
-            bins = ((name, own[number]) for name, own in hits.items() if number < len(own))
-            effect = ((name, *hit[len(each) if name == product else 0 :]) for name, hit in bins)
-            found.append(Interaction(tuple(each), treatment, tuple(sorted(effect))))
+    for row, number in _matched([each for each, _ in script], own):
+        each, treatment = script[number]
+        effect = ((name, *bins[row][len(each) if name == product else 0 :]) for name, bins in alike.items())
+        found.append(Interaction(each, treatment, tuple(sorted(effect)), not any(treatments[:number])))
     return tuple(found)
+
+
+def _matched(planned: Sequence[Bin], hits: Sequence[Bin]) -> Iterator[tuple[int, int]]:
+    """The row of each bin, with the number of the interaction that it belongs to."""
+    begin = 0
+    for row, hit in enumerate(hits):
+        number = next((each for each in range(begin, len(planned)) if hit[: len(planned[each])] == planned[each]), None)
+        if number is not None:
+            begin = number + 1
+            yield row, number

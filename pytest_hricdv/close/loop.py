@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import Protocol
 
 from pytest_hricdv.close.archive import Archive, Entry
 from pytest_hricdv.close.bandit import Bandit
@@ -17,6 +17,7 @@ from pytest_hricdv.close.way import Proposal, Way
 from pytest_hricdv.generate.abstract import AbstractTest, Draft, identify
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.online.chooser import Weight
+from pytest_hricdv.results.closing import ClosingEnd
 from pytest_hricdv.search import Budget
 
 NAME = "closure"
@@ -24,9 +25,6 @@ NAME = "closure"
 
 GENERATION = 16
 """So many tests are proposed at a time. Fewer learn sooner, more keep more processes busy."""
-
-Ended = Literal["closed", "runs", "seconds", "nothing to try", "interrupted"]
-"""Why a loop ended: nothing is open, the budget has no runs or seconds left, no way knows a test, or Ctrl-C."""
 
 OnlineWeights = Mapping[int, Sequence[Weight]]
 """The numbers of the tests (from 0) in which the person decides during the run, with the weights of choices."""
@@ -70,7 +68,7 @@ class Loop:
     last: Way | None = None
     _drafts: list[Draft] = field(default_factory=list)
 
-    def run(self) -> Ended:
+    def run(self) -> ClosingEnd:
         """Run the loop to its end. At Ctrl-C it keeps what was reached.
 
         Raises:
@@ -91,7 +89,7 @@ class Loop:
             return "interrupted"
         return self._ended() or "runs"
 
-    def _ended(self) -> Ended | None:
+    def _ended(self) -> ClosingEnd | None:
         if not self.archive.open:
             return "closed"
         if self.budget.used >= self.budget.runs:

@@ -1,28 +1,25 @@
 """The way of the model: scripts of beliefs that, by the survey of the model, lead to what is open.
 
 Bins are reached by scripts that plan them, plans by beliefs that trigger them. Where a requirement was nearly
-triggered, beliefs are drawn as often as the nearest runs have them (the cross-entropy method, on beliefs); where bins
-are open of which it is unknown what plans them, scripts are tried that were not run yet.
+triggered, scripts are tried that may come nearer; where bins are open of which it is unknown what plans them, scripts
+that were not run yet.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from random import Random
 
 from pytest_hricdv.close.aiming import LEAST, Aiming, Option
 from pytest_hricdv.close.archive import Archive
-from pytest_hricdv.close.cross_entropy import elite_size
+from pytest_hricdv.close.climbing import Climbing
 from pytest_hricdv.close.experience import Experience
-from pytest_hricdv.close.interactions import UNDISTURBED, Goal, Treatment, treated
+from pytest_hricdv.close.interactions import UNDISTURBED, Goal, Treatment
 from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.close.way import Proposal
-from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.rng import pick, shuffled
 
-CLIMBING = 3
-"""Of this many tests, one is to come nearer to a point that has a distance."""
+CLIMBING = 0.3
+"""So often a test is to come nearer to a point that has a distance, where there is one."""
 
 
 class ModelWay:
@@ -45,15 +42,16 @@ class ModelWay:
             return []
         self._experience.learn(archive)
         aiming = Aiming(self._scripts, self._experience, archive, self._options)
+        climbing = Climbing(self._scripts, self._experience, archive)
         found: list[Proposal] = []
-        for number in range(count):
-            proposal = self._climbing(archive, rng) if number % CLIMBING == CLIMBING - 1 else None
+        for _ in range(count):
+            proposal = self._nearer(climbing, rng) if rng.random() < CLIMBING else None
             proposal = proposal or self._aimed(aiming, rng) or self._planned(archive, found, rng)
-            proposal = proposal or self._climbing(archive, rng)
+            proposal = proposal or self._nearer(climbing, rng)
             if proposal is not None:
                 found.append(proposal)
         if len(found) < count and self._experience.has_unplanned_bins(archive):
-            found += UntriedWay(self._scripts).propose(archive, count - len(found), rng)
+            found += UntriedWay(self._scripts, self.name).propose(archive, count - len(found), rng)
         return found
 
     def _options(self, slot: Slot, goals: dict[Goal, float]) -> list[Option]:
@@ -78,27 +76,10 @@ class ModelWay:
                 return Proposal(self._scripts.draft(pick(rng, scripts)), self.name, (point,))
         return None
 
-    def _climbing(self, archive: Archive, rng: Random) -> Proposal | None:
-        """A script of beliefs like those of the runs that came nearest to an open point."""
-        near = {point: runs for point in archive.open if (runs := self._nearest(point, archive))}
-        if not near:
-            return None
-        point = pick(rng, [*near])
-        elite = near[point][: elite_size(len(near[point]))]
-        shares = Counter(belief for test in elite for belief in test.beliefs)
-        beliefs = self._scripts.drawn_beliefs({belief: count / len(elite) for belief, count in shares.items()}, rng)
-        return Proposal(self._scripts.draft(self._scripts.of_beliefs(beliefs)), self.name, (point,))
-
-    def _nearest(self, point: Point, archive: Archive) -> list[AbstractTest]:
-        """The undisturbed tests that have a distance to a point, the nearest first; none where all are as far away."""
-        found = [
-            (distance, entry.number, entry.test)
-            for entry in archive.entries
-            for each, distance in entry.observation.distances
-            if each == point and not treated(entry.test.lines)
-        ]
-        far = max((distance for distance, _, _ in found), default=0.0)
-        return [test for distance, _, test in sorted(found, key=lambda each: each[:2]) if distance < far]
+    def _nearer(self, climbing: Climbing, rng: Random) -> Proposal | None:
+        """A script that may come nearer to an open point that has a distance."""
+        found = climbing.script(rng)
+        return None if found is None else Proposal(self._scripts.draft(found[0]), self.name, (found[1],))
 
 
 def _nothing(commands: int, is_first: bool) -> Treatment:
@@ -110,12 +91,12 @@ class UntriedWay:
 
     Args:
         scripts: of the model.
+        name: of the way that they are proposed for.
     """
 
-    name = "untried"
-
-    def __init__(self, scripts: Scripts) -> None:
+    def __init__(self, scripts: Scripts, name: str = "untried") -> None:
         self._scripts = scripts
+        self.name = name
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
         """See `Way`."""

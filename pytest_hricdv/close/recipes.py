@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from itertools import combinations
 from typing import NamedTuple
 
-from pytest_hricdv.close.interactions import UNDISTURBED, Dose, Effect, Goal, Interaction, Treatment
+from pytest_hricdv.close.interactions import UNDISTURBED, Effect, Goal, Interaction, Treatment
 from pytest_hricdv.coverage.cross_product import Bin
 
 DOUBT = 0.5
@@ -26,9 +26,6 @@ KINSHIP = 0.5
 
 HEARSAY = 2.0
 """What was seen where other things are planned weighs no more than so many own tries."""
-
-ALIKE = 0.5
-"""From this likeness on, what was seen where one thing is planned is taken to hold where the other is."""
 
 USUAL = 0.3
 """What comes with this probability without any disturbance is no merit of one."""
@@ -73,14 +70,14 @@ class Recipes:
         self.results: dict[Treatment, Tallies] = {UNDISTURBED: {}}
         self.leading: dict[Goal, dict[Treatment, None]] = {}
         """Goal -> the treatments that led to it, in order; used as ordered sets."""
-        self.effects: dict[Bin, dict[Effect, Treatment]] = {}
-        """What was planned -> effect -> the shortest treatment that had it."""
+        self.effects: dict[Bin, dict[Effect, None]] = {}
+        """What was planned -> what came of it; used as ordered sets."""
         self.seen_with: dict[Goal, Counter[Effect]] = {}
         """Goal -> how often it was part of which effect."""
-        self.singles: list[tuple[Bin, Dose, Effect]] = []
-        """Of each interaction with one dose: what was planned, the dose, and what came of it."""
+        self.seen: list[Interaction] = []
+        """All interactions, in order."""
         self._usual: dict[Bin, Counter[Effect]] = {}
-        self._first: dict[int, Tallies] = {}
+        self._first: Tallies = {}
         self._of_kind: dict[Kind, Tallies] = {}
         self._same = [1.0] * coordinates
         self._compared = [2.0] * coordinates
@@ -88,10 +85,10 @@ class Recipes:
     def learn(self, interactions: Iterable[Interaction]) -> None:
         """Learn from the interactions of a run."""
         for each in interactions:
-            planned, treatment, effect = each
+            planned, treatment, effect, is_clean = each
             results = self.results.setdefault(treatment, {})
             if not results and treatment:
-                self._first.setdefault(min(len(treatment), 2), {}).setdefault(planned, Tally()).add(effect)
+                self._first.setdefault(planned, Tally()).add(effect)
             self._compare(results, planned, effect)
             results.setdefault(planned, Tally()).add(effect)
             self._of_kind.setdefault(_kind(treatment), {}).setdefault(planned, Tally()).add(effect)
@@ -99,13 +96,10 @@ class Recipes:
                 self.seen_with.setdefault(goal, Counter())[effect] += 1
                 if treatment:
                     self.leading.setdefault(goal, {})[treatment] = None
-            if len(treatment) == 1:
-                self.singles.append((planned, treatment[0], effect))
-            if not treatment:
+            self.seen.append(each)
+            if is_clean and not treatment:
                 self._usual.setdefault(planned, Counter())[effect] += 1
-            known = self.effects.setdefault(planned, {})
-            if effect not in known or len(treatment) < len(known[effect]):
-                known[effect] = treatment
+            self.effects.setdefault(planned, {})[effect] = None
 
     def usual(self, planned: Bin) -> Effect | None:
         """What most often comes without disturbances where this is planned; None where it was never run so."""
@@ -120,11 +114,9 @@ class Recipes:
                 weight *= (self._same[place] / self._compared[place]) ** 2
         return weight
 
-    def is_tried(self, treatment: Treatment, planned: Bin) -> bool:
-        """Whether a run had this treatment where this, or the like, is planned."""
-        return any(self.likeness(planned, other) >= ALIKE for other in self.results.get(treatment, {}))
-
-    def chance(self, planned: Bin, treatment: Treatment, goal: Goal, like: Treatment | None = None) -> float:
+    def chance(
+        self, planned: Bin, treatment: Treatment, goal: Goal, like: Treatment | None = None, expected: float = HOPE
+    ) -> float:
         """The probability that a treatment leads to a goal where this is planned.
 
         Args:
@@ -132,16 +124,17 @@ class Recipes:
             treatment: of it.
             goal: that it may lead to.
             like: the treatment of longer interactions that it was made from; None where it was not.
+            expected: the probability before anything was seen of it.
         """
         kin = self._of_kind.get(_kind(treatment), {}).get(planned) if treatment else None
         results = self.results.get(treatment, {})
         return self._estimate(
-            {**self.results.get(treatment if like is None else like, {}), **results}, planned, goal, kin
+            {**self.results.get(treatment if like is None else like, {}), **results}, planned, goal, kin, expected
         )
 
-    def first_chance(self, planned: Bin, goal: Goal, size: int) -> float:
-        """The same of a treatment that was never tried: of one dose (`size` 1), or of several (2)."""
-        return self._estimate(self._first.get(size, {}), planned, goal)
+    def first_chance(self, planned: Bin, goal: Goal) -> float:
+        """The same of a treatment that was never tried."""
+        return self._estimate(self._first, planned, goal)
 
     def best(self, planned: Bin, goal: Goal, commands: int) -> Recipe | None:
         """The treatment that most probably leads to a goal, among those, or parts of those, that led to it elsewhere.
@@ -168,9 +161,16 @@ class Recipes:
             for planned, tally in self.results[treatment].items()
         )
 
-    def _estimate(self, results: Mapping[Bin, Tally], planned: Bin, goal: Goal, kin: Tally | None = None) -> float:
+    def _estimate(
+        self,
+        results: Mapping[Bin, Tally],
+        planned: Bin,
+        goal: Goal,
+        kin: Tally | None = None,
+        expected: float = HOPE,
+    ) -> float:
         """What was seen of what is alike, and of the same doses with other parameters, is expected before own tries."""
-        led, tried = DOUBT * HOPE, DOUBT
+        led, tried = DOUBT * expected, DOUBT
         if kin:
             led += KINSHIP * kin.came[goal]
             tried += KINSHIP * kin.tries

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pytest_hricdv.coupling.hears import Hears
+from pytest_hricdv.message import InputError
 
 MODEL = "MODEL"
 """The id of the verdict."""
 
 
-class ConformanceError(Exception):
+class ConformanceError(InputError):
     """A declaration of conformance is wrong; the text says which part, what was expected, and what to do."""
 
 

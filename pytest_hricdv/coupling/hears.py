@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pytest_hricdv.message import InputError
+
 PERCEPT = "percept"
 """The source of what an agent perceives, as opposed to what it is told."""
 
 
-class CouplingError(Exception):
+class CouplingError(InputError):
     """What an agent is to hear or do does not fit the model or the run; the text says what, and what was expected."""
 
 

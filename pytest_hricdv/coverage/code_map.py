@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.coverage.records import CodeShare, CodeUnderTest, MappedFile, WaiverRecord
+from pytest_hricdv.message import InputError
 
 if TYPE_CHECKING:
     from coverage.parser import PythonParser
@@ -27,7 +28,7 @@ Arc = tuple[int, int]
 WAIVER = re.compile(r"#\s*unreachable\b:?\s*(?P<reason>.*)")
 
 
-class CoverageError(Exception):
+class CoverageError(InputError):
     """The code under test cannot be measured as asked; the text says where and what to do."""
 
 

@@ -118,10 +118,9 @@ def functions(source: str) -> tuple[Function, ...]:
     """All functions, inner ones before outer ones, and the module last. Of text that is no Python: only the module."""
     lines = source.count("\n") + 1
     try:
-        tree = ast.parse(source)
-    except (SyntaxError, ValueError):
-        tree = ast.Module([], [])
-    found = sorted(_found(tree, ""), key=lambda function: (function.last - function.first, function.first))
+        found = sorted(_found(ast.parse(source), ""), key=lambda each: (each.last - each.first, each.first))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):  # the last two: nested too deeply for the parser
+        found = []
     return (*found, Function(MODULE, 1, max(lines, 1)))
 
 

@@ -14,6 +14,7 @@ from pytest_hricdv.coverage.cross_records import ExplorationRecord, PlannedBin, 
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import Exploration
+from pytest_hricdv.input_file import from_cache
 
 CACHE_KEY = "hricdv/exploration-{}"
 
@@ -74,7 +75,7 @@ def unexplored(products: Mapping[str, CrossProduct]) -> Reachability:
 def explored(context: GenerationContext, cache: Any | None) -> Exploration:
     """Explore a model, or take its exploration from the cache. Raises GenerateError where the model fails."""
     key = CACHE_KEY.format(context.fingerprint("exploration"))
-    kept = cache.get(key, None) if cache is not None else None
+    kept = from_cache(cache, key)
     if kept is not None:
         try:
             return Exploration.from_json(kept)

@@ -13,8 +13,15 @@ from msgspec import UNSET, Meta, Struct, UnsetType
 
 Number = int | float
 """A JSON number. Both types are named so that reading and writing a report keeps `0` and `0.0` apart."""
-Count = Annotated[int, Meta(ge=0)]
-NotNegative = Annotated[int, Meta(ge=0)] | Annotated[float, Meta(ge=0)]
+_MOST = 2**63 - 1
+Count = Annotated[int, Meta(ge=0, le=_MOST)]
+NotNegative = Annotated[int, Meta(ge=0, le=_MOST)] | Annotated[float, Meta(ge=0)]
+SuiteName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,100}\Z")]
+"""Files are named after suites."""
+Shard = Annotated[str, Meta(pattern=r"^([1-9]\d{0,3}/[1-9]\d{0,3})?\Z")]
+"""As in 2/3: at most `gates.MAX_SHARDS`; empty for all."""
+Bits = Annotated[str, Meta(pattern=r"^0x(0|[1-9a-f][0-9a-f]*)\Z")]
+"""A set of bits as a hexadecimal number."""
 Percent = Annotated[int, Meta(ge=0, le=100)] | Annotated[float, Meta(ge=0, le=100)]
 Names = tuple[str, ...]
 ArcRecord = tuple[int, int]
@@ -78,7 +85,7 @@ class CodeShare(Record, frozen=True, kw_only=True):
 
     statements: Count
     percent: Percent
-    bits: tuple[str, str | None]
+    bits: tuple[Bits, Bits | None]
 
 
 class CodeCoverage(Record, frozen=True, kw_only=True):

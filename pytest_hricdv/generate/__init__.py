@@ -11,11 +11,13 @@
     suite                           the generated suite, and its diagnosis
     rng                             random streams, seeds and digests
 
-Nothing is imported here, so that a process that only replays a suite loads no BDI engine.
+Nothing of these is imported here, so that a process that only replays a suite loads no BDI engine.
 """
 
+from pytest_hricdv.message import InputError
 
-class GenerateError(Exception):
+
+class GenerateError(InputError):
     """A model, a belief space, a file of tests or a parameter that tests cannot be generated from.
 
     The message says what was expected, what was found and, if there is one, the place as `file:line:column`.

@@ -29,16 +29,21 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
+
+from msgspec import Struct, ValidationError, convert
 
 from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.chosen_values import Values
 from pytest_hricdv.generate.rng import canonical_json, derive_seed, digest
+from pytest_hricdv.message import quoted
 
 #: Executed coverage plans: agent -> plan labels, sorted.
 Plans = Mapping[str, tuple[str, ...]]
 
 _ID = re.compile(r"[A-Za-z0-9_-]+\Z")
+MAX_SUITE_NAME = 100
+"""Longest name of a suite, in characters: it is part of the names of files, which have at most 255."""
 _NOT_IN_IDS = re.compile(r"[^A-Za-z0-9_]+")
 _WORD = r"[A-Za-z_]\w*"
 _VALUE = rf"(?:{_WORD}|[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)"
@@ -47,13 +52,29 @@ _COMMAND = re.compile(rf"\s*({_WORD})(?:\s+({_VALUE})(?:\s*=\s*({_VALUE}))?)?\s*
 SEED_LIMIT = 2**63
 
 
+class TestData(Struct, frozen=True):
+    """A test as the JSON of suites and replay files has it; see `AbstractTest.to_data`."""
+
+    __test__: ClassVar[bool] = False
+
+    id: str
+    suite: str
+    aim: str
+    name: str
+    beliefs: tuple[str, ...]
+    lines: tuple[str, ...]
+    plans: Mapping[str, tuple[str, ...]]
+    seed: int
+    values: Mapping[str, Mapping[str, float]] = {}
+
+
 @dataclass(frozen=True)
 class AbstractTest:
     """One abstract test.
 
     Args:
         id: the name used everywhere: letters, digits, `_`, `-`.
-        suite: the suite it was generated for.
+        suite: the suite it was generated for, in the characters of an id.
         target: what the test is to exercise, in a few words; part of the id.
         beliefs: the belief subset it came from, in declared order; empty if from none.
         lines: its commands, in the text format.
@@ -63,8 +84,9 @@ class AbstractTest:
         values: parameters that were chosen instead of drawn, by the number of their command (from 1; 0 is the run).
 
     Raises:
-        GenerateError: other characters in the id, a seed out of range, no suite or target, text that the text format
-            cannot represent, a line that is no command in canonical spelling, or values of no command of the test.
+        GenerateError: other characters in the id or the suite, a seed out of range, no target, text that the text
+            format cannot represent, a line that is no command in canonical spelling, or values of no command of the
+            test.
     """
 
     id: str
@@ -82,7 +104,8 @@ class AbstractTest:
             raise GenerateError(f"test id {self.id!r}: expected letters, digits, '_' and '-' only")
         if not 0 <= self.seed < SEED_LIMIT:
             raise GenerateError(f"test {self.id}: seed {self.seed} is out of range; expected 0 <= seed < 2**63")
-        for key, text in (("suite", self.suite), ("aim", self.target), ("name", self.name)):
+        check_suite_name(self.suite)
+        for key, text in (("aim", self.target), ("name", self.name)):
             if text != " ".join(text.split()) or not (text or key == "name"):
                 raise GenerateError(f"test {self.id}: {key} {text!r}: expected one line with single spaces only")
         for word in (*self.beliefs, *self.plans, *(label for labels in self.plans.values() for label in labels)):
@@ -112,23 +135,23 @@ class AbstractTest:
         }
 
     @classmethod
-    def from_data(cls, data: Mapping[str, Any]) -> AbstractTest:
-        """The test that `to_data` gave.
-
-        Raises:
-            GenerateError: see the class.
-            KeyError, TypeError, AttributeError, ValueError: the data has another shape.
-        """
+    def from_data(cls, data: Mapping[str, Any] | TestData) -> AbstractTest:
+        """The test that `to_data` gave. Raises GenerateError: see the class; or the data has another shape."""
+        if not isinstance(data, TestData):
+            try:
+                data = convert(data, TestData)
+            except ValidationError as error:
+                raise GenerateError(f"not a test: {error}; expected what AbstractTest.to_data gives") from None
         return cls(
-            id=data["id"],
-            suite=data["suite"],
-            target=data["aim"],
-            beliefs=tuple(data["beliefs"]),
-            lines=tuple(data["lines"]),
-            plans={agent: tuple(labels) for agent, labels in data["plans"].items()},
-            seed=int(data["seed"]),
-            name=data["name"],
-            values=chosen_values.from_data(data.get("values", {})),
+            id=data.id,
+            suite=data.suite,
+            target=data.aim,
+            beliefs=data.beliefs,
+            lines=data.lines,
+            plans=data.plans,
+            seed=data.seed,
+            name=data.name,
+            values=chosen_values.from_data(data.values),
         )
 
 
@@ -141,7 +164,7 @@ def canonical_command(text: str) -> str:
     match = _COMMAND.match(text)
     if match is None:
         raise GenerateError(
-            f"{text.strip()!r} is no command; expected 'name', 'name value' or 'name parameter = value'"
+            f"{quoted(text.strip())} is no command; expected 'name', 'name value' or 'name parameter = value'"
         )
     return _spell(match.groups())
 
@@ -155,7 +178,8 @@ def command_from_action(action: str) -> str:
     match = _ACTION.match(action)
     if match is None:
         raise GenerateError(
-            f"action {action!r} has no text form; expected a name with at most two arguments, each an atom or a number"
+            f"action {quoted(action)} has no text form; expected a name with at most two arguments, each an atom or a "
+            "number"
         )
     return _spell(match.groups())
 
@@ -181,6 +205,13 @@ class Draft:
     name: str = ""
     values: Values = field(default_factory=dict, hash=False)
     seed: int | None = None
+
+
+def check_suite_name(name: str) -> None:
+    """Raises GenerateError for a name that is none: files are named after suites."""
+    if not _ID.match(name) or len(name) > MAX_SUITE_NAME:
+        expected = f"expected letters, digits, '_' and '-' only, at most {MAX_SUITE_NAME}"
+        raise GenerateError(f"suite name {quoted(name)}: {expected}")
 
 
 def slug(text: str) -> str:

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -24,12 +23,18 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
+from pytest_hricdv.message import quoted
 from pytest_hricdv.suggestion import nearest
 
 _ATOM = re.compile(r"[a-z]\w*\Z", re.ASCII)
 START = "start"
 _KEYS = ("name", "beliefs", "concretizations")
-_MAX_SUBSETS = 100_000
+MAX_TESTS = 100_000
+"""Most tests that one file, or one option, may ask for: a hundred times a large suite. Each is an item of pytest."""
+
+MAX_CONCRETIZATIONS = 10_000
+"""Most concrete tests of one abstract test."""
 
 
 @dataclass(frozen=True)
@@ -145,15 +150,11 @@ def read_belief_sets(path: Path, space: BeliefSpace) -> tuple[BeliefSets, ...]:
             subset listed twice. With file, line and column.
     """
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise GenerateError(f"{path}: {error}; expected a TOML file of belief subsets") from error
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
-        where = f"{path}:{place[1]}:{place[2]}" if place else f"{path}:{len(text.splitlines())}:1"
-        raise GenerateError(f"{where}: {str(error).partition(' (at')[0]}") from None
+        text = read_text(path, MAX_TOML_BYTES)
+        data = from_toml(text)
+    except (FileNotFoundError, MalformedError) as error:
+        fault = ": no such file" if isinstance(error, FileNotFoundError) else error
+        raise GenerateError(f"{path}{fault}; expected a TOML file of belief subsets") from None
     return tuple(_Reader(path, text, space).read(data))
 
 
@@ -170,31 +171,42 @@ class _Reader:
         entries = data.get("aim")
         for key in data:
             if key != "aim":
-                raise GenerateError(f"{self._where(None, key)}: unknown key {key!r}; expected [[aim]] entries only")
+                raise GenerateError(
+                    f"{self._where(None, key)}: unknown key {quoted(key)}; expected [[aim]] entries only"
+                )
         if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
             raise GenerateError(f"{self.path}:1:1: no [[aim]] entries; expected at least one")
+        tests = 0
         for number, entry in enumerate(entries):
-            yield self._entry(number, entry)
+            found = self._entry(number, entry)
+            tests += len(found.subsets) * found.concretizations
+            if tests > MAX_TESTS:
+                where = self._where(number, "beliefs")
+                raise GenerateError(f"{where}: {tests} tests up to here; expected at most {MAX_TESTS} in one file")
+            yield found
 
     def _entry(self, number: int, entry: dict[str, Any]) -> BeliefSets:
         for key in entry:
             if key not in _KEYS:
-                raise GenerateError(f"{self._where(number, key)}: unknown key {key!r}{nearest(key, _KEYS)}")
+                raise GenerateError(f"{self._where(number, key)}: unknown key {quoted(key)}{nearest(key, _KEYS)}")
         name, count, items = entry.get("name", ""), entry.get("concretizations", 1), entry.get("beliefs")
         if not isinstance(name, str) or name != " ".join(name.split()):
-            raise GenerateError(f"{self._where(number, 'name')}: name {name!r}; expected one line of text")
-        if type(count) is not int or count < 1:
+            raise GenerateError(f"{self._where(number, 'name')}: name {quoted(name)}; expected one line of text")
+        if type(count) is not int or not 1 <= count <= MAX_CONCRETIZATIONS:
             where = self._where(number, "concretizations")
-            raise GenerateError(f"{where}: concretizations = {count!r}; expected a whole number, at least 1")
+            expected = f"expected a whole number from 1 to {MAX_CONCRETIZATIONS}"
+            raise GenerateError(f"{where}: concretizations = {quoted(count)}; {expected}")
         if not isinstance(items, list) or not all(isinstance(item, str) for item in items):
-            raise GenerateError(f"{self._where(number, 'beliefs')}: beliefs = {items!r}; expected a list of strings")
+            raise GenerateError(
+                f"{self._where(number, 'beliefs')}: beliefs = {quoted(items)}; expected a list of strings"
+            )
         return BeliefSets(name, tuple(self._subsets(number, items)), count)
 
     def _subsets(self, number: int, items: Sequence[str]) -> Iterator[tuple[str, ...]]:
         choices = [self._matches(number, item) for item in items]
-        if (count := math.prod(map(len, choices))) > _MAX_SUBSETS:
+        if (count := math.prod(map(len, choices))) > MAX_TESTS:
             where = self._where(number, "beliefs")
-            raise GenerateError(f"{where}: {count} subsets in one entry; expected at most {_MAX_SUBSETS}")
+            raise GenerateError(f"{where}: {quoted(count)} subsets in one entry; expected at most {MAX_TESTS}")
         for combination in product(*choices):
             try:
                 subset = self.space.subset(combination)
@@ -213,7 +225,7 @@ class _Reader:
         if not matches:
             what = "pattern matches no belief" if set(item) & set("*?[") else "unknown belief"
             where = self._where(number, item)
-            raise GenerateError(f"{where}: {what}: {item!r}{nearest(item, self.space.beliefs)}")
+            raise GenerateError(f"{where}: {what}: {quoted(item)}{nearest(item, self.space.beliefs)}")
         return matches
 
     def _where(self, number: int | None, token: str) -> str:

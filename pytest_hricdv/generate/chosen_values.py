@@ -8,16 +8,16 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from typing import Any
 
 from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.message import quoted
 
 #: Number of the command (from 1; 0 is the run) -> parameter -> value, in the unit of the parameter's name.
 Values = Mapping[int, Mapping[str, float]]
 
 RUN = 0
 _RUN_KEY = "run"
-_NUMBER = re.compile(r"[1-9]\d*\Z", re.ASCII)
+_NUMBER = re.compile(r"[1-9]\d{0,5}\Z", re.ASCII)
 
 
 def check(values: Values, commands: int) -> None:
@@ -54,12 +54,11 @@ def to_data(values: Values) -> dict[str, dict[str, float]]:
     }
 
 
-def from_data(data: Mapping[str, Mapping[str, Any]]) -> dict[int, dict[str, float]]:
+def from_data(data: Mapping[str, Mapping[str, float]]) -> dict[int, dict[str, float]]:
     """The values that `to_data` gave.
 
     Raises:
         GenerateError: a key that is neither `run` nor the number of a command.
-        AttributeError, TypeError, ValueError: the data has another shape.
     """
     return {read_key(key): {str(name): float(value) for name, value in chosen.items()} for key, chosen in data.items()}
 
@@ -76,7 +75,7 @@ def read_key(key: str) -> int:
     if key == _RUN_KEY:
         return RUN
     if _NUMBER.match(key) is None:
-        raise GenerateError(f"values of {key!r}: expected {_RUN_KEY!r} or the number of a command, from 1")
+        raise GenerateError(f"values of {quoted(key)}: expected {_RUN_KEY!r} or the number of a command, from 1")
     return int(key)
 
 
@@ -88,10 +87,9 @@ def read_text(text: str) -> dict[str, float]:
         try:
             value = float(number)
         except ValueError:
-            raise GenerateError(
-                f"{part.strip()!r} is no value; expected a parameter and a number, as in 'pull_n 8.25, grip_s 31.5'"
-            ) from None
+            expected = "expected a parameter and a number, as in 'pull_n 8.25, grip_s 31.5'"
+            raise GenerateError(f"{quoted(part.strip())} is no value; {expected}") from None
         if name in found:
-            raise GenerateError(f"a second value of {name}; expected each parameter once")
+            raise GenerateError(f"a second value of {quoted(name)}; expected each parameter once")
         found[name] = value
     return found

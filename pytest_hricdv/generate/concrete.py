@@ -5,15 +5,19 @@ Paper: section on concretization; in coverage-driven verification this is constr
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from msgspec import Struct
+
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, canonical_command, content_digest, id_of_test
+from pytest_hricdv.generate.beliefs import MAX_CONCRETIZATIONS
 from pytest_hricdv.generate.chosen_values import RUN, Values, owner
 from pytest_hricdv.generate.rng import canonical_json, derive_seed, make_rng
 from pytest_hricdv.generate.sampler import SAMPLINGS, Constant, Sampler, Sampling
+from pytest_hricdv.input_file import MalformedError, from_json
+from pytest_hricdv.message import quoted
 from pytest_hricdv.suggestion import nearest
 
 Parameters = Mapping[str, float]
@@ -99,15 +103,21 @@ class ConcreteTest:
             GenerateError: the text is not such a test.
         """
         try:
-            data = json.loads(text)
-            actions = tuple(ConcreteAction(command, _floats(given)) for command, given in data["actions"])
-            return cls(str(data["id"]), str(data["suite"]), int(data["seed"]), actions, _floats(data["run"]))
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise GenerateError(f"not a concrete test: {error!r}; expected what ConcreteTest.to_json writes") from error
+            found = from_json(text, _Text)
+        except MalformedError as error:
+            raise GenerateError(f"not a concrete test{error}; expected what ConcreteTest.to_json writes") from None
+        actions = tuple(ConcreteAction(command, given) for command, given in found.actions)
+        return cls(found.id, found.suite, found.seed, actions, found.run)
 
 
-def _floats(parameters: Mapping[str, float]) -> dict[str, float]:
-    return {str(name): float(value) for name, value in parameters.items()}
+class _Text(Struct):
+    """The JSON text of a concrete test."""
+
+    id: str
+    suite: str
+    seed: int
+    actions: tuple[tuple[str, dict[str, float]], ...]
+    run: dict[str, float]
 
 
 def variant(test: AbstractTest, k: int) -> AbstractTest:
@@ -130,8 +140,9 @@ def expand(tests: Iterable[AbstractTest], concretizations: int, sampling: str = 
     if sampling != UNIFORM:
         drawn = (replace(test, id=f"{test.id}-{sampling}", seed=derive_seed(sampling, test.seed)) for test in tests)
         return expand(drawn, concretizations)
-    if concretizations < 1:
-        raise GenerateError(f"{concretizations} concretizations of a test: expected at least 1")
+    if not 1 <= concretizations <= MAX_CONCRETIZATIONS:
+        expected = f"expected a number from 1 to {MAX_CONCRETIZATIONS}"
+        raise GenerateError(f"{quoted(concretizations)} concretizations of a test: {expected}")
     return tuple(variant(test, k) for test in tests for k in range(concretizations))
 
 

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import Draft, Plans
-from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.beliefs import MAX_TESTS, BeliefSpace
 from pytest_hricdv.generate.model import Model, ModelRun, file_digests
 from pytest_hricdv.generate.qlearning import COLD_START, QLearning, WarmStart
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.suite import Suite
+from pytest_hricdv.message import quoted
 
 if TYPE_CHECKING:
     from pytest_hricdv.generate.model_runner import ModelRunner
@@ -59,8 +60,8 @@ class GenerationContext:
     lengths: tuple[int, int] = PSEUDORANDOM_LENGTHS
 
     def __post_init__(self) -> None:
-        if self.tests is not None and self.tests < 1:
-            raise GenerateError(f"{self.tests} tests: expected at least 1")
+        if self.tests is not None and not 1 <= self.tests <= MAX_TESTS:
+            raise GenerateError(f"{quoted(self.tests)} tests: expected a number from 1 to {MAX_TESTS}")
         if not 1 <= self.lengths[0] <= self.lengths[1]:
             raise GenerateError(f"lengths {self.lengths}: expected 1 <= fewest <= most actions")
 

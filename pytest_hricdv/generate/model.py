@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import Plans
 from pytest_hricdv.generate.rng import Json, digest
+from pytest_hricdv.input_file import MalformedError, read_bytes, read_text
 
 if TYPE_CHECKING:
     pass
@@ -131,9 +132,11 @@ def file_digests(files: Iterable[Path]) -> list[list[str]]:
     found = []
     for path in files:
         try:
-            found.append([path.name, hashlib.sha256(path.read_bytes()).hexdigest()])
-        except OSError as error:
-            raise GenerateError(f"{path}: {error.strerror or error}; expected a readable file") from error
+            found.append([path.name, hashlib.sha256(read_bytes(path)).hexdigest()])
+        except FileNotFoundError:
+            raise GenerateError(f"{path}: no such file; expected a readable file") from None
+        except MalformedError as error:
+            raise GenerateError(f"{path}{error}") from None
     return sorted(found)
 
 
@@ -156,7 +159,7 @@ def list_model(model: Model, root: Path) -> dict[str, Any]:
             plans = read_program(path).plans
             listed[agent] = {
                 "file": Path(os.path.relpath(path, root)).as_posix(),
-                "source": path.read_text(encoding="utf-8"),
+                "source": read_text(path),
                 "plans": {plan.label: plan.location.line for plan in plans if plan.has_label},
             }
     except (BdiError, OSError, UnicodeDecodeError) as error:

@@ -13,7 +13,9 @@ from random import Random
 from typing import Protocol
 
 from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.beliefs import MAX_TESTS
 from pytest_hricdv.generate.rng import random_index
+from pytest_hricdv.message import quoted
 from pytest_hricdv.suggestion import nearest
 
 #: A coverage plan: its agent and its label.
@@ -26,6 +28,9 @@ Executed = Mapping[str, frozenset[str]]
 Tier = Callable[[int, int], float]
 
 _VALUE_OF_NEW_PLAN = 100.0
+
+_MANY = 1_000_000
+"""Most of anything that learning repeats: a thousand times what any model has needed."""
 
 
 class Reward(Protocol):
@@ -171,20 +176,20 @@ class QLearning:
             "rewards": (all(map(math.isfinite, self.rewards)) and bool(self.rewards), "at least one finite number"),
             "reward_otherwise": (math.isfinite(self.reward_otherwise), "a finite number"),
             "min_beliefs": (self.min_beliefs >= 2, "at least 2: a start belief and one to learn about"),
-            "max_beliefs": (self.max_beliefs >= self.min_beliefs, "at least min_beliefs"),
-            "iterations": (self.iterations >= 1, "at least 1"),
+            "max_beliefs": (self.min_beliefs <= self.max_beliefs <= _MANY, f"at least min_beliefs, at most {_MANY}"),
+            "iterations": (1 <= self.iterations <= _MANY, f"1 to {_MANY}"),
             "tolerance": (0.0 <= self.tolerance < math.inf, "a finite number, at least 0"),
-            "quiet_iterations": (self.quiet_iterations >= 1, "at least 1"),
-            "suite_size": (self.suite_size >= 1, "at least 1"),
-            "model_runs": (self.model_runs >= 0, "at least 0"),
-            "rounds": (self.rounds >= 0, "at least 0"),
-            "candidates": (self.candidates >= 1, "at least 1"),
-            "alternatives": (self.alternatives >= 1, "at least 1"),
-            "patience": (self.patience >= 1, "at least 1"),
+            "quiet_iterations": (1 <= self.quiet_iterations <= _MANY, f"1 to {_MANY}"),
+            "suite_size": (1 <= self.suite_size <= MAX_TESTS, f"1 to {MAX_TESTS}"),
+            "model_runs": (0 <= self.model_runs <= _MANY * 1000, f"0 to {_MANY * 1000}"),
+            "rounds": (0 <= self.rounds <= _MANY, f"0 to {_MANY}"),
+            "candidates": (1 <= self.candidates <= _MANY, f"1 to {_MANY}"),
+            "alternatives": (1 <= self.alternatives <= _MANY, f"1 to {_MANY}"),
+            "patience": (1 <= self.patience <= _MANY, f"1 to {_MANY}"),
         }
         for name, (good, expected) in checks.items():
             if not good:
-                raise GenerateError(f"QLearning: {name} = {getattr(self, name)!r}; expected {expected}")
+                raise GenerateError(f"QLearning: {name} = {quoted(getattr(self, name))}; expected {expected}")
 
     def alpha(self, iteration: int) -> float:
         """The learning rate in iteration 0, 1, ..."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+
+from msgspec import Struct
 
 from pytest_hricdv import atomic_file
 from pytest_hricdv.generate import GenerateError
@@ -17,8 +17,14 @@ from pytest_hricdv.generate.learner import LearningResult
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning, QTable, WarmStart
 from pytest_hricdv.generate.rng import canonical_json, digest
+from pytest_hricdv.input_file import MalformedError, from_json, read_text
+from pytest_hricdv.message import quoted
 
 SCHEMA = "hricdv-qtable/1"
+
+
+class _Head(Struct):
+    schema: str | int | None = None
 
 
 @dataclass(frozen=True)
@@ -40,7 +46,7 @@ class SavedTable:
     model: str
     model_sha256: str
     beliefs: Mapping[str, tuple[str, ...]] = field(hash=False)
-    learning: Mapping[str, Any] = field(hash=False)
+    learning: Mapping[str, bool | int | float | str | tuple[float, ...]] = field(hash=False)
     seed: int
     iterations: int
     converged_at: int | None
@@ -67,32 +73,14 @@ class SavedTable:
         Raises:
             GenerateError: cut off, of another version, or not what `to_json` writes.
         """
+        expected = "expected what --hri-rl-save writes, with this version of the plugin"
         try:
-            data = json.loads(text)
-        except json.JSONDecodeError as error:
-            place = f"{where}:{error.lineno}:{error.colno}"
-            expected = "expected a saved table, or belief sets (*.toml)"
-            raise GenerateError(f"{place}: not JSON, perhaps cut off ({error.msg}); {expected}") from None
-        found = data.get("schema") if isinstance(data, dict) else None
-        if found != SCHEMA:
-            raise GenerateError(
-                f"{where}: expected schema {SCHEMA!r}, found {found!r}; "
-                "expected a file that --hri-rl-save wrote, with this version of the plugin"
-            )
-        try:
-            return cls(
-                model=str(data["model"]),
-                model_sha256=str(data["model_sha256"]),
-                beliefs={str(name): tuple(map(str, group)) for name, group in data["beliefs"].items()},
-                learning=dict(data["learning"]),
-                seed=int(data["seed"]),
-                iterations=int(data["iterations"]),
-                converged_at=None if data["converged_at"] is None else int(data["converged_at"]),
-                maxima={str(agent): int(most) for agent, most in data["maxima"].items()},
-                q={str(state): _row(row) for state, row in data["q"].items()},
-            )
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise GenerateError(f"{where}: not a saved table: {error!r}; expected what --hri-rl-save writes") from None
+            found = from_json(text, _Head).schema
+            if found != SCHEMA:
+                raise GenerateError(f"{where}: expected schema {SCHEMA!r}, found {quoted(found)}; {expected}")
+            return from_json(text, cls)
+        except MalformedError as error:
+            raise GenerateError(f"{where}{error}; expected a saved table, or belief sets (*.toml)") from None
 
     def write(self, path: Path) -> None:
         """Write the file atomically.
@@ -147,11 +135,11 @@ def read_warm_start(path: Path, model: Model, space: BeliefSpace) -> WarmStart:
             raise GenerateError(f"{path}: no belief set with a start belief and another one; expected at least one")
         return WarmStart(path.name, digest("subsets", subsets), subsets=subsets)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path)
     except FileNotFoundError:
         raise GenerateError(f"{path}: there is no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise GenerateError(f"{path}: {error}; expected a saved table, or belief sets (*.toml)") from None
+    except MalformedError as error:
+        raise GenerateError(f"{path}{error}; expected a saved table, or belief sets (*.toml)") from None
     saved = SavedTable.from_json(text, str(path))
     saved.check(model, space, str(path))
     # The seed and the parameters it was learned with have no effect on further learning.
@@ -168,11 +156,3 @@ def _start_first(subset: tuple[str, ...], space: BeliefSpace) -> tuple[str, ...]
 
 def _groups(space: BeliefSpace) -> dict[str, tuple[str, ...]]:
     return {"start": space.start, **space.groups}
-
-
-def _row(row: Mapping[str, Any]) -> dict[str, float]:
-    values = {str(belief): float(value) for belief, value in row.items()}
-    for belief, value in values.items():
-        if not math.isfinite(value):
-            raise ValueError(f"{belief} has the value {value}")
-    return values

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+
+from msgspec import Struct
 
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.abstract import AbstractTest, Draft, Plans, identify
+from pytest_hricdv.generate.abstract import AbstractTest, Draft, Plans, TestData, check_suite_name, identify
 from pytest_hricdv.generate.rng import canonical_json
+from pytest_hricdv.input_file import MalformedError, from_json
+from pytest_hricdv.message import quoted
 
 SCHEMA = "hricdv-suite/3"
 
@@ -49,7 +51,7 @@ class Suite:
     """The tests of one method. Equal inputs and seed give equal bytes of JSON; times are no part of it.
 
     Raises:
-        GenerateError: two tests have the same id.
+        GenerateError: two tests have the same id, or the name is none of a suite.
     """
 
     name: str
@@ -58,6 +60,7 @@ class Suite:
     generation: Generation = Generation()
 
     def __post_init__(self) -> None:
+        check_suite_name(self.name)
         seen: set[str] = set()
         for test in self.tests:
             if test.id in seen:
@@ -116,27 +119,26 @@ class Suite:
             GenerateError: the text is not such a suite, or one of another version.
         """
         try:
-            data = json.loads(text)
-            schema = data["schema"]
+            schema = from_json(text, _Head).schema
             if schema != SCHEMA:
-                raise GenerateError(f"a suite of schema {schema!r}; expected {SCHEMA!r}: generate it again")
-            tests = tuple(AbstractTest.from_data(each) for each in data["tests"])
-            return cls(str(data["name"]), int(data["seed"]), tests, _generation(data["generation"]))
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise GenerateError(f"not a suite: {error!r}; expected what Suite.to_json writes") from error
+                raise GenerateError(f"a suite of schema {quoted(schema)}; expected {SCHEMA!r}: generate it again")
+            data = from_json(text, _Text)
+        except MalformedError as error:
+            raise GenerateError(f"not a suite{error}; expected what Suite.to_json writes") from None
+        return cls(data.name, data.seed, tuple(map(AbstractTest.from_data, data.tests)), data.generation)
 
 
-def _generation(data: dict[str, Any]) -> Generation:
-    lists = {
-        "q_delta": tuple(data["q_delta"]),
-        "declared_plans": _plans(data["declared_plans"]),
-        "notes": tuple(data["notes"]),
-    }
-    return Generation(**{**data, **lists})
+class _Head(Struct):
+    schema: str | int | None = None
 
 
-def _plans(data: Mapping[str, Sequence[str]]) -> Plans:
-    return {agent: tuple(labels) for agent, labels in data.items()}
+class _Text(Struct):
+    """The JSON text of a suite."""
+
+    name: str
+    seed: int
+    tests: tuple[TestData, ...]
+    generation: Generation
 
 
 @dataclass(frozen=True)

@@ -5,18 +5,25 @@ A suite is read from a text file, a folder of text files, or a JSON file of reco
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
+
+from msgspec import Raw, Struct
 
 from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest, Draft, canonical_command, identify, slug, target_of_commands
+from pytest_hricdv.generate.beliefs import MAX_TESTS
 from pytest_hricdv.generate.context import GenerationContext, evenly_spaced
 from pytest_hricdv.generate.suite import Generation, Suite
+from pytest_hricdv.input_file import MAX_DIGITS, MalformedError, from_json, read_text
+from pytest_hricdv.message import quoted
 from pytest_hricdv.suggestion import nearest
+
+T = TypeVar("T")
 
 _HEADER = re.compile(r"#\s*(id|suite|aim|beliefs|seed|name|plans \S+|values \S+)\s*:(.*)\Z")
 
@@ -99,15 +106,19 @@ def _check_ids(blocks: Iterable[_Block]) -> None:
 def _blocks(text: str, file: str, known: Collection[str]) -> list[_Block]:
     blocks = [_Block()]
     for number, line in enumerate(text.splitlines(), 1):
-        where = f"{file}:{number}:{len(line) - len(line.lstrip()) + 1}"
         stripped = line.strip()
         if not stripped:
-            blocks.append(_Block())
-        elif stripped.startswith("#"):
+            if blocks[-1].where:  # else nothing has been in it
+                blocks.append(_Block())
+            continue
+        where = f"{file}:{number}:{len(line) - len(line.lstrip()) + 1}"
+        if stripped.startswith("#"):
             _read_comment(blocks[-1], stripped, where)
         else:
             blocks[-1].where = blocks[-1].where or where
             blocks[-1].commands.append(_read_command(stripped.partition("#")[0], where, known))
+        if blocks[-1].where and len(blocks) > MAX_TESTS:
+            raise GenerateError(f"{where}: more than {MAX_TESTS} tests up to here; expected fewer in one file")
     return blocks
 
 
@@ -118,8 +129,8 @@ def _read_comment(block: _Block, comment: str, where: str) -> None:
     key, value = match[1], " ".join(match[2].split())
     if key in block.headers:
         raise GenerateError(f"{where}: a second '# {key}:' in one test; expected a blank line between tests")
-    if key == "seed" and not (value.isascii() and value.isdigit()):
-        raise GenerateError(f"{where}: seed {value!r}: expected a whole number, at least 0")
+    if key == "seed" and not (value.isascii() and value.isdigit() and len(value) <= MAX_DIGITS):
+        raise GenerateError(f"{where}: seed {quoted(value)}: expected a whole number, at least 0 and below 2**63")
     if key.startswith("values "):
         _read_values(block, key, value, where)
     block.where = block.where or where
@@ -140,7 +151,7 @@ def _read_command(text: str, where: str, known: Collection[str]) -> str:
     except GenerateError as error:
         raise GenerateError(f"{where}: {error}{nearest(text.strip(), known)}") from None
     if known and command not in known:
-        raise GenerateError(f"{where}: unknown command {command!r}{nearest(command, known)}")
+        raise GenerateError(f"{where}: unknown command {quoted(command)}{nearest(command, known)}")
     return command
 
 
@@ -215,9 +226,12 @@ class Files:
         """
         notes: list[str] = []
         if self.path.suffix == ".json" and self.path.is_file():
-            tests = tuple(_from_json(self.path, context, notes))
+            found = _from_json(self.path, context, notes)
         else:
-            tests = tuple(self._from_text(context))
+            found = self._from_text(context)
+        tests = tuple(islice(found, MAX_TESTS + 1))
+        if len(tests) > MAX_TESTS:
+            raise GenerateError(f"{self.path}: more than {MAX_TESTS} tests; expected fewer in one file or folder")
         if not tests:
             raise GenerateError(f"{self.path}: no tests in it; expected at least one")
         if context.tests is not None and context.tests > len(tests):
@@ -250,22 +264,26 @@ class Files:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise GenerateError(f"{path}: {error}; expected a file of abstract tests") from error
+        return read_text(path)
+    except (FileNotFoundError, MalformedError) as error:
+        fault = ": no such file" if isinstance(error, FileNotFoundError) else error
+        raise GenerateError(f"{path}{fault}; expected a file of abstract tests") from None
+
+
+class _Entry(Struct):
+    """A recorded run; other keys are ignored."""
+
+    steps: list[str] | None
+    n: int | float | str | None = None
 
 
 def _from_json(path: Path, context: GenerationContext, notes: list[str]) -> Iterator[AbstractTest]:
-    try:
-        data = json.loads(_read(path))
-    except json.JSONDecodeError as error:
-        raise GenerateError(f"{path}:{error.lineno}:{error.colno}: {error.msg}") from None
-    if not isinstance(data, dict):
-        raise GenerateError(f"{path}:1:1: a JSON {type(data).__name__}; expected an object of suites")
-    for suite, entries in data.items():
-        if not isinstance(entries, list):
-            raise GenerateError(f"{path}: suite {suite!r} is {entries!r}; expected a list of tests")
-        drafts = [_draft_of_entry(path, suite, place, entry, context) for place, entry in enumerate(entries, 1)]
+    for suite, text in _decoded(str(path), _read(path), dict[str, Raw]).items():
+        entries = _decoded(f"{path}: suite {quoted(suite)}", str(text, "utf-8"), list[_Entry])
+        drafts = [
+            _draft_of_entry(path, suite, place, entry, context)
+            for place, entry in enumerate(entries[: MAX_TESTS + 1], 1)  # one too many is enough to be refused
+        ]
         recorded = [draft for draft in drafts if draft is not None]
         if len(recorded) < len(drafts):
             notes.append(
@@ -274,18 +292,21 @@ def _from_json(path: Path, context: GenerationContext, notes: list[str]) -> Iter
         yield from identify(slug(suite), context.seed, recorded)
 
 
-def _draft_of_entry(path: Path, suite: str, place: int, entry: Any, context: GenerationContext) -> Draft | None:
+def _decoded(where: str, text: str, kind: type[T]) -> T:
+    try:
+        return from_json(text, kind)
+    except MalformedError as error:
+        expected = "expected an object of suites, each a list of tests with 'steps', a list of commands or null"
+        raise GenerateError(f"{where}{error}; {expected}") from None
+
+
+def _draft_of_entry(path: Path, suite: str, place: int, entry: _Entry, context: GenerationContext) -> Draft | None:
     """The draft of an entry; None if its steps were not recorded."""
-    where = f"{path}: suite {suite!r}, entry {place}"
-    if not isinstance(entry, dict) or "steps" not in entry:
-        raise GenerateError(f"{where}: expected an object with 'steps', a list of commands or null")
-    steps = entry["steps"]
-    if steps is None:
+    if entry.steps is None:
         return None
-    if not isinstance(steps, list) or not all(isinstance(step, str) for step in steps):
-        raise GenerateError(f"{where}: steps {steps!r}; expected a list of commands or null")
+    where = f"{path}: suite {quoted(suite)}, entry {place}"
     lines = tuple(
-        _read_command(step, f"{where}, step {number}", context.commands) for number, step in enumerate(steps, 1)
+        _read_command(step, f"{where}, step {number}", context.commands) for number, step in enumerate(entry.steps, 1)
     )
-    name = f"{suite} {entry['n']}" if "n" in entry else ""
+    name = "" if entry.n is None else f"{suite} {entry.n}"
     return Draft(target_of_commands(lines), (), lines, {}, " ".join(name.split()))

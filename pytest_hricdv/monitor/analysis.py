@@ -54,7 +54,9 @@ def children(formula: PastFormula) -> tuple[PastFormula, ...]:
             return ()
         case Comparison() | TextComparison():
             return tuple(operand for part in _parts(formula) for operand in _operands(part))
-        case And() | Or() | Since():
+        case And() | Or():
+            return formula.operands
+        case Since():
             return (formula.left, formula.right)
         case _:
             return (formula.operand,)
@@ -89,8 +91,8 @@ def disjuncts(formula: PastFormula) -> Iterator[PastFormula]:
 
 def _operands_of(connective: type[And] | type[Or], formula: PastFormula) -> Iterator[PastFormula]:
     if isinstance(formula, connective):
-        yield from _operands_of(connective, formula.left)
-        yield from _operands_of(connective, formula.right)
+        for operand in formula.operands:
+            yield from _operands_of(connective, operand)
     else:
         yield formula
 
@@ -166,9 +168,9 @@ def is_instantaneous(formula: PastFormula) -> bool:
         case On() | Rise() | Fall():
             return True
         case And():
-            return is_instantaneous(formula.left) or is_instantaneous(formula.right)
+            return any(map(is_instantaneous, formula.operands))
         case Or():
-            return is_instantaneous(formula.left) and is_instantaneous(formula.right)
+            return all(map(is_instantaneous, formula.operands))
         case _:
             return False
 
@@ -207,9 +209,7 @@ def sources(formula: PastFormula) -> frozenset[str]:
         case Comparison() | TextComparison():
             names = frozenset(map(source_of, names_compared(formula)))
             return names.union(*map(sources, children(formula)))
-        case And() if is_instantaneous(formula.left):
-            return sources(formula.left)
-        case And() if is_instantaneous(formula.right):
-            return sources(formula.right)
+        case And() if is_instantaneous(formula):
+            return sources(next(filter(is_instantaneous, formula.operands)))
         case _:
             return frozenset().union(*map(sources, children(formula)))

@@ -31,6 +31,7 @@ from pytest_hricdv.monitor.dsl import (
     as_text,
 )
 from pytest_hricdv.monitor.requirement import Requirement
+from pytest_hricdv.monitor.units import MAX_TIME_S
 from pytest_hricdv.monitor.vocabulary import IDENTIFIER, last_of
 
 __all__ = [
@@ -243,4 +244,6 @@ def _window(start_s: float, end_s: float) -> tuple[float, float]:
     window = as_number(start_s, "the start of a window"), as_number(end_s, "the end of a window", allow_infinite=True)
     if window[1] < window[0]:
         raise ValueError(f"a window from a to b needs a <= b, got {start_s} to {end_s}; times are in seconds")
+    if any(MAX_TIME_S < time_s < math.inf for time_s in window):
+        raise ValueError(f"a window has times of at most {MAX_TIME_S:g} s, got {start_s} to {end_s}")
     return window

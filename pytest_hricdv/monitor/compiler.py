@@ -107,10 +107,9 @@ class ExpressionCompiler:
                 return self._comparison(formula, scope)
             case Not():
                 return f"(not {self.condition(formula.operand, scope)})"
-            case And():
-                return f"({self.condition(formula.left, scope)} and {self.condition(formula.right, scope)})"
-            case Or():
-                return f"({self.condition(formula.left, scope)} or {self.condition(formula.right, scope)})"
+            case And() | Or():
+                word = " and " if isinstance(formula, And) else " or "
+                return f"({word.join([self.condition(operand, scope) for operand in formula.operands])})"
             case Historically():
                 return f"(not {self._stateful(Once(Not(formula.operand), formula.start_s, formula.end_s))})"
             case Fall():
@@ -134,11 +133,11 @@ class ExpressionCompiler:
                 inner = self.robustness(formula.operand)
                 return None if inner is None else f"-{inner}"
             case And() | Or():
-                left, right = self.robustness(formula.left), self.robustness(formula.right)
-                if left is None and right is None:
+                found = [self.robustness(operand) for operand in formula.operands]
+                if not any(found):
                     return None
-                left, right = left or self._infinite(formula.left), right or self._infinite(formula.right)
-                return f"{'min' if isinstance(formula, And) else 'max'}({left}, {right})"
+                parts = [each or self._infinite(part) for each, part in zip(found, formula.operands, strict=True)]
+                return f"{'min' if isinstance(formula, And) else 'max'}({', '.join(parts)})"
             case _:
                 return None
 

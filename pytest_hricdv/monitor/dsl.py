@@ -24,8 +24,8 @@ class Condition:
     def __and__(self, other: Condition | Implication) -> Condition | Implication:
         # Python parses `p & q >> r` as `p & (q >> r)`; `(p & q) >> r` is meant.
         if isinstance(other, Implication):
-            return Implication(ast.And(self.past, other.antecedent), other.response)
-        return Condition(ast.And(self.past, as_past(other)))
+            return Implication(self._joined(ast.And, other.antecedent), other.response)
+        return Condition(self._joined(ast.And, as_past(other)))
 
     @overload
     def __or__(self, other: Implication) -> Implication: ...
@@ -33,8 +33,13 @@ class Condition:
     def __or__(self, other: Condition) -> Condition: ...
     def __or__(self, other: Condition | Implication) -> Condition | Implication:
         if isinstance(other, Implication):
-            return Implication(ast.Or(self.past, other.antecedent), other.response)
-        return Condition(ast.Or(self.past, as_past(other)))
+            return Implication(self._joined(ast.Or, other.antecedent), other.response)
+        return Condition(self._joined(ast.Or, as_past(other)))
+
+    def _joined(self, connective: type[ast.And | ast.Or], other: ast.PastFormula) -> ast.PastFormula:
+        """Of `p & q & r` one conjunction, as in the text."""
+        before = self.past.operands if isinstance(self.past, connective) else (self.past,)
+        return connective(*before, other)
 
     def __invert__(self) -> Condition:
         return Condition(ast.Not(self.past))

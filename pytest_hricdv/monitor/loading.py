@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from pytest_hricdv.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
+from pytest_hricdv.message import quoted
 from pytest_hricdv.monitor.formula import Formula, PastFormula
 from pytest_hricdv.monitor.requirement import FormulaSource, Requirement, RequirementError
 from pytest_hricdv.monitor.vocabulary import Vocabulary
@@ -15,6 +16,8 @@ from pytest_hricdv.suggestion import nearest
 
 _KEYS = ("title", "source", "formula", "pattern", "shows", "group")
 _DEFINITIONS = "definitions"
+MAX_TABLES = 1_000
+"""Most requirements of a file, and most definitions: more than people can read."""
 
 
 def load_requirements(
@@ -128,15 +131,15 @@ def _check_all(built: Sequence[Requirement], vocabulary: Vocabulary) -> tuple[Re
 def _read(path: str | PathLike[str]) -> tuple[str, dict[str, Any]]:
     """The text of a file, and its tables."""
     try:
-        # Text mode turns Windows line ends into plain ones, as TOML does within multi-line formulas.
-        document = Path(path).read_text(encoding="utf-8")
-        return document, tomllib.loads(document)
-    except OSError as error:
-        raise RequirementError(f"{path}: cannot read the requirements: {error.strerror or error}") from None
-    except UnicodeDecodeError as error:
-        raise RequirementError(f"{path}: not UTF-8 text (byte {error.start}); TOML files are UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
-        raise RequirementError(f"{path}: not TOML: {error}") from None
+        document = read_text(Path(path), MAX_TOML_BYTES)
+        tables = from_toml(document)
+    except (FileNotFoundError, MalformedError) as error:
+        fault = ": no such file" if isinstance(error, FileNotFoundError) else error
+        raise RequirementError(f"{path}{fault}; expected a TOML file of requirements") from None
+    defined = tables.get(_DEFINITIONS)
+    if len(tables) > MAX_TABLES or (isinstance(defined, dict) and len(defined) > MAX_TABLES):
+        raise RequirementError(f"{path}: expected at most {MAX_TABLES} requirements, and as many definitions")
+    return document, tables
 
 
 def _defined(path: str, document: str, table: object, vocabulary: Vocabulary) -> Vocabulary:
@@ -146,7 +149,7 @@ def _defined(path: str, document: str, table: object, vocabulary: Vocabulary) ->
     sources = {}
     for name, text in table.items():
         if isinstance(text, bool) or not isinstance(text, str | int | float):
-            raise RequirementError(f"{path}: definition {name}: expected a text or a number, got {text!r}")
+            raise RequirementError(f"{path}: definition {name}: expected a text or a number, got {quoted(text)}")
         sources[name] = FormulaSource(str(text), path=path, document=document, definition=name)
     if not sources:
         return vocabulary
@@ -163,7 +166,9 @@ def _defined(path: str, document: str, table: object, vocabulary: Vocabulary) ->
 def _requirement(path: str, document: str, name: str, table: object, vocabulary: Vocabulary) -> Requirement:
     where = f"{path}: requirement {name}"
     if not isinstance(table, dict):
-        raise RequirementError(f"{path}: {name!r} is outside of a requirement; expected a table each, such as [R1]")
+        raise RequirementError(
+            f"{path}: {quoted(name)} is outside of a requirement; expected a table each, such as [R1]"
+        )
     for key, value in table.items():
         _check_key(where, key, value, vocabulary)
     kind = "pattern" if "pattern" in table and "formula" not in table else "formula"
@@ -217,18 +222,18 @@ def _needed(used: Iterable[str], vocabulary: Vocabulary) -> list[str]:
 
 def _check_key(where: str, key: str, value: object, vocabulary: Vocabulary) -> None:
     if key not in _KEYS:
-        raise RequirementError(f"{where}: unknown key {key!r}{nearest(key, _KEYS)}")
+        raise RequirementError(f"{where}: unknown key {quoted(key)}{nearest(key, _KEYS)}")
     if key == "shows":
         _check_shows(where, value, vocabulary)
     elif not isinstance(value, str) or (not value.strip() and key not in ("formula", "pattern")):
-        raise RequirementError(f"{where}: {key!r} has to be a text, got {value!r}")
+        raise RequirementError(f"{where}: {quoted(key)} has to be a text, got {quoted(value)}")
 
 
 def _check_shows(where: str, names: object, vocabulary: Vocabulary) -> None:
     numeric = [name for name, kind in vocabulary.signals.items() if kind is float]
     if not isinstance(names, list | tuple):
-        raise RequirementError(f"{where}: 'shows' has to be a list of signals, got {names!r}")
+        raise RequirementError(f"{where}: 'shows' has to be a list of signals, got {quoted(names)}")
     for name in names:
         if name not in numeric:
             suggestion = nearest(str(name), numeric)
-            raise RequirementError(f"{where}: shows {name!r}, which is not a numeric signal{suggestion}")
+            raise RequirementError(f"{where}: shows {quoted(name)}, which is not a numeric signal{suggestion}")

@@ -234,8 +234,7 @@ def _with_shifted_bounds(formula: PastFormula, *, wanted: bool) -> PastFormula:
         case Not():
             return Not(_with_shifted_bounds(formula.operand, wanted=not wanted))
         case And() | Or():
-            sides = (_with_shifted_bounds(side, wanted=wanted) for side in (formula.left, formula.right))
-            return type(formula)(*sides)
+            return formula.changed(lambda operand: _with_shifted_bounds(operand, wanted=wanted))
         case _:
             return formula
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from enum import IntEnum
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 
 class Precedence(IntEnum):
@@ -32,6 +32,12 @@ class Node:
         """How strongly the text of this node binds."""
         return self.PRECEDENCE
 
+    def changed(self, change: Callable[[Any], Any]) -> Self:
+        """The same operator with other operands."""
+        parts = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
+        changed = {name: change(each) for name, each in parts.items() if isinstance(each, Node)}
+        return replace(self, **changed)  # type: ignore[type-var]
+
     def operand_text(self, minimum: Precedence) -> str:
         """The text as an operand; in parentheses if it binds more weakly than `minimum`."""
         return str(self) if self.precedence >= minimum else f"({self})"
@@ -49,10 +55,7 @@ def text_with_names(node: Node, names: Mapping[Node, str]) -> str:
     """The text of a formula, with the name that `names` has for a part in place of it, of nested ones the outermost."""
 
     def named(part: Any) -> Any:
-        if part in names:
-            return _Named(names[part])
-        parts = {field.name: getattr(part, field.name) for field in fields(part)}
-        return replace(part, **{name: named(each) for name, each in parts.items() if isinstance(each, Node)})
+        return _Named(names[part]) if part in names else part.changed(named)
 
     return str(named(node))
 

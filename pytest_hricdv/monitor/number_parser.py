@@ -9,10 +9,12 @@ from typing import cast
 
 from lark import Token, Tree
 
+from pytest_hricdv.message import quoted
 from pytest_hricdv.monitor import formula as ast
 from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.term_parser import Node, TermParser
 from pytest_hricdv.monitor.units import (
+    MAX_TIME_S,
     NO_UNIT,
     SECOND,
     Measured,
@@ -83,13 +85,19 @@ class NumberParser(TermParser):
         if not unit.is_known and unit.text not in self._vocabulary.units.values():
             advice = "a product of a number and a name is written with `*`"
             known = nearest(unit.text, [*known_units(), *self._vocabulary.units.values()])
-            raise self._error(node, f"unknown unit {unit.text!r}{known}", advice)
+            raise self._error(node, f"unknown unit {quoted(unit.text)}{known}", advice)
         return Measured(ast.Number(value), unit, "quantity")
 
     def _seconds(self, node: Node) -> float:
         """A time that is written without a unit, in seconds, or with one."""
         time = self._constant(node)
-        return float(constant(self._converted(node, time, SECOND).term if time.unit else time.term))
+        time_s = float(constant(self._converted(node, time, SECOND).term if time.unit else time.term))
+        self._check_time(node, time_s)
+        return time_s
+
+    def _check_time(self, node: Node, time_s: float) -> None:
+        if time_s > MAX_TIME_S:
+            raise self._error(node, f"expected a time of at most {MAX_TIME_S:g} s", "`inf` is no limit, as in [0:inf]")
 
     def _window(self, tree: Tree[Token]) -> tuple[float, float]:
         first, second = (cast("Token", child) for child in tree.children)

@@ -11,11 +11,12 @@ from typing import cast
 
 from lark import Token, Tree
 
+from pytest_hricdv.message import quoted
 from pytest_hricdv.monitor import formula as ast
 from pytest_hricdv.monitor.analysis import is_instantaneous, leaves
 from pytest_hricdv.monitor.number_parser import NumberParser
 from pytest_hricdv.monitor.requirement import FormulaSource
-from pytest_hricdv.monitor.syntax_tree import syntax_tree
+from pytest_hricdv.monitor.syntax_tree import MAX_DEPTH, nodes, syntax_tree
 from pytest_hricdv.monitor.term_parser import Node
 from pytest_hricdv.monitor.units import Measured, constant
 from pytest_hricdv.monitor.vocabulary import Definition, Vocabulary
@@ -61,6 +62,9 @@ def parse_definitions(sources: Mapping[str, FormulaSource], vocabulary: Vocabula
             advice = "each has to be explained by others, and in the end by signals and messages"
             problem = f"definitions use each other in a circle: {circle}"
             raise sources[pending[-1]].error(user.start_pos or 0, user.end_pos or 0, problem, advice)
+        if len(pending) > MAX_DEPTH:
+            problem = f"more than {MAX_DEPTH} definitions that use each other"
+            raise sources[name].error(0, 1, problem, "explain it by signals and messages directly")
         pending.append(name)
         for node in trees[name].find_data("name"):
             token = cast("Token", node.children[0])
@@ -86,8 +90,8 @@ class FormulaParser(NumberParser):
             "on": self._on,
             "comparison": self._comparison,
             "negation": lambda tree: ast.Not(self._past(tree.children[0])),
-            "conjunction": lambda tree: ast.And(self._past(tree.children[0]), self._past(tree.children[1])),
-            "disjunction": lambda tree: ast.Or(self._past(tree.children[0]), self._past(tree.children[1])),
+            "conjunction": lambda tree: ast.And(*map(self._past, tree.children)),
+            "disjunction": lambda tree: ast.Or(*map(self._past, tree.children)),
             "since": lambda tree: ast.Since(self._past(tree.children[0]), self._past(tree.children[1])),
             "unary_operator": self._unary_operator,
             "windowed_operator": self._windowed_operator,
@@ -100,7 +104,13 @@ class FormulaParser(NumberParser):
         node = tree.children[0]
         kind = self._kind(node)
         meaning = self._past(node) if kind is bool else self._measured(node) if kind is float else self._text(node)
-        return Definition(self._source.formula.strip(), kind, meaning, frozenset(self.used))
+        sizes = [depth for _, depth in nodes(tree)]
+        depth = max(sizes) + max((self._vocabulary.definitions[name].depth for name in self.used), default=0)
+        if depth > MAX_DEPTH:
+            problem = f"nested too deeply: with the definitions in it, more than {MAX_DEPTH} operators in each other"
+            raise self._error(node, problem)
+        text, uses = self._source.formula.strip(), frozenset(self.used)
+        return Definition(text, kind, meaning, uses, len(sizes) + self._expanded, depth)
 
     def formula(self, tree: Tree[Token]) -> ast.Formula:
         _, antecedent_node, response_node = tree.children
@@ -143,7 +153,7 @@ class FormulaParser(NumberParser):
             what = "a definition" if topic in self._vocabulary.definitions else "a signal"
             known = self._vocabulary.kind(topic) is not None
             advice = f"{topic} is {what}; on(...) takes a topic" if known else ""
-            problem = f"unknown topic {str(topic)!r}{nearest(topic, self._vocabulary.messages)}"
+            problem = f"unknown topic {quoted(str(topic))}{nearest(topic, self._vocabulary.messages)}"
             raise self._error(topic, problem, advice)
         return ast.On(str(topic))
 
@@ -184,10 +194,12 @@ class FormulaParser(NumberParser):
         if relation not in _FLIPPED:
             raise self._error(tree.children[1], "time_since changes all the time: compare it with < <= > >=", advice)
         if isinstance(right, ast.TimeSince) and isinstance(left, ast.Number):
+            self._check_time(tree.children[0], left.value)
             return ast.Comparison(_FLIPPED[relation], right, left)
         if not isinstance(right, ast.Number):
             node = tree.children[2] if isinstance(left, ast.TimeSince) else tree.children[0]
             raise self._error(node, "a time_since is compared with a number of seconds", advice)
+        self._check_time(tree.children[2], right.value)
         return ast.Comparison(cast("ast.Relation", relation), left, right)
 
     def _qualifiers(self, nodes: Sequence[Node]) -> dict[str, Node]:

@@ -8,8 +8,9 @@ text in the requirement language, which is parsed to an equal node. Times are in
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 from pytest_hricdv.monitor.node import Node, Precedence, number_text, window_text
 
@@ -210,17 +211,22 @@ class Not(Node):
         return f"!{self.operand.operand_text(Precedence.ATOM)}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class _Connective(Node):
-    """A connective of two operands, which groups from the left."""
+    """A connective of two or more operands: a long one does not nest."""
 
     SYMBOL: ClassVar[str]
-    left: PastFormula
-    right: PastFormula
+    operands: tuple[PastFormula, ...]
+
+    def __init__(self, *operands: PastFormula) -> None:
+        object.__setattr__(self, "operands", operands)
 
     def __str__(self) -> str:
-        right = self.right.operand_text(Precedence(self.PRECEDENCE + 1))
-        return f"{self.left.operand_text(self.PRECEDENCE)} {self.SYMBOL} {right}"
+        within = Precedence(self.PRECEDENCE + 1)
+        return f" {self.SYMBOL} ".join(operand.operand_text(within) for operand in self.operands)
+
+    def changed(self, change: Callable[[Any], Any]) -> Self:
+        return type(self)(*map(change, self.operands))
 
 
 class And(_Connective):

@@ -11,6 +11,7 @@ from typing import cast
 
 from lark import Token, Tree
 
+from pytest_hricdv.message import quoted
 from pytest_hricdv.monitor import formula as ast
 from pytest_hricdv.monitor.dsl import Condition, Quantity
 from pytest_hricdv.monitor.parser import FormulaParser
@@ -50,7 +51,7 @@ class _PatternParser(FormulaParser):
     def formula_of(self, tree: Tree[Token], *, has_source: bool) -> ast.Formula:
         name = cast("Token", tree.children[0])
         if name not in PATTERNS:
-            raise self._error(name, f"unknown pattern {str(name)!r}{nearest(name, PATTERNS)}")
+            raise self._error(name, f"unknown pattern {quoted(str(name))}{nearest(name, PATTERNS)}")
         if name in SOURCE_NEEDED and not has_source:
             advice = 'expected the key source, which says where the limit comes from: source = "..."'
             raise self._error(name, f"{name} has a limit, and the requirement no source", advice)
@@ -115,7 +116,7 @@ class _PatternParser(FormulaParser):
             return None
         if name not in self._vocabulary.messages:
             known = [*self._vocabulary.names(), *self._vocabulary.messages]
-            raise self._error(tree, f"unknown name {name!r}{nearest(name, known)}")
+            raise self._error(tree, f"unknown name {quoted(name)}{nearest(name, known)}")
         return ast.On(name)
 
 

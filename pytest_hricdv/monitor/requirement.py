@@ -6,7 +6,11 @@ import re
 from dataclasses import dataclass
 from typing import Protocol
 
+from pytest_hricdv.message import InputError, excerpt
 from pytest_hricdv.monitor.formula import Formula, PastFormula
+
+_SHOWN = 160
+"""Characters of a line of a formula that an error message shows."""
 
 
 class Criterion(Protocol):
@@ -55,7 +59,7 @@ class Requirement:
     names: tuple[tuple[PastFormula, str], ...] = ()
 
 
-class RequirementError(ValueError):
+class RequirementError(InputError, ValueError):
     """A requirement file, or the text of a formula in it, is wrong.
 
     The text gives the place (file, requirement, line and column), shows the line with a caret under the place, and
@@ -97,6 +101,8 @@ class FormulaSource:
         line = self.formula[line_start:].split("\n", 1)[0]
         column = start - line_start
         width = max(1, min(end, line_start + len(line)) - start)
+        line, column = excerpt(line, column, _SHOWN)
+        width = max(1, min(width, _SHOWN - column))
         # Tabs are kept before the caret, so that it is in the right column for any tab width of the terminal.
         indent = "".join("\t" if character == "\t" else " " for character in line[:column])
         text = f"{self._place(start)}: {problem}\n    {line}\n    {indent}{'^' * width}"

@@ -5,6 +5,7 @@ Imports lark, so this module is imported only when a formula is parsed.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Literal
@@ -13,7 +14,18 @@ from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 
 from pytest_hricdv.grammar import lark_parser
+from pytest_hricdv.message import quoted
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
+
+MAX_LENGTH = 100_000
+"""Longest formula, in characters: a hundred times a long one."""
+
+MAX_NODES = 10_000
+"""Most operators and operands of a formula, with those of the definitions that it uses: definitions can double."""
+
+MAX_DEPTH = 64
+"""Most operators in each other, in a formula or in a definition with those that it uses: safe for Python's stack, and
+for its compiler, which accepts 200 parentheses in each other."""
 
 Start = Literal["formula", "condition", "definition", "pattern"]
 
@@ -74,10 +86,14 @@ def syntax_tree(source: FormulaSource, start: Start) -> Tree[Token]:
     """The syntax tree of a text, by the rule `start` of the grammar.
 
     Raises:
-        RequirementError: it is none; the caret marks the first unexpected token.
+        RequirementError: it is none; the caret marks the first unexpected token. Or it is too long, or nests too
+            deeply.
     """
+    if len(source.formula) > MAX_LENGTH:
+        problem = f"the {start} has {len(source.formula):,} characters; expected at most {MAX_LENGTH:,}"
+        raise source.error(0, 1, problem, "give parts of it names in [definitions], or make two requirements of it")
     try:
-        return _grammar().parse(source.formula, start=start)
+        tree = _grammar().parse(source.formula, start=start)
     except UnexpectedToken as unexpected:
         raise _unexpected_token(source, start, unexpected) from None
     except UnexpectedCharacters as unexpected:
@@ -85,6 +101,24 @@ def syntax_tree(source: FormulaSource, start: Start) -> Tree[Token]:
         character = source.formula[position]
         problem = f"the character {character!r} has no meaning in a formula"
         raise source.error(position, position + 1, problem, _COMMON_MISTAKES.get(character, "")) from None
+    _refuse_deep(source, tree)
+    return tree
+
+
+def _refuse_deep(source: FormulaSource, tree: Tree[Token]) -> None:
+    for node, depth in nodes(tree):
+        if depth > MAX_DEPTH:
+            problem = f"nested too deeply: more than {MAX_DEPTH} operators or parentheses in each other"
+            raise source.error(node.meta.start_pos, node.meta.end_pos, problem, "give parts names in [definitions]")
+
+
+def nodes(tree: Tree[Token]) -> Iterator[tuple[Tree[Token], int]]:
+    """All nodes of a tree, each with its depth, from 0 of the tree itself."""
+    rest = [(tree, 0)]
+    while rest:
+        node, depth = rest.pop()
+        yield node, depth
+        rest += [(child, depth + 1) for child in node.children if isinstance(child, Tree)]
 
 
 def _unexpected_token(source: FormulaSource, rule: Start, unexpected: UnexpectedToken) -> RequirementError:
@@ -105,7 +139,7 @@ def _unexpected_token(source: FormulaSource, rule: Start, unexpected: Unexpected
     if unexpected.expected == {"ALWAYS"} or (str(token) == ")" and "->" in expected):
         advice = "a requirement says when it applies: always(antecedent -> response)"
     lines = f"expected {expected}" + (f"\n{advice}" if advice else "")
-    return source.error(start, start + len(token), f"unexpected {str(token)!r}", lines)
+    return source.error(start, start + len(token), f"unexpected {quoted(str(token))}", lines)
 
 
 def _expected_text(terminals: set[str]) -> str:

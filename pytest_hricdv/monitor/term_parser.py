@@ -7,8 +7,10 @@ from typing import cast
 
 from lark import Token, Tree
 
+from pytest_hricdv.message import quoted
 from pytest_hricdv.monitor import formula as ast
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
+from pytest_hricdv.monitor.syntax_tree import MAX_NODES
 from pytest_hricdv.monitor.units import Measured
 from pytest_hricdv.monitor.vocabulary import Kind, Vocabulary, field_of, last_of
 from pytest_hricdv.suggestion import nearest
@@ -32,6 +34,7 @@ class TermParser(ABC):
         self._source = source
         self._vocabulary = vocabulary
         self.used: dict[str, None] = {}  # the definitions in the text so far, used as an ordered set
+        self._expanded = 0  # of the meanings of these definitions, each as often as it is used
 
     @abstractmethod
     def _past(self, node: Node) -> ast.PastFormula:
@@ -62,8 +65,8 @@ class TermParser(ABC):
             return kind
         if name in self._vocabulary.messages:
             advice = f"{name} is a topic: `on({name})` is true when a message arrives, `{name}.field` is its last value"
-            raise self._error(tree, f"unknown name {name!r}", advice)
-        raise self._error(tree, f"unknown name {name!r}{nearest(name, self._vocabulary.names())}")
+            raise self._error(tree, f"unknown name {quoted(name)}", advice)
+        raise self._error(tree, f"unknown name {quoted(name)}{nearest(name, self._vocabulary.names())}")
 
     def _full_name(self, tree: Tree[Token]) -> str:
         name = self._vocabulary.full_name(str(tree.children[-1]))
@@ -76,6 +79,10 @@ class TermParser(ABC):
         if definition is None:
             return None
         self.used[name] = None
+        self._expanded += definition.nodes
+        if self._expanded > MAX_NODES:
+            problem = f"with what the definitions stand for, this has more than {MAX_NODES} operators and operands"
+            raise self._error(tree, problem, "definitions that use others several times grow fast")
         return definition.meaning
 
     def _expect(self, node: Node, expected: Kind) -> Tree[Token]:
@@ -109,7 +116,9 @@ class TermParser(ABC):
         for node, other in ((left, right), (right, left)):
             if self._is_unknown(node) and not self._is_unknown(other) and self._kind(other) is str:
                 name = str(_inside(node).children[0])
-                raise self._error(node, f"unknown name {name!r}", f'a text is written in quotation marks: "{name}"')
+                raise self._error(
+                    node, f"unknown name {quoted(name)}", f'a text is written in quotation marks: "{name}"'
+                )
         return str in (self._kind(left), self._kind(right))
 
     def _is_unknown(self, node: Node) -> bool:

@@ -59,7 +59,12 @@ _KNOWN: dict[str, tuple[Fraction, dict[str, int]]] = {
     "%": (Fraction(1), {"%": 1}),
 }
 _ARITHMETIC: dict[str, Callable[[Fraction, Fraction], Fraction]] = {"+": add, "-": sub, "*": mul, "/": truediv}
-_FACTOR = re.compile(r"([*/]?)([A-Za-z%]+)(?:\^(-?\d+))?")
+_FACTOR = re.compile(r"([*/]?)([A-Za-z%]+)(?:\^(-?\d)(?!\d))?")
+_MAX_TEXT = 60
+"""Longest text of a unit, in characters; with one digit an exponent, its scale stays a small number."""
+
+MAX_TIME_S = 1e9
+"""Longest time in a formula, in seconds: 30 years. Time inside the monitors is in whole nanoseconds."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +105,8 @@ NO_UNIT = Unit("")
 def unit_of(text: str) -> Unit:
     """The unit that a text means: names of units with `*`, `/` and whole exponents, such as `rad/s` or `m/s^2`."""
     unit, place = NO_UNIT, 0
+    if len(text) > _MAX_TEXT:
+        return Unit(text, dimension=((text, 1),), is_known=False)
     while place < len(text):
         factor = _FACTOR.match(text, place)
         if factor is None or factor[2] not in _KNOWN or (factor[1] == "") != (place == 0):

@@ -41,12 +41,16 @@ class Definition:
         kind: `bool` of a condition, `float` of a number, `str` of a text.
         meaning: the expression as data, with the definitions in it replaced by their meanings.
         uses: the definitions in it.
+        nodes: how many operators and operands `meaning` has.
+        depth: how many of them are in each other.
     """
 
     text: str
     kind: Kind
     meaning: PastFormula | Measured | TextTerm
     uses: frozenset[str] = frozenset()
+    nodes: int = 1
+    depth: int = 1
 
 
 @dataclass(frozen=True)

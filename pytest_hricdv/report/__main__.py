@@ -1,4 +1,4 @@
-"""`python -m pytest_hricdv.report merge|gate|minimal|export`: commands on reports that were written."""
+"""`python -m pytest_hricdv.report merge|gate|rebuild|minimal|export`: commands on reports that were written."""
 
 from __future__ import annotations
 
@@ -14,9 +14,11 @@ from pathlib import Path
 from msgspec import structs
 
 from pytest_hricdv.generate.suite_files import dump_tests
+from pytest_hricdv.message import visible
 from pytest_hricdv.report import EXPORT_FORMATS, behaviour_view
 from pytest_hricdv.report.exported_files import ExportTargets, write_exports
 from pytest_hricdv.report.files import write, write_text
+from pytest_hricdv.report.rebuilding import rebuild_report
 from pytest_hricdv.results.baseline import (
     Baseline,
     BaselineError,
@@ -68,6 +70,9 @@ def _parser() -> argparse.ArgumentParser:
     gating = commands.add_parser("gate", help="check a report against gates; exit 1 where one fails")
     gating.add_argument("report", type=Path, metavar="REPORT")
     gating.set_defaults(do=_gate)
+    rebuilding = commands.add_parser("rebuild", help="make the report of a session that was killed from its journal")
+    rebuilding.add_argument("folder", type=Path, metavar="DIR", help="the folder of the report")
+    rebuilding.set_defaults(do=_rebuild)
     minimal = commands.add_parser("minimal", help="write the smallest suite that covers as much as the report's tests")
     minimal.add_argument("report", type=Path, metavar="REPORT")
     minimal.add_argument("folder", type=Path, metavar="DIR", help="for --hri-suite=DIR")
@@ -130,15 +135,27 @@ def _gate(options: argparse.Namespace) -> int:
     return _printed(*_judged(load(options.report), options))
 
 
+def _rebuild(options: argparse.Namespace) -> int:
+    report, problem = rebuild_report(options.folder)
+    print(f"{options.folder}: rebuilt with the {report.reported} of {report.selected} tests that have a result")
+    failed = [problem] if problem else []
+    if report.not_run:
+        failed.append(f"{report.not_run} of {report.selected} tests have no result: totals are lower bounds")
+    failed += [f"{test.id}: {test.outcome}" for test in report.tests if test.outcome in ("failed", "error")]
+    for text in failed:
+        print(visible(f"FAILED {text}"))
+    return FAILED if failed else OK
+
+
 def _export(options: argparse.Namespace) -> int:
     targets = ExportTargets.of({name: getattr(options, name) for name in EXPORT_FORMATS})
     if not any(getattr(options, name) for name in EXPORT_FORMATS) and targets.job_summary is None:
         raise ReportError(f"export: say what to write, with {', '.join(f'--{name}=FILE' for name in EXPORT_FORMATS)}")
     written = write_exports(load(options.report), targets, options.root)
     for text in written.notes:
-        print(text)
+        print(visible(text))
     for text in written.problems:
-        print(f"FAILED {text}")
+        print(visible(f"FAILED {text}"))
     return FAILED if written.problems else OK
 
 
@@ -162,9 +179,9 @@ def _printed(report: Report, judgement: Judgement) -> int:
     for line in behaviour_view.lines(report, shutil.get_terminal_size().columns):
         print(line.text)
     for text in judgement.improved:
-        print(text)
+        print(visible(text))
     for text in judgement.failed:
-        print(f"FAILED {text}")
+        print(visible(f"FAILED {text}"))
     return FAILED if judgement.failed else OK
 
 

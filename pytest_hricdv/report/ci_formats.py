@@ -4,9 +4,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage, PlanCoverage
+from pytest_hricdv.message import visible
 from pytest_hricdv.report import behaviour_view, mutation_view, totals
 from pytest_hricdv.report.explanation import instructions_of, violation
-from pytest_hricdv.report.formatting import by_requirement, fit, percent, plural, seconds, share, visible
+from pytest_hricdv.report.formatting import by_requirement, fit, percent, plural, seconds, share
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 MAX_ANNOTATIONS = 10
@@ -296,4 +297,5 @@ def _tenths(value: float | None) -> str | None:
 
 
 def _text_pairs(pairs: list[tuple[str, object]]) -> tuple[tuple[str, str], ...]:
-    return tuple((name, str(value)) for name, value in pairs if value is not None)
+    # pytest escapes values for XML, but not names.
+    return tuple((visible(name), str(value)) for name, value in pairs if value is not None)

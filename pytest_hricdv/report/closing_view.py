@@ -4,7 +4,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from pytest_hricdv.report.formatting import Line, Style, and_more, pad, percent, plural, quantity, seconds, visible
+from pytest_hricdv.message import visible
+from pytest_hricdv.report.formatting import Line, Style, and_more, pad, percent, plural, quantity, seconds
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.results.closing import ClosingResult, GoodTuring, GrowthStep, OpenPoint, ViolationKind
 from pytest_hricdv.results.model import Report

@@ -4,7 +4,8 @@ import shlex
 from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv.coverage.records import ReportedNearMiss, ReportedViolation, RequirementResult
-from pytest_hricdv.report.formatting import by_requirement, natural, plural, quantity, seconds, visible
+from pytest_hricdv.message import visible
+from pytest_hricdv.report.formatting import by_requirement, natural, plural, quantity, seconds
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
 
 _MAX_VIOLATIONS = 3

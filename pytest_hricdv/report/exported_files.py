@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from pytest_hricdv.coverage.records import MappedFile
+from pytest_hricdv.message import visible
 from pytest_hricdv.report import ci_formats, files, totals
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
@@ -57,7 +58,7 @@ def cobertura(report: Report, root: str) -> str:
         for file in inside:
             _class(classes, file)
     ET.indent(coverage, " ")
-    return f"{_HEAD}{_DOCTYPE}{ET.tostring(coverage, encoding='unicode')}\n"
+    return f"{_HEAD}{_DOCTYPE}{visible(ET.tostring(coverage, encoding='unicode'), keep=chr(10))}\n"
 
 
 def lcov(report: Report) -> str:
@@ -125,7 +126,7 @@ def _rate(part: int, whole: int) -> str:
 
 def _record(file: FileHits) -> Iterator[str]:
     yield "TN:"
-    yield f"SF:{file.name}"
+    yield f"SF:{visible(file.name)}"
     if file.branches is not None:
         yield from _branches(file)
     for line, count in sorted(file.lines.items()):

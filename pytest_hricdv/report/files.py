@@ -2,16 +2,21 @@
 
 import contextlib
 import errno
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_hricdv import atomic_file
 from pytest_hricdv.report.tests_view import FOLDER
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, canonical
+from pytest_hricdv.results.journal import NAME as JOURNAL_NAME
 from pytest_hricdv.results.model import Report
 
 PAGE_NAME = "index.html"
+EARLIER = "earlier"
+"""The folder inside, to which the report of the session before is moved."""
 
+_MOVED = (PAGE_NAME, REPORT_NAME, FOLDER, JOURNAL_NAME)
 _OTHER_FOLDER = "choose another folder with --hri-report=DIR"
 _REMEDIES = {
     errno.ENOSPC: "the disk is full: free some space",
@@ -42,6 +47,52 @@ def prepare(directory: Path) -> None:
             probe.unlink(missing_ok=True)
     except OSError as error:
         raise _refused(directory, error) from error
+
+
+def supersede(directory: Path, *, of_this_journal: bool = False) -> bool:
+    """Move the report that an earlier session left, with its journal, into the folder `earlier` inside.
+
+    So nothing looks as if it were of the session that begins now, however this ends. Films and replay files stay.
+
+    Args:
+        of_this_journal: the session goes on with the journal, which stays.
+
+    Returns:
+        Whether there was anything to move.
+
+    Raises:
+        ReportError: a file cannot be moved.
+    """
+    earlier = directory / EARLIER
+    names = [name for name in _MOVED if (directory / name).exists() and not (of_this_journal and name == JOURNAL_NAME)]
+    try:
+        if names and earlier.exists():
+            shutil.rmtree(earlier)
+        _move(names, directory, earlier)
+    except OSError as error:
+        raise _refused(directory, error) from error
+    return bool(names)
+
+
+def reinstate(directory: Path) -> None:
+    """Move the report of the earlier session back: the one that superseded it had no test to run.
+
+    Raises:
+        ReportError: a file cannot be moved.
+    """
+    try:
+        (directory / JOURNAL_NAME).unlink(missing_ok=True)
+        _move(_MOVED, directory / EARLIER, directory)
+        (directory / EARLIER).rmdir()
+    except OSError as error:
+        raise _refused(directory, error) from error
+
+
+def _move(names: Sequence[str], source: Path, target: Path) -> None:
+    for name in names:
+        if (source / name).exists():
+            target.mkdir(exist_ok=True)
+            (source / name).rename(target / name)
 
 
 def write(report: Report, directory: Path) -> tuple[Path, ...]:

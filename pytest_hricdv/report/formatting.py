@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from pytest_hricdv.conformance.declaration import MODEL
+from pytest_hricdv.message import visible
 
 Style = Literal["plain", "title", "ok", "bad", "warn", "dim"]
 
 LABEL_COLUMNS = 20
 
-_INVISIBLE = {"Cc", "Cf", "Cs", "Zl", "Zp"}
 _ZERO_WIDTH = {"Mn", "Me"}
 
 
@@ -91,17 +91,6 @@ def by_requirement(name: str) -> tuple[bool, tuple[tuple[int, int, str], ...]]:
     return name == MODEL, natural(name)
 
 
-def visible(text: str, keep: str = "") -> str:
-    """Text with control, format and surrogate characters written as escapes.
-
-    A test's name may hold any character; an escape sequence would recolour a terminal, and a text-direction mark would
-    let a page show another name than the one that ran. `keep` lists characters to leave unchanged, such as `\\n`.
-    """
-    return "".join(
-        char if char in keep or unicodedata.category(char) not in _INVISIBLE else _escape(char) for char in text
-    )
-
-
 def width(text: str) -> int:
     """Columns that a text takes in a terminal: two for wide East Asian characters, none for combining marks."""
     return sum(_char_width(char) for char in text)
@@ -162,11 +151,6 @@ def labelled(label: str, text: str, columns: int, style: Style = "plain") -> Ite
 
 def _end(line: int) -> str:
     return "exit" if line < 0 else str(line)
-
-
-def _escape(char: str) -> str:
-    code = ord(char)
-    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
 
 
 def _char_width(char: str) -> int:

@@ -12,6 +12,7 @@ from urllib.parse import quote
 import jinja2
 from markupsafe import Markup
 
+from pytest_hricdv.message import visible
 from pytest_hricdv.report import (
     behaviour_view,
     closing_view,
@@ -106,12 +107,12 @@ def _environment() -> jinja2.Environment:
 
 def _finalize(value: object) -> object:
     """Applied by jinja2 to every value before it escapes it: no invisible character gets onto the page."""
-    return formatting.visible(value, keep="\n\t") if isinstance(value, str) and not isinstance(value, Markup) else value
+    return visible(value, keep="\n\t") if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
 def _coded(text: str) -> Markup:
     """Text with what stands between backquotes as code."""
-    parts = formatting.visible(text).split("`")
+    parts = visible(text).split("`")
     return Markup("").join(Markup("<code>{}</code>").format(part) if n % 2 else part for n, part in enumerate(parts))
 
 

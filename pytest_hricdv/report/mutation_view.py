@@ -3,18 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from pytest_hricdv.report.formatting import (
-    Line,
-    Style,
-    and_more,
-    natural,
-    pad,
-    percent,
-    plural,
-    seconds,
-    visible,
-    width,
-)
+from pytest_hricdv.message import visible
+from pytest_hricdv.report.formatting import Line, Style, and_more, natural, pad, percent, plural, seconds, width
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.results.mutation import MutantResult, MutantStatus, MutationResult, MutationScore, OracleScore
 

@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
+from pytest_hricdv.message import visible
 from pytest_hricdv.report import totals
-from pytest_hricdv.report.formatting import LABEL_COLUMNS, Line, Style, fit, labelled, listing, pad, visible, wrap
+from pytest_hricdv.report.formatting import LABEL_COLUMNS, Line, Style, fit, labelled, listing, pad, wrap
 from pytest_hricdv.results.model import Report, SuiteResult
 
 _MAX_UNUSED = 3

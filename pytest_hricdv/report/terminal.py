@@ -6,6 +6,7 @@ from pathlib import Path
 
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage
+from pytest_hricdv.message import visible
 from pytest_hricdv.report import behaviour_view, closing_view, mutation_view, totals
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.files import PAGE_NAME
@@ -24,7 +25,6 @@ from pytest_hricdv.report.formatting import (
     seconds,
     share,
     speedup,
-    visible,
     width,
     wrap,
 )

@@ -14,8 +14,10 @@ from msgspec.structs import asdict
 
 from pytest_hricdv.atomic_file import write_text
 from pytest_hricdv.coverage.records import Count, Names, Number, Record
+from pytest_hricdv.input_file import MAX_REPORT_BYTES, MalformedError, check_plain, from_json, read_text
+from pytest_hricdv.message import InputError
 from pytest_hricdv.results.behaviour import Behaviour, BusMessage
-from pytest_hricdv.results.codec import MalformedError, ReportError, canonical, decode_located
+from pytest_hricdv.results.codec import ReportError, canonical
 from pytest_hricdv.results.derivation import percentages
 from pytest_hricdv.results.gates import KINDS
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
@@ -23,7 +25,7 @@ from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 SCHEMA: Final = "hricdv-baseline/1"
 
 
-class BaselineError(Exception):
+class BaselineError(InputError):
     """A baseline cannot be read, written or compared with; the text says which file, why, and what to do."""
 
 
@@ -142,13 +144,15 @@ def read_baseline(path: Path, testbench: str) -> Baseline:
         BaselineError: it is missing, cut off, no baseline, or one of another testbench.
     """
     try:
-        baseline = decode_located(path.read_text(encoding="utf-8"), Baseline)
+        baseline = from_json(read_text(path, MAX_REPORT_BYTES), Baseline)
+        for suite in baseline.suites.values():
+            for behaviour in (suite.tests or {}).values():
+                for message in behaviour.messages:
+                    check_plain(message.fields)  # a message may have any fields
     except FileNotFoundError:
         raise BaselineError(f"{path}: no such baseline; write it with --hri-update-baseline") from None
     except MalformedError as error:
-        raise BaselineError(f"{path}{error}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise BaselineError(f"{path}: cannot be read: {error}") from None
+        raise BaselineError(f"{path}{error}; write it anew with --hri-update-baseline") from None
     if baseline.testbench != testbench:
         raise BaselineError(f"{path}: of the testbench {baseline.testbench!r}; expected {testbench!r}")
     return baseline

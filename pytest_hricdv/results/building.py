@@ -1,8 +1,8 @@
-"""From runs to results: the result of a test is built where it ran, the report where all results meet."""
+"""From runs to results: the result of a test is built where it ran, the report is declared where all results meet."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypedDict
 
@@ -16,7 +16,7 @@ from pytest_hricdv.generate.suite import Suite, diagnose
 from pytest_hricdv.monitor import Criterion, Verdict, Violation
 from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.results.codec import ReportError
-from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
+from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite
 from pytest_hricdv.results.gates import Exemption
 from pytest_hricdv.results.generation import Diagnosis, GenerationResult, LastNewPlan
 from pytest_hricdv.results.model import (
@@ -157,19 +157,18 @@ class GeneratedSuite:
 
 @dataclass(frozen=True)
 class SessionInfo:
-    """What a report is made of, beside the results of the tests."""
+    """What a report is made of, beside the results of the tests; `unmeasured` is why no code is, where none is."""
 
     testbench: Testbench
     requirements: tuple[Criterion, ...]
     suites: tuple[GeneratedSuite, ...]
-    code: CodeMap | None
+    code: CodeMap
     unmeasured: str
     known: Mapping[str, Exemption]
     may_be_nc: Mapping[str, Exemption]
     until: Mapping[str, str]
     strict: bool
     version: str
-    wall_s: float
     workers: int
     rerun: RerunOptions
     models: Mapping[str, ModelSource]
@@ -188,22 +187,15 @@ def requirement_texts(requirements: Sequence[Criterion]) -> dict[str, Requiremen
     }
 
 
-def build_report(
-    session: SessionInfo, results: Sequence[TestResult], chosen: Mapping[str, HriCase], reasons: Mapping[str, str]
-) -> Report:
-    """The report of a session.
+def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Report:
+    """The report of a session before its first result; `assemble` makes the report of it.
 
     Args:
-        session: what was run, on what, how.
-        results: of the tests that were reported.
-        chosen: node id -> test, of all that were selected: those without a result were not run.
-        reasons: node id -> why it has no result, where that is known.
-
-    Raises:
-        CoverageError: a waived statement ran.
+        session: what is run, on what, how.
+        chosen: node id -> test, of all that are selected.
     """
     code, testbench = session.code, session.testbench
-    report = Report(
+    return Report(
         schema=SCHEMA,
         version=session.version,
         testbench=testbench.name,
@@ -211,7 +203,7 @@ def build_report(
         reported=0,
         not_run=0,
         not_run_tests=(),
-        wall_s=round(session.wall_s, 3),
+        wall_s=0.0,
         workers=session.workers,
         known_violations={name: each.reason for name, each in session.known.items()},
         may_be_nc={
@@ -230,9 +222,9 @@ def build_report(
         state=testbench.film.state if testbench.film else "",
         code_under_test=CodeUnderTest(
             packages=tuple(testbench.code),
-            sha256=code.sha256 if code else "",
-            waivers=code.waivers if code else (),
-            map=code.listed if code else (),
+            sha256=code.sha256,
+            waivers=code.waivers,
+            map=code.listed,
             measured=False,
             reason=session.unmeasured,
             files=(),
@@ -243,17 +235,8 @@ def build_report(
         suites=tuple(_suite(each, session.sizes[each.suite.name], session.models) for each in session.suites),
         closure=NO_CLOSURE,
         closing=next((each.closing for each in session.suites if each.closing is not None), None),
-        tests=(*results, *_not_run(session, results, chosen, reasons)),
+        tests=tuple(build_result(case, nodeid, None, requirements=()) for nodeid, case in sorted(chosen.items())),
     )
-    return derive(report)
-
-
-def _not_run(
-    session: SessionInfo, results: Sequence[TestResult], chosen: Mapping[str, HriCase], reasons: Mapping[str, str]
-) -> Iterator[TestResult]:
-    for nodeid in sorted(chosen.keys() - {result.nodeid for result in results}):
-        ending = Ending(outcome="not-run", wall_s=0.0, failure=reasons.get(nodeid, ""))
-        yield build_result(chosen[nodeid], nodeid, None, requirements=(), ending=ending)
 
 
 def _suite(generated: GeneratedSuite, size: int, models: Mapping[str, ModelSource]) -> SuiteResult:

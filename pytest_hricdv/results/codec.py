@@ -7,30 +7,24 @@ import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, TypeVar
 
 import msgspec
 
+from pytest_hricdv.input_file import MAX_REPORT_BYTES, MalformedError, from_json, read_text
+from pytest_hricdv.message import InputError, quoted
+from pytest_hricdv.results import journal
+from pytest_hricdv.results.consistency import check_report
 from pytest_hricdv.results.model import SCHEMA, Report, TestResult
 
 REPORT_NAME = "report.json"
 
-T = TypeVar("T")
 
-
-class ReportError(Exception):
+class ReportError(InputError):
     """A report cannot be written or read; the message says which file, why, and what to do."""
 
 
-class MalformedError(ValueError):
-    """The text of a file is not what it should be.
-
-    The message is to follow the file's name: `:3:7: not JSON ...`, or `: Expected ... - at $.tests[3].outcome`.
-    """
-
-
 class _Head(msgspec.Struct):
-    schema: Any = None
+    schema: str | int | None = None
 
 
 def encode(result: msgspec.Struct) -> str:
@@ -100,46 +94,40 @@ def load(path: Path) -> Report:
     """Read a report: a `report.json`, or the folder that holds one.
 
     Raises:
-        ReportError: with the file and the place in it, where it is missing, cut off, of another schema, or incomplete.
+        ReportError: with the file and the place in it, where it is missing, cut off, of another schema, incomplete or
+            contradictory;
+            or a later session has begun in its folder and has not ended.
     """
     file = path / REPORT_NAME if path.is_dir() else path
+    _refuse_unfinished(file)
     try:
-        text = file.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise ReportError(f"{file}: no such report; a run with --hri-suite writes one") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ReportError(f"{file}: cannot be read: {error}") from error
-    try:
-        found = decode_located(text, _Head).schema
+        text = read_text(file, MAX_REPORT_BYTES)
+        found = from_json(text, _Head).schema
         if found != SCHEMA:
             raise ReportError(
-                f"{file}: expected schema {SCHEMA!r}, found {found!r}; use the plugin's version that wrote it"
+                f"{file}: expected schema {SCHEMA!r}, found {quoted(found)}; use the plugin's version that wrote it"
             )
-        return decode_located(text, Report)
+        report = from_json(text, Report)
+        check_report(report)
+        return report
+    except FileNotFoundError:
+        raise ReportError(f"{file}: no such report; a run with --hri-suite writes one") from None
     except MalformedError as error:
         raise ReportError(f"{file}{error}; run the suite again") from None
 
 
-def decode_located(text: str, kind: type[T]) -> T:
-    """A record of this kind from the text of a JSON file.
-
-    Raises:
-        MalformedError: the text has no JSON, or another one than `kind` has.
-    """
+def _refuse_unfinished(file: Path) -> None:
+    """Raise ReportError where the session that writes, or should have written, this report has not ended."""
+    path = file.with_name(journal.NAME)
+    if file.name != REPORT_NAME or not path.is_file():
+        return
     try:
-        return msgspec.json.decode(text, type=kind)
-    except msgspec.ValidationError as error:  # also raised for the valid beginning of a text that is no JSON
-        raise MalformedError(_syntax_fault(text) or f": {error}") from None
-    except RecursionError:
-        raise MalformedError(": nested too deeply") from None
-    except msgspec.DecodeError as error:
-        raise MalformedError(_syntax_fault(text) or f": {error}") from None
-
-
-def _syntax_fault(text: str) -> str:
-    """Line and column of what is no JSON: the standard decoder names them, msgspec's does not."""
-    try:
-        json.loads(text)
-    except json.JSONDecodeError as error:
-        return f":{error.lineno}:{error.colno}: not JSON, perhaps cut off ({error.msg})"
-    return ""
+        ended = journal.is_ended(path)
+    except OSError as error:
+        raise ReportError(f"{path}: cannot be read: {error}") from error
+    if not ended:
+        raise ReportError(
+            f"{file.parent}: the session that writes this report is still running, or its process died; then "
+            f"'python -m pytest_hricdv.report rebuild {file.parent}' makes the report of what had finished, and pytest "
+            "with --hri-resume runs the rest"
+        )

@@ -7,8 +7,13 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from pytest_hricdv.message import InputError
+
 KINDS = ("statements", "branches", "plans", "assertions", "cross")
 """Kinds of coverage that have a percentage."""
+
+MAX_SHARDS = 9_999
+"""Most parts that suites are run in: reports are asked which of them are missing."""
 
 MUTANTS = "mutants"
 THRESHOLDS = (*KINDS, MUTANTS)
@@ -25,7 +30,7 @@ _HEAD = re.compile(
 )
 
 
-class ThresholdError(ValueError):
+class ThresholdError(InputError, ValueError):
     """A threshold is malformed; the text says what was expected."""
 
 
@@ -53,7 +58,7 @@ def parse_threshold(text: str, *, named: bool = True) -> Threshold:
     return Threshold(kind, percent, named)
 
 
-class ExemptionError(ValueError):
+class ExemptionError(InputError, ValueError):
     """A line with an exemption is malformed; the text says what was expected."""
 
 

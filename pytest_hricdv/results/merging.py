@@ -17,6 +17,7 @@ from msgspec.structs import replace
 
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.records import CodeShare
+from pytest_hricdv.message import InputError
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import declare_suite, derive
 from pytest_hricdv.results.generation import GenerationResult
@@ -30,7 +31,7 @@ _EQUAL = (
 _WORST_FIRST = ("failed", "error", "known-violation", "passed", "not-run")
 
 
-class MergeError(Exception):
+class MergeError(InputError):
     """Reports that do not belong together; the text says which, in what they differ, and what to do."""
 
 

@@ -33,7 +33,9 @@ from pytest_hricdv.coverage.records import (
     Record,
     RequirementResult,
     RequirementTally,
+    Shard,
     SuiteCode,
+    SuiteName,
 )
 from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.closing import ClosingResult
@@ -128,7 +130,7 @@ class TestResult(Record, frozen=True, kw_only=True):
     __test__: ClassVar[bool] = False
 
     nodeid: str
-    suite: str
+    suite: SuiteName
     id: str
     aim: str
     name: str
@@ -176,7 +178,7 @@ class TestResult(Record, frozen=True, kw_only=True):
 class SuiteResult(Record, frozen=True, kw_only=True):
     """A suite and what its tests covered. `size` counts its tests, selected or not; `tests` the selected ones."""
 
-    name: str
+    name: SuiteName
     seed: int
     size: Count
     generation: GenerationResult
@@ -228,7 +230,7 @@ class SessionSummary(Record, frozen=True, kw_only=True):
     workers: Count
     selected: Count
     reported: Count
-    shard: str
+    shard: Shard
 
 
 class NcExemption(Record, frozen=True, kw_only=True):
@@ -295,7 +297,7 @@ class Report(Record, frozen=True, kw_only=True):
     tests: tuple[TestResult, ...]
     units: Mapping[str, str] | None = None
     outcome_label: str = "interactions"
-    shard: str = ""
+    shard: Shard = ""
     sessions: tuple[SessionSummary, ...] = ()
     search: Mapping[str, SearchResult] = {}
     gates: GateResult | None = None

@@ -12,15 +12,16 @@ import msgspec
 
 from pytest_hricdv import atomic_file
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.abstract import AbstractTest, TestData
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
-from pytest_hricdv.results.codec import MalformedError, decode_located
+from pytest_hricdv.input_file import MalformedError, from_json, read_text
+from pytest_hricdv.message import InputError, quoted
 from pytest_hricdv.results.model import ConcreteParameters
 
 SCHEMA = "hricdv-replay/1"
 
 
-class ReplayError(Exception):
+class ReplayError(InputError):
     """A replay file cannot be read or written; the message names the file, the cause and what to do."""
 
 
@@ -96,7 +97,7 @@ class Replay:
         file = _decoded(text, where)
         origin = file.origin
         try:
-            test = AbstractTest.from_data(msgspec.to_builtins(file.test))
+            test = AbstractTest.from_data(file.test)
         except GenerateError as error:
             raise ReplayError(f"{where}: {error}") from None
         concrete = _concrete(test, file.concrete)
@@ -115,18 +116,6 @@ class Replay:
         )
 
 
-class _Test(msgspec.Struct, frozen=True):
-    id: str
-    suite: str
-    aim: str
-    name: str
-    beliefs: tuple[str, ...]
-    lines: tuple[str, ...]
-    plans: Mapping[str, tuple[str, ...]]
-    seed: int
-    values: Mapping[str, Mapping[str, float]] = {}
-
-
 class _Origin(msgspec.Struct, frozen=True, kw_only=True):
     how: Literal["shrunk", "search"]
     test: str = msgspec.field(name="from")
@@ -137,7 +126,7 @@ class _Origin(msgspec.Struct, frozen=True, kw_only=True):
 class _File(msgspec.Struct, frozen=True):
     """The text of a replay file; other keys are ignored."""
 
-    test: _Test
+    test: TestData
     concrete: ConcreteParameters
     nodeid: str
     suite_seed: int
@@ -149,18 +138,18 @@ class _File(msgspec.Struct, frozen=True):
 
 
 class _Head(msgspec.Struct):
-    schema: Any = None
+    schema: str | int | None = None
 
 
 def _decoded(text: str, where: str) -> _File:
     try:
-        found = decode_located(text, _Head).schema
+        found = from_json(text, _Head).schema
         if found != SCHEMA:
             raise ReplayError(
-                f"{where}: expected schema {SCHEMA!r}, found {found!r}; "
+                f"{where}: expected schema {SCHEMA!r}, found {quoted(found)}; "
                 "expected a file from the folder 'failures' of a report, or the plugin's version that wrote this one"
             )
-        return decode_located(text, _File)
+        return from_json(text, _File)
     except MalformedError as error:
         raise ReplayError(f"{where}{error}; expected a replay file") from None
 
@@ -182,13 +171,11 @@ def load(path: Path) -> Replay:
 def read(path: Path) -> str:
     """The text of a replay file. Raises ReplayError if there is none or it is no text."""
     try:
-        return path.read_text(encoding="utf-8")
+        return read_text(path)
     except FileNotFoundError:
         raise ReplayError(f"{path}: there is no such file") from None
-    except UnicodeDecodeError as error:
-        raise ReplayError(f"{path}: no text (byte {error.start}); expected a replay file") from None
-    except OSError as error:
-        raise ReplayError(f"{path}: {error.strerror or error}") from None
+    except MalformedError as error:
+        raise ReplayError(f"{path}{error}; expected a replay file") from None
 
 
 def write(replay: Replay, folder: Path) -> Path:

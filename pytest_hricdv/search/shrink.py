@@ -306,7 +306,7 @@ def _evaluate(formula: PastFormula, values: Mapping[str, Value]) -> bool | None:
             inner = _evaluate(formula.operand, values)
             return None if inner is None else not inner
         case And() | Or():
-            sides = (_evaluate(formula.left, values), _evaluate(formula.right, values))
+            sides = {_evaluate(operand, values) for operand in formula.operands}
             dominant = isinstance(formula, Or)
             return dominant if dominant in sides else None if None in sides else not dominant
         case _:

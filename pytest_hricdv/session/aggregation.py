@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import re
 import zlib
-from collections.abc import KeysView
+from collections.abc import KeysView, Mapping
 from functools import cached_property
 
 import msgspec
 import pytest
 
 from pytest_hricdv.case import HriCase
-from pytest_hricdv.results.codec import decode
+from pytest_hricdv.results.codec import decode, encode
+from pytest_hricdv.results.journal import Journal
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import Collection, case_of
+from pytest_hricdv.session.journaling import Journaling
 from pytest_hricdv.session.replaying import LEAVE_A_FILE
+from pytest_hricdv.session.resuming import DONE
 from pytest_hricdv.session.running import ATTRIBUTE, Running
 
 _DIGEST = re.compile(r"-[0-9a-f]{8,16}(?:-corners)?(?:-k\d+)?(?=[-\]])")
@@ -30,6 +33,10 @@ class ResultStore:
 
     def __init__(self) -> None:
         self._packed: dict[str, bytes] = {}
+
+    def resume(self, packed: Mapping[str, bytes]) -> None:
+        """Begin with the results of an earlier session."""
+        self._packed.update(packed)
 
     def put(self, nodeid: str, text: str) -> None:
         """Keep a result, as `pytest_hricdv.results.codec.encode` wrote it."""
@@ -62,8 +69,13 @@ class Aggregation:
         """Node id -> why the test has no result."""
         self.workers = 1
         self.is_distributed = False
+        self.journaling = Journaling(collection.options.report)
         self._results = ResultStore()
-        self._replays: dict[str, str] = {}
+
+    def resume(self, earlier: Journal) -> None:
+        """Begin with what an earlier session has done."""
+        self._results.resume(earlier.results)
+        self.reasons.update(earlier.reasons)
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """Without xdist: stores which tests are selected."""
@@ -87,41 +99,39 @@ class Aggregation:
             if case is not None:
                 self.chosen[nodeid] = case
 
+    @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Takes the result from a report, of whichever worker; the same test twice counts once.
 
-        A report without a result says why there is none: skipped, a fixture that failed, a worker that crashed.
+        Before other plugins, as their hooks may raise: the result is safe by then. A report without a result says why
+        there is none: skipped, a fixture that failed, a worker that crashed.
         """
         text = getattr(report, ATTRIBUTE, None)
         if isinstance(text, str):
-            self._results.put(report.nodeid, text)
-            self._keep_failure(text)
             delattr(report, ATTRIBUTE)  # pytest keeps reports to the end
-        elif not report.passed:
-            self.reasons[report.nodeid] = (
-                report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longreprtext
-            )
+            text = self._with_replay(text)
+            self.journaling.finish(report.nodeid, text)
+            self._results.put(report.nodeid, text)
+        elif not report.passed and not hasattr(report, DONE):
+            reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longreprtext
+            self.reasons[report.nodeid] = reason
+            if report.nodeid in self.chosen:
+                self.journaling.hinder(report.nodeid, reason)
 
-    def _keep_failure(self, text: str) -> None:
+    def _with_replay(self, text: str) -> str:
         """Writes the replay file of a failed test; that of a replayed test exists already."""
         if msgspec.json.decode(text, type=_Head).outcome not in LEAVE_A_FILE:
-            return
+            return text
         result = decode(text)
         case = self.chosen.get(result.nodeid)
-        if result.replay is None and case is not None:
-            replay = self.running.provenance.replay(case, result, self.seeds[case.suite])
-            name = self.running.failures.keep(replay)
-            if name is not None:
-                self._replays[result.nodeid] = name
+        if result.replay is not None or case is None:
+            return text
+        name = self.running.failures.keep(self.running.provenance.replay(case, result, self.seeds[case.suite]))
+        return text if name is None else encode(msgspec.structs.replace(result, replay=name))
 
     def results(self) -> list[TestResult]:
-        """With the names of the replay files that were written here."""
-        return [
-            msgspec.structs.replace(result, replay=self._replays[result.nodeid])
-            if result.replay is None and result.nodeid in self._replays
-            else result
-            for result in self._results.results()
-        ]
+        """All results."""
+        return self._results.results()
 
     @cached_property
     def seeds(self) -> dict[str, int]:
@@ -131,7 +141,11 @@ class Aggregation:
     def losses(self) -> list[str]:
         """Tests without a result or a reason: the session must not look as if all were well."""
         lost = len(self.chosen.keys() - self._results.nodeids() - self.reasons.keys())
-        return [f"{lost} of {len(self.chosen)} tests left no result: a worker or a plugin lost them"] if lost else []
+        return (
+            [f"{lost} of {len(self.chosen)} tests left no result: a worker, a plugin or an exit lost them"]
+            if lost
+            else []
+        )
 
 
 def _case_named(nodeid: str, by_id: dict[str, HriCase]) -> HriCase | None:

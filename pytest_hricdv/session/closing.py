@@ -5,14 +5,10 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
-import msgspec
 import pytest
 
 from pytest_hricdv.close import branching_way, online_way
@@ -22,15 +18,14 @@ from pytest_hricdv.close.disturbance_way import DisturbanceWay
 from pytest_hricdv.close.evidence import evidence
 from pytest_hricdv.close.experience import Experience
 from pytest_hricdv.close.lived_run import role_of
-from pytest_hricdv.close.loop import NAME, Ended, Loop, LoopError, OnlineWeights
+from pytest_hricdv.close.loop import NAME, Loop, LoopError
 from pytest_hricdv.close.model_way import ModelWay, UntriedWay
-from pytest_hricdv.close.observation import Observation
 from pytest_hricdv.close.online_way import OnlineWay
 from pytest_hricdv.close.open_points import Surroundings
 from pytest_hricdv.close.parameter_way import ParameterWay
 from pytest_hricdv.close.scripts import Scripts
 from pytest_hricdv.close.suite import repeatable_suite
-from pytest_hricdv.close.targets import by_kind, impossible_points, wanted_points
+from pytest_hricdv.close.targets import impossible_points, wanted_points
 from pytest_hricdv.close.way import Way
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
@@ -43,20 +38,17 @@ from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.suite import Generation, Suite
 from pytest_hricdv.online.declaration import OnlineError
 from pytest_hricdv.results.building import GeneratedSuite
-from pytest_hricdv.results.closing import ClosingResult
+from pytest_hricdv.results.closing import ClosingEnd, ClosingResult
 from pytest_hricdv.search import Budget
-from pytest_hricdv.session import closing_process
 from pytest_hricdv.session.closing_cache import KeptSuite
-from pytest_hricdv.session.closing_process import Done, Job, Told
+from pytest_hricdv.session.closing_progress import ClosingProgress, listed
+from pytest_hricdv.session.closing_runs import ClosingRuns
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.running import Running
-from pytest_hricdv.session.separate_process import ProcessError, SeparateProcess, arguments_of, started
+from pytest_hricdv.session.separate_process import ProcessError
 from pytest_hricdv.session.suites import generation_context
 
 CACHE_SCHEMA = "hricdv-closing/3"
-
-STEPS = 10
-"""Where there is no terminal to rewrite a line on, progress is told so many times."""
 
 
 class Closing:
@@ -88,7 +80,7 @@ class Closing:
         if found is not None:
             return found
         began_s = time.perf_counter()
-        runs = _Runs(self._collection.config, _processes(self._collection.config))
+        runs = ClosingRuns(self._collection.config, _processes(self._collection.config))
         try:
             with runs:
                 suite, result = self._closed(runs, tests)
@@ -100,10 +92,10 @@ class Closing:
             kept.write(suite, result, runs.files)
         return GeneratedSuite(suite, time.perf_counter() - began_s, cached=False, closing=result)
 
-    def _closed(self, runs: _Runs, given: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
-        archive, progress = Archive(self._wanted), _Progress(self._collection, self._options.runs)
+    def _closed(self, runs: ClosingRuns, given: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
+        archive, progress = Archive(self._wanted), ClosingProgress(self._collection, self._options.runs)
         seed = self._collection.options.seed
-        self._collection.say(f"hricdv: closing {_listed(archive)}, at most {self._options.runs} runs (seed {seed}) ...")
+        self._collection.say(f"hricdv: closing {listed(archive)}, at most {self._options.runs} runs (seed {seed}) ...")
         self._run_given(archive, runs, given)
         budget = Budget(self._options.runs, self._options.seconds)
         ended = Loop(archive, self._used_ways(), runs.run, seed, budget, progress.show, UntriedWay(self._scripts)).run()
@@ -132,7 +124,7 @@ class Closing:
             *([] if role is None else [OnlineWay(role, scripts.planned)]),
         )
 
-    def _run_given(self, archive: Archive, runs: _Runs, given: Sequence[AbstractTest]) -> None:
+    def _run_given(self, archive: Archive, runs: ClosingRuns, given: Sequence[AbstractTest]) -> None:
         """What the other suites hit is not open. They are no part of the budget."""
         if given:
             self._collection.say(f"hricdv: running the {len(given)} tests of the other suites first ...")
@@ -140,7 +132,7 @@ class Closing:
         for number in sorted(observed):
             archive.add(observed[number], GIVEN)
 
-    def _suite(self, archive: Archive, ended: Ended, runs_again: _Runs) -> tuple[Suite, ClosingResult]:
+    def _suite(self, archive: Archive, ended: ClosingEnd, runs_again: ClosingRuns) -> tuple[Suite, ClosingResult]:
         again = branching_way.NAME, online_way.NAME
         entries, left_out = repeatable_suite(archive, again, runs_again.run_from_the_start)
         entries = entries[: self._collection.options.tests]
@@ -229,98 +221,3 @@ def _check_forks() -> None:
 def _processes(config: pytest.Config) -> int:
     """As many as xdist has workers; without it, as many as there are processors."""
     return int(getattr(config.option, "numprocesses", None) or os.cpu_count() or 1)
-
-
-def _listed(archive: Archive) -> str:
-    """`12 statements, 3 branches`: what is open."""
-    counts = by_kind(archive.open)
-    named = (f"{count} {kind if count == 1 else _PLURAL.get(kind, f'{kind}s')}" for kind, count in counts.items())
-    return ", ".join(named) or "nothing"
-
-
-_PLURAL = {"branch": "branches"}
-
-
-@dataclass
-class _Runs:
-    """Runs tests in a process beside the session; a context manager, which ends it.
-
-    Args:
-        config: of the session.
-        processes: so many runs at a time.
-    """
-
-    config: pytest.Config
-    processes: int
-    files: tuple[str, ...] = ()
-    """Of the project, that the runs have loaded."""
-    _stack: ExitStack = field(default_factory=ExitStack)
-
-    def __enter__(self) -> _Runs:
-        directory = self.config.invocation_params.dir
-        self._process: SeparateProcess = self._stack.enter_context(started(closing_process, directory))
-        self._process.send(Job(arguments_of(self.config), self.processes))
-        self._lines = self._process.lines()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._stack.close()
-
-    def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
-        """Run tests, as trees; yields the number of each and what it yields, as soon as it is known.
-
-        Raises:
-            ProcessError: the process failed.
-        """
-        return self._run(tests, online, from_the_start=False)
-
-    def run_from_the_start(
-        self, tests: Sequence[AbstractTest], online: OnlineWeights
-    ) -> Iterator[tuple[int, Observation]]:
-        """The same, with each test alone."""
-        return self._run(tests, online, from_the_start=True)
-
-    def _run(
-        self, tests: Sequence[AbstractTest], online: OnlineWeights, *, from_the_start: bool
-    ) -> Iterator[tuple[int, Observation]]:
-        weights = {number: tuple(each) for number, each in online.items()}
-        data = tuple(test.to_data() for test in tests)
-        self._process.send(closing_process.Generation(data, from_the_start, weights))
-        for line in self._lines:
-            told = msgspec.json.decode(line, type=Told | Done)
-            if isinstance(told, Done):
-                self.files = told.files
-                return
-            yield told.number, told.observation
-        raise ProcessError("the process of the runs ended")
-
-
-class _Progress:
-    """Tells how far the loop is."""
-
-    def __init__(self, collection: Collection, runs: int) -> None:
-        self._collection = collection
-        self._runs = runs
-        self._told = 0
-        self._reporter: Any = collection.config.pluginmanager.get_plugin("terminalreporter")
-        self._rewrites = self._reporter is not None and self._reporter.isatty
-
-    def show(self, archive: Archive) -> None:
-        """After a generation."""
-        done = sum(entry.way != GIVEN for entry in archive.entries)
-        text = f"hricdv: {done} of {self._runs} runs, {archive.sim_s:.0f} s simulated, open: {_listed(archive)}"
-        if self._rewrites and self._collection.config.get_verbosity() >= 0:
-            self._reporter.rewrite(text, erase=True)
-        elif done * STEPS // self._runs > self._told:
-            self._told = done * STEPS // self._runs
-            self._collection.say(text)
-
-    def end(self, archive: Archive, ended: Ended, tests: int) -> None:
-        """At the end."""
-        done = sum(entry.way != GIVEN for entry in archive.entries)
-        self._collection.say(
-            f"hricdv: closing ended ({ended}) after {done} runs, {archive.sim_s:.0f} s simulated; "
-            f"open: {_listed(archive)}; {tests} tests"
-        )
-        if ended == "interrupted":
-            self._collection.say("hricdv: what was reached until Ctrl-C is kept and runs now; Ctrl-C again ends all")

@@ -9,6 +9,7 @@ import msgspec
 
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.suite import Suite
+from pytest_hricdv.input_file import from_cache
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.session.collection import Collection
@@ -30,7 +31,7 @@ class KeptSuite:
 
     def read(self) -> GeneratedSuite | None:
         """The suite; None where there is none, or it is of other files."""
-        kept = self._cache.get(self._key, None) if self._cache is not None else None
+        kept = from_cache(self._cache, self._key)
         try:
             if kept is None or kept["files"] != self._digests(kept["files"]):
                 return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import json
 import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
@@ -11,16 +12,19 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.case import HriCase
+from pytest_hricdv.message import visible
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session import replaying
 from pytest_hricdv.session.options import SESSION_DAY, Options
 from pytest_hricdv.session.replaying import ReplayInput
 from pytest_hricdv.session.suites import cases, from_text, selected_suites, to_text
+from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench, TestbenchError, checked, lacking
 
 WORKER_INPUT = "hricdv_suites"
 ONLY_CASES = "hricdv_only_cases"
 REPLAYS = "hricdv_replays"
+DONE = "hricdv_done"
 PACKAGE = Path(__file__).parents[1]
 _NAMED = re.compile(r"::[^\[]*\[.*?(?P<id>[A-Za-z0-9_]+(?:-[A-Za-z0-9_]+)*-[0-9a-f]{8}(?:[0-9a-f]{8})?(?:-k\d+)?)\b")
 
@@ -46,6 +50,9 @@ class Collection:
         self.options = options
         self.closing: Callable[[Sequence[GeneratedSuite]], GeneratedSuite] | None = None
         """Generates the suite that a closing loop leads to, given the others; where one is asked for."""
+        given = worker_input(config)
+        self.done: frozenset[str] = frozenset() if given is None else frozenset(json.loads(str(given[DONE])))
+        """Node ids of tests that are not run again, in a session that is resumed."""
 
     @cached_property
     def testbench(self) -> Testbench:
@@ -53,7 +60,7 @@ class Collection:
         hook = self.config.hook.pytest_hricdv_testbench
         implementations = hook.get_hookimpls()
         if not implementations:
-            raise pytest.UsageError(
+            raise usage_error(
                 f"no testbench: implement pytest_hricdv_testbench(config) in {self.config.rootpath / 'conftest.py'} "
                 "and return a pytest_hricdv.testbench.Testbench"
             )
@@ -62,9 +69,9 @@ class Collection:
             found = checked(hook(config=self.config), f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
             return found.simulated(self.options.fidelity) if self.options.fidelity else found
         except TestbenchError as error:
-            raise pytest.UsageError(str(error)) from None
+            raise usage_error(str(error)) from None
         except Exception as error:
-            raise pytest.UsageError(f"{_located(error)}{lacking(error)}") from error
+            raise usage_error(f"{_located(error)}{lacking(error)}") from error
 
     @cached_property
     def selected(self) -> list[GeneratedSuite]:
@@ -128,7 +135,7 @@ class Collection:
         reporter = self.config.pluginmanager.get_plugin("terminalreporter")
         if reporter is not None and self.config.get_verbosity() >= 0:
             reporter.ensure_newline()
-            reporter.write_line(text)
+            reporter.write_line(visible(text))
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
         """Parametrizes `hri_case`, so that fixtures, -k, --lf and IDEs work as with any parametrized test."""
@@ -152,6 +159,7 @@ class Collection:
         given[WORKER_INPUT] = to_text(self.selected)
         given[ONLY_CASES] = self.only_cases
         given[SESSION_DAY] = self.options.today.isoformat()
+        given[DONE] = json.dumps(sorted(self.done))
         given[REPLAYS] = replaying.to_text(self.replays.values())
 
 
@@ -189,7 +197,7 @@ def _host_paths(config: pytest.Config) -> list[str]:
     for path in config.getini("hri_testpaths"):
         matches = sorted(glob.glob(str(path), recursive=True))
         if not matches:
-            raise pytest.UsageError(f"{config.inipath}: hri_testpaths: no such file or folder: {path}")
+            raise usage_error(f"{config.inipath}: hri_testpaths: no such file or folder: {path}")
         found += matches
     return found
 

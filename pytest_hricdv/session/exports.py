@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from pytest_hricdv.message import visible
 from pytest_hricdv.report import EXPORT_FORMATS, ci_formats, files
 from pytest_hricdv.report.exported_files import ExportTargets, write_exports
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
+from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.session.reporting import Reporting
@@ -25,7 +27,7 @@ def read_targets(config: pytest.Config) -> ExportTargets:
     twice = next((path for path in given if given.count(path) > 1), None)
     if twice is not None:
         names = " and ".join(f"--hri-{name}" for name, path in named.items() if path == twice)
-        raise pytest.UsageError(f"{names}: expected a file for each, and both are to be {twice}")
+        raise usage_error(f"{names}: expected a file for each, and both are to be {twice}")
     return ExportTargets.of(named)
 
 
@@ -34,11 +36,11 @@ def _path(config: pytest.Config, name: str) -> Path | None:
     text = str(config.getini(f"hri_{name}") if given is None else given).strip()
     if not text:
         if given is not None:
-            raise pytest.UsageError(f"--hri-{name}: expected the name of a file to write")
+            raise usage_error(f"--hri-{name}: expected the name of a file to write")
         return None
     path = config.invocation_params.dir / text
     if path.is_dir():
-        raise pytest.UsageError(f"--hri-{name}={text}: expected the name of a file to write, and there is a folder")
+        raise usage_error(f"--hri-{name}={text}: expected the name of a file to write, and there is a folder")
     return path
 
 
@@ -64,7 +66,7 @@ class Exporting:
                 try:
                     files.prepare(path.parent)
                 except ReportError as error:
-                    raise pytest.UsageError(f"{path}: {error}") from None
+                    raise usage_error(f"{path}: {error}") from None
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Stores the place of the test function."""
@@ -85,9 +87,9 @@ class Exporting:
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Writes where the files are, errors, and GitHub's annotations."""
         for note in self._notes:
-            terminalreporter.write_line(note, light=True)
+            terminalreporter.write_line(visible(note), light=True)
         for problem in self._problems:
-            terminalreporter.write_line(f"FAILED {problem}", red=True, bold=True)
+            terminalreporter.write_line(visible(f"FAILED {problem}"), red=True, bold=True)
         if self._targets.github and self._reporting.report is not None:
             for annotation in ci_formats.annotations(self._reporting.report, self._places):
                 terminalreporter.write_line(annotation)

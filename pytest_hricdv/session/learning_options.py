@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from pytest_hricdv.session.usage import usage_error
+
 if TYPE_CHECKING:
     from pytest_hricdv.generate.qlearning import QLearning, WarmStart
     from pytest_hricdv.testbench import Testbench
@@ -75,12 +77,12 @@ def parameters(options: LearningOptions, testbench: Testbench) -> QLearning:
         try:
             found = replace(found, **_setting(line))
         except GenerateError as error:
-            raise pytest.UsageError(f"{where}: {error}") from None
+            raise usage_error(f"{where}: {error}") from None
     if options.reward:
         try:
             found = replace(found, reward=options.reward)
         except GenerateError as error:
-            raise pytest.UsageError(f"--hri-rl-reward={options.reward}: {error}") from None
+            raise usage_error(f"--hri-rl-reward={options.reward}: {error}") from None
     return found
 
 
@@ -100,7 +102,7 @@ def warm_start(options: LearningOptions, testbench: Testbench) -> WarmStart:
     try:
         return read_warm_start(options.start, testbench.model, testbench.beliefs)
     except GenerateError as error:
-        raise pytest.UsageError(f"--hri-rl-start: {error}") from None
+        raise usage_error(f"--hri-rl-start: {error}") from None
 
 
 def _setting(line: str) -> dict[str, Any]:

@@ -194,6 +194,12 @@ MUTATION = (
 
 OUTPUT = (
     Value("report", "DIR", "folder of report.json and index.html (default hri-report)"),
+    Flag(
+        "resume",
+        "go on with the session that was killed or interrupted in the folder of --hri-report: tests with a result are "
+        "not run again, as long as code, testbench, suites, options and versions are the same",
+        key=False,
+    ),
     Flag("no-cov", "do not measure the code under test"),
 )
 

@@ -13,6 +13,7 @@ import pytest
 
 from pytest_hricdv.results.gates import (
     KNOWN,
+    MAX_SHARDS,
     MAY_BE_NC,
     MUTANTS,
     Exemption,
@@ -27,6 +28,13 @@ from pytest_hricdv.results.gates import (
 from pytest_hricdv.session.closing_options import NAME as CLOSURE
 from pytest_hricdv.session.closing_options import ClosingOptions, read_closing
 from pytest_hricdv.session.learning_options import LearningOptions, read_learning
+from pytest_hricdv.session.usage import usage_error
+
+MAX_INTEGER = 2**63 - 1
+"""Of an option: seeds have 63 bits, and nothing else needs more."""
+
+MAX_TESTS, MAX_CONCRETIZATIONS = 100_000, 10_000
+"""As in `generate.beliefs`, which a session without a suite does not import."""
 
 SESSION_DAY = "hricdv_session_day"
 _AGAIN = ("tests", "concretizations", "sampling", "fidelity")
@@ -102,6 +110,7 @@ class Options:
     baseline: Path | None = None
     update_baseline: bool = False
     fidelity: str = ""
+    resume: bool = False
     today: datetime.date = datetime.date.min
     """The day on which the session began (UTC)."""
     again: tuple[str, ...] = ()
@@ -113,16 +122,16 @@ def read_options(config: pytest.Config) -> Options:
     replay, today = _replay(config), session_day(config)
     known, baseline = _exemptions(config, "known", "known_violations", KNOWN), _text(config, "baseline")
     if config.getoption("hri_update_baseline") and not baseline:
-        raise pytest.UsageError("--hri-update-baseline: say which file, with --hri-baseline=FILE or hri_baseline")
+        raise usage_error("--hri-update-baseline: say which file, with --hri-baseline=FILE or hri_baseline")
     if not baseline and _fail_on_change(config):
-        raise pytest.UsageError("--hri-fail-on-change: compared with what? give --hri-baseline=FILE or hri_baseline")
+        raise usage_error("--hri-fail-on-change: compared with what? give --hri-baseline=FILE or hri_baseline")
     suites = "" if replay else _text(config, "suite") or (CLOSURE if config.getoption("hri_close") else "")
     return Options(
         suites=suites,
         suite_named=bool(replay or config.getoption("hri_close")) or config.getoption("hri_suite") is not None,
         seed=_integer(config, "seed", 0, least=None) or 0,
-        tests=_integer(config, "tests", None, least=1),
-        concretizations=_integer(config, "concretizations", 1, least=1) or 1,
+        tests=_integer(config, "tests", None, least=1, most=MAX_TESTS),
+        concretizations=_integer(config, "concretizations", 1, least=1, most=MAX_CONCRETIZATIONS) or 1,
         sampling=_sampling(config),
         report=config.invocation_params.dir / (_text(config, "report") or "hri-report"),
         gates=Gates(
@@ -142,6 +151,7 @@ def read_options(config: pytest.Config) -> Options:
         coverage=not _flag(config, "no_cov"),
         fidelity=_text(config, "fidelity"),
         film=_flag(config, "film"),
+        resume=bool(config.getoption("hri_resume")),
         replay=replay,
         replay_anyway=bool(config.getoption("hri_replay_anyway")),
         search=_integer(config, "search", 0, least=1) or 0,
@@ -166,17 +176,17 @@ def _replay(config: pytest.Config) -> tuple[Path, ...]:
     if given is None:
         return ()
     if config.getoption("hri_suite") is not None:
-        raise pytest.UsageError("--hri-replay and --hri-suite: give one of them; a replay file brings its test along")
+        raise usage_error("--hri-replay and --hri-suite: give one of them; a replay file brings its test along")
     names = [name.strip() for name in given.split(",")]
     if not all(names):
-        raise pytest.UsageError(f"--hri-replay={given}: expected the path of a replay file")
+        raise usage_error(f"--hri-replay={given}: expected the path of a replay file")
     return tuple(config.invocation_params.dir / name for name in names)
 
 
 def _mutation(config: pytest.Config) -> MutationOptions:
     text = _text(config, "mutate_tests")
-    if not text.isdigit() and text not in ("", "all"):
-        raise pytest.UsageError(f"--hri-mutate-tests={text}: expected a whole number, or all")
+    if not (text.isascii() and text.isdigit()) and text not in ("", "all"):
+        raise usage_error(f"--hri-mutate-tests={text}: expected a whole number, or all")
     tests = None if text == "all" else _integer(config, "mutate_tests", MutationOptions.tests, least=1)
     options = MutationOptions(
         asked=_flag(config, "mutate"),
@@ -186,12 +196,12 @@ def _mutation(config: pytest.Config) -> MutationOptions:
         matrix=_flag(config, "mutate_matrix"),
     )
     if options.asked and _flag(config, "no_cov"):
-        raise pytest.UsageError("--hri-mutate and --hri-no-cov: which tests to try a fault on is known from coverage")
+        raise usage_error("--hri-mutate and --hri-no-cov: which tests to try a fault on is known from coverage")
     if options.asked and config.getoption("hri_shard") is not None:
-        raise pytest.UsageError("--hri-mutate and --hri-shard: give one of them; faults are tried on whole suites")
+        raise usage_error("--hri-mutate and --hri-shard: give one of them; faults are tried on whole suites")
     needed = [line for line in config.getoption("hri_fail_under") or () if line.partition("=")[0].strip() == MUTANTS]
     if needed and not options.asked:
-        raise pytest.UsageError(f"--hri-fail-under={needed[0]}: add --hri-mutate, or there are no mutants")
+        raise usage_error(f"--hri-fail-under={needed[0]}: add --hri-mutate, or there are no mutants")
     return options
 
 
@@ -204,7 +214,7 @@ def _closing(config: pytest.Config, suites: str) -> ClosingOptions:
         without=_text(config, "close_without"),
     )
     if options.asked and _sampling(config) != "uniform":
-        raise pytest.UsageError(f"--hri-sampling and the suite {CLOSURE}: the closing loop chooses parameters itself")
+        raise usage_error(f"--hri-sampling and the suite {CLOSURE}: the closing loop chooses parameters itself")
     return options
 
 
@@ -228,7 +238,7 @@ def _sampling(config: pytest.Config) -> str:
     from pytest_hricdv.generate.sampler import SAMPLINGS  # a project without a suite loads options, and no generator
 
     if name not in SAMPLINGS:
-        raise pytest.UsageError(f"--hri-sampling={name}: expected one of {', '.join(SAMPLINGS)}")
+        raise usage_error(f"--hri-sampling={name}: expected one of {', '.join(SAMPLINGS)}")
     return name
 
 
@@ -242,16 +252,20 @@ def _flag(config: pytest.Config, name: str) -> bool:
     return bool(config.getini(f"hri_{name}") if given is None else given)
 
 
-def _integer(config: pytest.Config, name: str, default: int | None, least: int | None) -> int | None:
+def _integer(
+    config: pytest.Config, name: str, default: int | None, least: int | None, most: int = MAX_INTEGER
+) -> int | None:
     text, option = _text(config, name), f"--hri-{name.replace('_', '-')}"
     if not text:
         return default
     try:
-        value = int(text)
+        value = int(text if text.isascii() else "")
     except ValueError:
-        raise pytest.UsageError(f"{option}={text}: expected a whole number") from None
-    if least is not None and value < least:
-        raise pytest.UsageError(f"{option}={text}: expected at least {least}")
+        raise usage_error(f"{option}={text}: expected a whole number") from None
+    least = -MAX_INTEGER if least is None else least
+    if not least <= value <= most:
+        expected = f"at least {least}" if value < least else f"at most {most}"
+        raise usage_error(f"{option}={text}: expected {expected}")
     return value
 
 
@@ -264,7 +278,7 @@ def _thresholds(config: pytest.Config) -> tuple[Threshold, ...]:
         try:
             found = parse_threshold(line, named=on_command_line)
         except ThresholdError as error:
-            raise pytest.UsageError(f"--hri-fail-under={error}") from None
+            raise usage_error(f"--hri-fail-under={error}") from None
         thresholds.setdefault(found.kind, found)
     return tuple(thresholds.values())
 
@@ -273,9 +287,10 @@ def _shard(config: pytest.Config) -> Shard | None:
     text = config.getoption("hri_shard")
     if text is None:
         return None
-    match = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text.strip())
-    if match is None or not 1 <= int(match[1]) <= int(match[2]):
-        raise pytest.UsageError(f"--hri-shard={text}: expected INDEX/OF, as in 1/3, with INDEX from 1 to OF")
+    match = re.fullmatch(r"([0-9]{1,6})/([0-9]{1,6})", text.strip())
+    if match is None or not 1 <= int(match[1]) <= int(match[2]) <= MAX_SHARDS:
+        expected = f"expected INDEX/OF, as in 1/3, with INDEX from 1 to OF, and OF at most {MAX_SHARDS}"
+        raise usage_error(f"--hri-shard={text}: {expected}")
     return Shard(int(match[1]), int(match[2]))
 
 
@@ -284,7 +299,7 @@ def _exemptions(config: pytest.Config, option: str, ini: str, form: str) -> dict
     try:
         found = parse_exemptions(config.getini(f"hri_{ini}"), form)
     except ExemptionError as error:
-        raise pytest.UsageError(f"hri_{ini}: {error}") from None
+        raise usage_error(f"hri_{ini}: {error}") from None
     name = f"--hri-{option.replace('_', '-')}"
     for given in config.getoption(f"hri_{option}") or ():
         # Several names are separated by commas; conditions and reasons may have commas of their own.
@@ -292,7 +307,7 @@ def _exemptions(config: pytest.Config, option: str, ini: str, form: str) -> dict
             try:
                 exemption = parse_exemption(text, form, reason=f"named with {name}")
             except ExemptionError as error:
-                raise pytest.UsageError(f"{name}={error}") from None
+                raise usage_error(f"{name}={error}") from None
             before = found.get(exemption.requirement)
             if before is None or (before.condition, before.suites) != (exemption.condition, exemption.suites):
                 found[exemption.requirement] = exemption

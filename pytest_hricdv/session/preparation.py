@@ -26,29 +26,39 @@ from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.judgement import Judgement, judge
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.session import films
+from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection
+from pytest_hricdv.session.fingerprint import fingerprint
+from pytest_hricdv.session.resuming import Restoring
 from pytest_hricdv.session.running import Running
 from pytest_hricdv.session.suites import export
+from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import TestbenchError
 
 
 class Preparation:
     """Generates the suites, exports them, and checks all that a session needs, in the order of the time it takes."""
 
-    def __init__(self, collection: Collection, running: Running, gate_check: GateCheck) -> None:
+    def __init__(
+        self, collection: Collection, running: Running, gate_check: GateCheck, aggregation: Aggregation
+    ) -> None:
         self.collection = collection
+        self.aggregation = aggregation
         self.running = running
         self.options = collection.options
         self._gate_check = gate_check
 
-    def pytest_report_header(self) -> str | list[str]:
+    def pytest_report_header(self) -> list[str]:
         """One line with the number of tests, for which the suites are generated; for replays also what has changed."""
-        if self.collection.replays:
-            return self._replay_header()
-        suites = self.collection.selected
-        names = [each.suite.name for each in suites]
+        return [
+            *(self._replay_header() if self.collection.replays else self._header()),
+            *self.aggregation.journaling.notes,
+        ]
+
+    def _header(self) -> list[str]:
+        names = [each.suite.name for each in self.collection.selected]
         tests = len(self.collection.cases)
-        return terminal.header(names, self.options.seed, tests, self.collection.testbench.name)
+        return [terminal.header(names, self.options.seed, tests, self.collection.testbench.name)]
 
     def _replay_header(self) -> list[str]:
         given = self.collection.replays.values()
@@ -77,7 +87,18 @@ class Preparation:
             try:
                 files.prepare(self.options.report)
             except ReportError as error:
-                raise pytest.UsageError(str(error)) from None
+                raise usage_error(str(error)) from None
+            self._begin_journal()
+
+    def _begin_journal(self) -> None:
+        journaling = self.aggregation.journaling
+        depends_on = fingerprint(self.collection, self.running.provenance)
+        journaling.begin(depends_on, resume=self.options.resume)
+        if journaling.resumed is not None:
+            self.aggregation.resume(journaling.resumed)
+            self.collection.done = journaling.resumed.done
+            manager = self.collection.config.pluginmanager
+            manager.register(Restoring(self.collection, journaling.resumed.results), "hricdv-restoring")
 
     def _check_replays(self) -> None:
         """Refuse replay files of other code or versions, unless --hri-replay-anyway is given."""
@@ -85,27 +106,27 @@ class Preparation:
         changed = [note for note in notes if note]
         if changed and not self.options.replay_anyway:
             told = "\n  ".join(changed)
-            raise pytest.UsageError(f"--hri-replay: {told}\nadd --hri-replay-anyway to run it all the same")
+            raise usage_error(f"--hri-replay: {told}\nadd --hri-replay-anyway to run it all the same")
 
     def _check_film(self) -> None:
         try:
             films.check(self.collection.testbench)
         except TestbenchError as error:
-            raise pytest.UsageError(str(error)) from None
+            raise usage_error(str(error)) from None
 
     def _import_required(self) -> None:
         for name in self.collection.testbench.requires:
             try:
                 importlib.import_module(name)
             except ImportError as error:
-                raise pytest.UsageError(f"the testbench requires {name}: {error}") from None
+                raise usage_error(f"the testbench requires {name}: {error}") from None
 
 
 def _check_mutation() -> None:
     if not hasattr(os, "fork"):
-        raise pytest.UsageError("--hri-mutate: this system cannot fork processes; use Linux or macOS")
+        raise usage_error("--hri-mutate: this system cannot fork processes; use Linux or macOS")
     if importlib.util.find_spec("mutmut") is None:
-        raise pytest.UsageError("--hri-mutate needs mutmut: pip install pytest-hricdv[mutation]")
+        raise usage_error("--hri-mutate needs mutmut: pip install pytest-hricdv[mutation]")
 
 
 class GateCheck:
@@ -131,7 +152,7 @@ class GateCheck:
             for name in sorted(names):
                 if name not in requirements:
                     known = ", ".join(sorted(requirements))
-                    raise pytest.UsageError(f"{what} {name!r}: no such requirement; there are {known}")
+                    raise usage_error(f"{what} {name!r}: no such requirement; there are {known}")
         _ = self._baseline
 
     def check_suites(self) -> None:
@@ -146,7 +167,7 @@ class GateCheck:
         try:
             check_suites(self._baseline, seeds, str(self.options.baseline), behaviour=self.options.gates.fail_on_change)
         except BaselineError as error:
-            raise pytest.UsageError(f"--hri-baseline: {error}") from None
+            raise usage_error(f"--hri-baseline: {error}") from None
 
     def compared(self, report: Report, *, whole: bool) -> Report:
         """The report, with how its tests behave compared with the baseline, unless this is written anew.
@@ -166,7 +187,7 @@ class GateCheck:
         try:
             return read_baseline(path, self._collection.testbench.name)
         except BaselineError as error:
-            raise pytest.UsageError(f"--hri-baseline: {error}") from None
+            raise usage_error(f"--hri-baseline: {error}") from None
 
     def judge(self, report: Report, *, whole: bool) -> Judgement:
         """Check the report of a completed session against gates and baseline; write the baseline if asked to.

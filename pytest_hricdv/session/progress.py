@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from pytest_hricdv.report.formatting import fit, visible, width
+from pytest_hricdv.message import visible
+from pytest_hricdv.report.formatting import fit, width
 
 if TYPE_CHECKING:
     from pytest_hricdv.case import HriCase

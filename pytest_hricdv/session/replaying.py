@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 
-import pytest
 from msgspec import to_builtins
 
 from pytest_hricdv.case import CaseResult, HriCase, execute
@@ -30,6 +29,7 @@ from pytest_hricdv.results.building import GeneratedSuite, build_result
 from pytest_hricdv.results.model import ReplayComparison, TestResult
 from pytest_hricdv.search.replay import Origin, Replay, ReplayError, differences, read, write
 from pytest_hricdv.session.suites import check_commands
+from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench
 
 FOLDER = "failures"
@@ -67,7 +67,7 @@ def given(paths: Iterable[Path], testbench: Testbench, start: Path) -> tuple[Rep
                 raise ReplayError(f"{found[replay.test.id].name} and {name} both have the test {replay.test.id}")
             found[replay.test.id] = ReplayInput(name, replay)
     except ReplayError as error:
-        raise pytest.UsageError(f"--hri-replay: {error}") from None
+        raise usage_error(f"--hri-replay: {error}") from None
     return tuple(found.values())
 
 

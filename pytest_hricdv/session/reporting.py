@@ -7,7 +7,6 @@ import shutil
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import cached_property
 from importlib.metadata import version
 
@@ -19,9 +18,11 @@ from pytest_hricdv.coverage.reachability import Reachability, explore, unexplore
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import list_model
+from pytest_hricdv.message import visible
 from pytest_hricdv.report import files, terminal
-from pytest_hricdv.results.building import SessionInfo, build_report
-from pytest_hricdv.results.codec import ReportError
+from pytest_hricdv.results.assembling import assemble
+from pytest_hricdv.results.building import SessionInfo, declare_report
+from pytest_hricdv.results.codec import ReportError, encode
 from pytest_hricdv.results.model import GateResult, ModelSource, Report, RerunOptions, TestResult
 from pytest_hricdv.results.mutation import MutationResult
 from pytest_hricdv.results.searching import SearchResult
@@ -31,6 +32,7 @@ from pytest_hricdv.session.post_session import PostSession
 from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.replaying import Rerunning
 from pytest_hricdv.session.running import Running
+from pytest_hricdv.session.signals import Signals
 
 MARKUP: dict[str, dict[str, bool]] = {
     "title": {"bold": True},
@@ -55,31 +57,31 @@ class Reporting:
         self.interrupted = False
         self._gate_check = gates
         self._missing = ""
+        self._signals = Signals()
         self._began = time.perf_counter()
 
     @pytest.hookimpl(trylast=True)
     def pytest_runtest_logstart(self) -> None:
-        """With xdist: computes what does not depend on results while the workers run their first tests.
+        """Computes what does not depend on results; with xdist, while the workers run their first tests.
 
         Not earlier: while workers start, it would take processor time from them and delay the first test.
         """
-        if self.aggregation.is_distributed:
-            _ = self._reachability, self._models
+        self.aggregation.journaling.declare(self._declared, self.aggregation.chosen.keys())
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Iterator[None]:
-        """Writes the report after the last test, or after -x or Ctrl-C; failed gates fail the session."""
-        try:
-            result = yield
-        except session.Failed:
-            self._conclude(session, stopped=True)
-            raise
-        except (session.Interrupted, KeyboardInterrupt):
-            self.interrupted = True
-            self._conclude(session, stopped=True)
-            raise
-        self._conclude(session, stopped=False)
-        if self.interrupted:
+        """Writes the report after the last test, or whatever ends the session before; failed gates fail the session."""
+        with self._signals.handled():
+            try:
+                result = yield
+            except pytest.UsageError:  # before the first test
+                raise
+            except BaseException as error:
+                self.interrupted = not isinstance(error, session.Failed)
+                self._conclude(session, stopped=True)
+                raise
+            self._conclude(session, stopped=False)
+        if self.interrupted or self._signals.pending:
             raise KeyboardInterrupt
         return result
 
@@ -88,7 +90,18 @@ class Reporting:
         if session.config.getoption("collectonly") or nothing_to_report:
             # xdist does not report node ids that its workers did not find.
             self._missing = "" if self.aggregation.chosen else missing_items(session.config.args, self.options)
+            if not stopped:
+                self.aggregation.journaling.withdraw()
             return
+        with self._signals.deferred():
+            self._report(stopped=stopped)
+        if self.problems:
+            session.testsfailed += 1
+
+    def _report(self, *, stopped: bool) -> None:
+        """Makes the report and writes it."""
+        journaling = self.aggregation.journaling
+        journaling.declare(self._declared, self.aggregation.chosen.keys())
         results, searched = self._post_session(self.aggregation.results(), stopped=stopped)
         if self.running.failures.problem:
             self.problems.append(self.running.failures.problem)
@@ -102,8 +115,7 @@ class Reporting:
             files.write(self.report, self.options.report)
         except ReportError as error:
             self.problems.append(str(error))
-        if self.problems:
-            session.testsfailed += 1
+        journaling.end()
 
     def _post_session(
         self, results: list[TestResult], *, stopped: bool
@@ -114,9 +126,10 @@ class Reporting:
             return results, {}
         self.collection.say("")  # ends the line of dots
         after = PostSession(self._rerunning, options, self.aggregation.chosen, self.collection.say)
-        if options.shrink:
-            results = after.shrink(results)
-        found = after.search(results) if options.search and not stopped else {}
+        with self._signals.deferred(False):
+            if options.shrink:
+                results = after.shrink(results)
+            found = after.search(results) if options.search and not stopped else {}
         self.interrupted = after.interrupted
         self.problems += after.problems
         return results, found
@@ -131,7 +144,8 @@ class Reporting:
         processes = self.aggregation.workers if self.aggregation.is_distributed else os.cpu_count() or 1
         mutating = Mutating(self.running, self.aggregation.chosen, processes, self.collection.say)
         try:
-            found = mutating.mutate(results)
+            with self._signals.deferred(False):
+                found = mutating.mutate(results)
         except MutationError as error:
             self.problems.append(f"--hri-mutate: {error}")
             return None
@@ -150,18 +164,28 @@ class Reporting:
 
     def _build(self, results: list[TestResult]) -> Report:
         """The report; without the code's coverage, and with a problem, when a waiver in the code is wrong."""
-        session, aggregation = self._session(results), self.aggregation
-        try:
-            return build_report(session, results, aggregation.chosen, aggregation.reasons)
-        except CoverageError as error:
-            self.problems.append(str(error))
-            session = replace(session, code=None, unmeasured=str(error))
-            return build_report(session, results, aggregation.chosen, aggregation.reasons)
+        declared = msgspec.json.decode(self._declared, type=Report)
+        declared = msgspec.structs.replace(declared, workers=self.aggregation.workers)
+        resumed = self.aggregation.journaling.resumed
+        wall_s = time.perf_counter() - self._began + (resumed.wall_s if resumed else 0.0)
+        report, problem = assemble(declared, results, self.aggregation.reasons, wall_s)
+        if problem:
+            self.problems.append(problem)
+        return report
+
+    @cached_property
+    def _declared(self) -> bytes:
+        """The report before the first result, as JSON: not as objects, which of thousands of tests would be many."""
+        resumed = self.aggregation.journaling.resumed
+        if resumed is not None and resumed.declared is not None:
+            _ = self._reachability  # for its problems, which fail this session, too
+            return resumed.declared
+        return encode(declare_report(self._session(), self.aggregation.chosen)).encode()
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Writes one section at the end."""
         if self._missing:
-            terminalreporter.write_line(f"hricdv: {self._missing.strip()}", red=True)
+            terminalreporter.write_line(visible(f"hricdv: {self._missing.strip()}"), red=True)
         if self.report is None and not self.problems:
             return
         terminalreporter.write_sep("=", "human-robot interaction")
@@ -171,26 +195,25 @@ class Reporting:
             for line in terminal.findings(self.report):
                 terminalreporter.write_line(line.text, **MARKUP[line.style])
         for text in self.report.gates.improved if self.report and self.report.gates else ():
-            terminalreporter.write_line(text, green=True)
+            terminalreporter.write_line(visible(text), green=True)
+        for text in self.aggregation.journaling.lines(had_header=terminalreporter.verbosity >= 0):
+            terminalreporter.write_line(visible(text), yellow=True)
         for problem in self.problems:
-            terminalreporter.write_line(f"FAILED {problem}", red=True, bold=True)
+            terminalreporter.write_line(visible(f"FAILED {problem}"), red=True, bold=True)
 
-    def _session(self, results: list[TestResult]) -> SessionInfo:
-        measured = self.options.coverage
-        reasons = [result.unmeasured for result in results if result.unmeasured]
+    def _session(self) -> SessionInfo:
         return SessionInfo(
             testbench=self.collection.testbench,
             requirements=self.running.requirements,
             suites=tuple(self.collection.selected),
             code=self.running.code,
-            unmeasured=reasons[0] if reasons else "no test was measured" if measured else "switched off",
+            unmeasured="no test was measured" if self.options.coverage else "switched off",
             known=self.options.known,
             may_be_nc=self.options.gates.may_be_nc,
             until={name: str(each.until) for name, each in self.options.gates.known.items() if each.until},
             strict=self.options.strict,
             version=version("pytest-hricdv"),
             made_with=self.running.provenance.made_with,
-            wall_s=time.perf_counter() - self._began,
             workers=self.aggregation.workers,
             sizes=Counter(case.suite for case in self.collection.everything),
             shard=str(self.options.shard or ""),
@@ -233,9 +256,16 @@ class Reporting:
         return self.options.shard is not None and bool(self.collection.everything) and not self.collection.cases
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """A shard without tests is no error; pytest's exit status for no tests would fail the job."""
+        """Corrects the exit status of a shard without tests, which is no error, and of a session that lost tests.
+
+        `pytest.exit(returncode=0)` in the code under test would else look as if all were well.
+        """
         if self._is_empty_shard and session.exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
             session.exitstatus = pytest.ExitCode.OK
+        if self.report is not None and session.exitstatus == pytest.ExitCode.OK:
+            self.problems += self.aggregation.losses()
+            if self.problems:
+                session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
     def _judged(self, report: Report) -> Report:
         """The report of a session that ran to its end, with the result of its gates.

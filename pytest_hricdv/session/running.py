@@ -33,6 +33,7 @@ from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.session.collection import Collection, case_of
 from pytest_hricdv.session.films import Filming, film_text
 from pytest_hricdv.session.replaying import Failures, Provenance, replay_mismatch
+from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import ConformanceError
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
@@ -69,7 +70,7 @@ class Running:
             requirements = load_requirements(testbench.requirements, testbench.vocabulary())
             return (*requirements, *oracles(testbench))
         except (RequirementError, ConformanceError, ValueError) as error:
-            raise pytest.UsageError(str(error)) from None
+            raise usage_error(str(error)) from None
 
     @property
     def known(self) -> Mapping[str, str]:
@@ -93,7 +94,7 @@ class Running:
                     source = FormulaSource(known.condition, owner=f"known violation of {name}: condition")
                     parsed[name] = parse_condition(known.condition, vocabulary, source)
         except RequirementError as error:
-            raise pytest.UsageError(str(error)) from None
+            raise usage_error(str(error)) from None
         return {} if self.options.strict else parsed
 
     @property
@@ -107,7 +108,7 @@ class Running:
         try:
             return map_code(self.collection.testbench.code, Path(self.collection.config.rootpath))
         except CoverageError as error:
-            raise pytest.UsageError(str(error)) from None
+            raise usage_error(str(error)) from None
 
     @property
     def measurement(self) -> Measurement:

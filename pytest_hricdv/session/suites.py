@@ -9,8 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from pytest_hricdv.atomic_file import write_text
 from pytest_hricdv.case import HriCase
 from pytest_hricdv.generate import GenerateError
@@ -19,9 +17,11 @@ from pytest_hricdv.generate.context import GenerationContext, Method
 from pytest_hricdv.generate.methods import select_methods
 from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.generate.suite_files import Files, dump_tests
+from pytest_hricdv.input_file import from_cache
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session.learning_options import METHOD, parameters, warm_start
-from pytest_hricdv.session.options import Options
+from pytest_hricdv.session.options import MAX_TESTS, Options
+from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench
 
 CACHE_FOLDER = "hricdv"
@@ -48,11 +48,15 @@ def selected_suites(
             _generate(method, reading if isinstance(method, Files) else context, cache, say) for method in methods
         ]
     except GenerateError as error:
-        raise pytest.UsageError(f"--hri-suite: {error}") from None
+        raise usage_error(f"--hri-suite: {error}") from None
+    total = options.concretizations * sum(len(each.suite.tests) for each in selected)
+    if total > MAX_TESTS:
+        what = f"{total:,} tests, {options.concretizations} of each abstract test"
+        raise usage_error(f"--hri-concretizations: {what}; expected at most {MAX_TESTS:,} in a session")
     names = [each.suite.name for each in selected]
     for name in names:
         if names.count(name) > 1:
-            raise pytest.UsageError(f"--hri-suite: two suites have the name {name!r}; rename a file or folder")
+            raise usage_error(f"--hri-suite: two suites have the name {name!r}; rename a file or folder")
     for each in selected:
         check_commands(each.suite, testbench)
         _check_values(each.suite, testbench)
@@ -75,7 +79,7 @@ def generation_context(options: Options, testbench: Testbench) -> GenerationCont
 def _context(options: Options, testbench: Testbench, *, learns: bool) -> GenerationContext:
     """What the suites are generated from."""
     if options.learning.named and not learns:
-        raise pytest.UsageError(f"{options.learning.named[0]}: nothing is learned; select the suite {METHOD}")
+        raise usage_error(f"{options.learning.named[0]}: nothing is learned; select the suite {METHOD}")
     context = generation_context(options, testbench)
     if not learns:
         return context
@@ -93,7 +97,7 @@ def _generate(
     if isinstance(method, Files):  # reading files is as quick as reading the cache
         return GeneratedSuite(method.generate(context), 0.0, cached=False)
     key = f"{CACHE_FOLDER}/{context.fingerprint(method.name)}"
-    text = cache.get(key, None) if cache is not None else None
+    text = from_cache(cache, key)
     learned_anew = method.name == METHOD and context.save is not None  # the cache keeps suites, not tables
     if isinstance(text, str) and not learned_anew:
         try:
@@ -116,9 +120,7 @@ def check_commands(suite: Suite, testbench: Testbench) -> None:
         for line in test.lines:
             if line not in known:
                 commands = ", ".join(known)
-                raise pytest.UsageError(
-                    f"suite {suite.name}, test {test.id}: unknown command {line!r}; known: {commands}"
-                )
+                raise usage_error(f"suite {suite.name}, test {test.id}: unknown command {line!r}; known: {commands}")
 
 
 def _check_values(suite: Suite, testbench: Testbench) -> None:
@@ -126,7 +128,7 @@ def _check_values(suite: Suite, testbench: Testbench) -> None:
         try:
             check_values(test, testbench.commands)
         except GenerateError as error:
-            raise pytest.UsageError(f"suite {suite.name}, {error}") from None
+            raise usage_error(f"suite {suite.name}, {error}") from None
 
 
 def cases(
@@ -159,4 +161,4 @@ def export(selected: Iterable[GeneratedSuite], folder: Path) -> list[Path]:
     try:
         return [write_text(folder / f"{each.suite.name}.txt", dump_tests(each.suite.tests)) for each in selected]
     except OSError as error:
-        raise pytest.UsageError(f"--hri-export={folder}: {error.strerror or error}; choose another folder") from None
+        raise usage_error(f"--hri-export={folder}: {error.strerror or error}; choose another folder") from None

@@ -97,7 +97,7 @@ def test_file_of_ten_megabytes_is_refused_at_once(tmp_path: Path, name: str) -> 
     (tmp_path / "mas.mas2j").write_text("MAS m { agents: long; }")
     (tmp_path / name).write_text("p. " * 3_500_000)
     begin = time.perf_counter()
-    with pytest.raises(BdiSyntaxError, match=r"long\.\w+:1:1: too long to be a model: 10,500,000 bytes"):
+    with pytest.raises(BdiError, match=r"long\.\w+: too large: 10,500,000 bytes; expected at most 1,000,000"):
         MultiAgentSystem.load(tmp_path / ("mas.mas2j" if name.endswith("asl") else name))
     assert time.perf_counter() - begin < 5
 
@@ -154,14 +154,108 @@ def test_empty_source_is_an_agent_that_does_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize("data", [b"", b"\xff\xfe", b"MAS \xe9 { agents: a; }", b"\x00" * 50])
 def test_project_that_is_no_text_is_a_located_error(tmp_path: Path, data: bytes) -> None:
     (tmp_path / "mas.mas2j").write_bytes(data)
-    with pytest.raises(BdiSyntaxError, match=r"mas\.mas2j:1:\d+: "):
+    with pytest.raises(BdiError, match=r"mas\.mas2j:1:\d+: "):
         MultiAgentSystem.load(tmp_path / "mas.mas2j")
 
 
 def test_files_that_include_each_other_are_an_error(tmp_path: Path) -> None:
-    (tmp_path / "b.asl").write_text('{ include("a.asl") }')
-    with pytest.raises(BdiError, match="files that include each other"):
+    (tmp_path / "b.asl").write_text('p.\n{ include("a.asl") }')
+    with pytest.raises(BdiError, match=r"b\.asl:2:\d+: files that include each other"):
         system_of(tmp_path, a='{ include("b.asl") }')
+
+
+def test_files_that_include_others_twice_end_at_a_limit(tmp_path: Path) -> None:
+    for number in range(23):
+        (tmp_path / f"f{number}.asl").write_text(f'{{ include("f{number + 1}.asl") }}\n' * 2)
+    (tmp_path / "f23.asl").write_text("p.")
+    begin = time.process_time()
+    with pytest.raises(BdiSyntaxError, match=r"f\d+\.asl:\d:\d+: a program of more than 1,000 included files"):
+        system_of(tmp_path, a='{ include("f0.asl") }')
+    assert time.process_time() - begin < 5
+
+
+def test_files_that_include_each_the_next_end_at_a_limit(tmp_path: Path) -> None:
+    for number in range(500):
+        (tmp_path / f"f{number}.asl").write_text(f'{{ include("f{number + 1}.asl") }}')
+    with pytest.raises(BdiSyntaxError, match=r"f\d+\.asl:1:\d+: more than 50 files that include each the next"):
+        system_of(tmp_path, a='{ include("f0.asl") }')
+
+
+def test_a_file_may_be_included_twice(tmp_path: Path) -> None:
+    (tmp_path / "b.asl").write_text("p.")
+    result = system_of(tmp_path, a='{ include("b.asl") } { include("b.asl") } !g. +!g : p <- .print(yes).').run()
+    assert result.prints == ["[a] yes"]
+
+
+@pytest.mark.parametrize("text", ["root:x:0:0:secret", "\xff secret"])
+@pytest.mark.parametrize("included", [False, True])
+def test_nothing_of_a_file_outside_of_the_project_is_shown(tmp_path: Path, text: str, included: bool) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "passwd.conf").write_bytes(text.encode("latin-1"))
+    (tmp_path / "mine" / "mas.mas2j").write_text("MAS m { agents: a " + ("" if included else "../passwd.conf") + "; }")
+    (tmp_path / "mine" / "a.asl").write_text('{ include("../passwd.conf") }')
+    with pytest.raises(BdiError, match=r"passwd\.conf.*: no AgentSpeak; what is wrong is not shown") as caught:
+        MultiAgentSystem.load(tmp_path / "mine" / "mas.mas2j")
+    assert "secret" not in str(caught.value)
+    assert "x:0" not in str(caught.value)
+
+
+def test_a_source_in_the_folder_or_the_current_one_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "shared.asl").write_text("p :- ;")
+    (tmp_path / "mine" / "mas.mas2j").write_text("MAS m { agents: a ../shared.asl; }")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(BdiSyntaxError, match=r"shared\.asl:1:6: expected .*\n    p :- ;"):
+        MultiAgentSystem.load(tmp_path / "mine" / "mas.mas2j")
+
+
+@pytest.mark.parametrize(
+    ("count", "told"),
+    [
+        ("#00000000199999999", "found '00000000199999999'"),
+        ("#10001", "from 1 to 10000, found '10001'"),
+        ("#٣", "unexpected character"),
+        ("#0", "found '0'"),
+        ("#6000; b #6000", "from 1 to 4000 more, 10000 together, found '6000'"),
+        ("; ".join(["", *(f"x{number}" for number in range(10_001))]), "expected at most 10000 agents"),
+    ],
+    ids=lambda value: value[:20],
+)
+def test_agents_have_a_largest_number(tmp_path: Path, count: str, told: str) -> None:
+    (tmp_path / "mas.mas2j").write_text(f"MAS m {{ agents: a {count}; }}", encoding="utf-8")
+    with pytest.raises(BdiSyntaxError) as caught:
+        read_project(tmp_path / "mas.mas2j")
+    assert told in str(caught.value)
+
+
+def test_zeros_before_a_number_of_agents_do_not_matter(tmp_path: Path) -> None:
+    (tmp_path / "mas.mas2j").write_text("MAS m { agents: a #0000000000000002; }")
+    assert [agent.name for agent in read_project(tmp_path / "mas.mas2j").agents] == ["a1", "a2"]
+
+
+def test_beliefs_of_many_copies_end_at_a_limit(tmp_path: Path) -> None:
+    (tmp_path / "mas.mas2j").write_text("MAS m { agents: a #10000; }")
+    (tmp_path / "a.asl").write_text("p. " * 200)
+    with pytest.raises(BdiSyntaxError, match=r"mas\.mas2j:1:17: more than 1,000,000 beliefs of all agents"):
+        MultiAgentSystem.load(tmp_path / "mas.mas2j")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "MAS m { agents:\n" + "\n".join(f"a{number} at h;" for number in range(9_000)) + "}",
+        'MAS m { agents: a [beliefs="' + "p," * 100_000 + '"] #9000; }',
+        "MAS m { aslSourcePath: " + '"a";' * 100_000 + " agents: a; }",
+        "MAS m { agents: " + "a [x=1];" * 100_000 + "}",
+    ],
+    ids=["lines", "options", "folders", "same"],
+)
+def test_a_long_project_is_read_soon(tmp_path: Path, text: str) -> None:
+    (tmp_path / "mas.mas2j").write_text(text)
+    begin = time.process_time()
+    with contextlib.suppress(BdiError):
+        read_project(tmp_path / "mas.mas2j")
+    assert time.process_time() - begin < 3
 
 
 @pytest.mark.parametrize(

@@ -5,30 +5,53 @@ from __future__ import annotations
 from pytest_hricdv.close.compositions import Compositions, apart
 from pytest_hricdv.close.interactions import UNDISTURBED
 from pytest_hricdv.close.recipes import Recipes
+from pytest_hricdv.generate.rng import make_rng
 from tests.close.test_recipes import GIVEN, LIGHT, PULL, PUSH, seen, usually_kept
 
 
-def test_what_comes_nearer_alone_is_put_together() -> None:
+def each_mends_one_letter() -> Recipes:
+    """Pushing and pulling each mend one of two letters; light mends none, but for a chance."""
     recipes = usually_kept()
     recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")])
-    recipes.learn([seen(("1", "00"), (PUSH,), "10", "kept"), seen(("1", "00"), (PULL,), "01", "kept")])
+    recipes.learn([seen(("1", "00"), (PUSH,), "10", "kept"), seen(("1", "00"), (PULL,), "01", "kept")] * 2)
     recipes.learn([seen(("1", "00"), (LIGHT,), "00", "kept")] * 5)
-    assert Compositions(recipes).of(("1", "00"), GIVEN, commands=3)[0] == (PUSH, PULL)
-    assert Compositions(recipes).helpful_names(GIVEN)["light"] == 0.0
-    recipes.learn([seen(("1", "00"), (PUSH, PULL), "00", "kept")])
-    assert (PUSH, PULL) not in Compositions(recipes).of(("1", "00"), GIVEN, commands=3)
+    return recipes
 
 
-def test_what_leads_to_the_goal_from_elsewhere_is_done_where_something_makes_it_look_like_that() -> None:
-    recipes = Recipes(2)
-    recipes.learn([seen(("1", "away"), UNDISTURBED, "none", "silent"), seen(("1", "00"), UNDISTURBED, "00", "kept")])
-    recipes.learn([seen(("1", "away"), (PUSH,), "00", "kept")])
-    recipes.learn([seen(("1", "00"), (PULL,), "none", "late")])
-    assert (PUSH, PULL) in Compositions(recipes).of(("1", "away"), ("outcome", "late"), commands=3)
+def test_doses_that_each_mend_a_letter_are_put_together() -> None:
+    recipe = Compositions(each_mends_one_letter()).drawn(("1", "00"), GIVEN, 3, make_rng("together"))
+    assert recipe is not None
+    assert recipe.treatment == (PUSH, PULL)
 
 
-def test_of_a_goal_that_was_never_seen_nothing_is_known() -> None:
-    assert Compositions(usually_kept()).of(("1", "00"), GIVEN, commands=3) == []
+def test_what_is_put_together_and_fails_is_expected_no_more() -> None:
+    recipes = each_mends_one_letter()
+    first = Compositions(recipes).drawn(("1", "00"), GIVEN, 3, make_rng("together"))
+    recipes.learn([seen(("1", "00"), (PUSH, PULL), "00", "kept")] * 8)
+    last = Compositions(recipes).drawn(("1", "00"), GIVEN, 3, make_rng("together"))
+    assert first is not None
+    assert last is not None
+    assert first.chance > 2 * last.chance
+
+
+def test_what_is_lacking_after_something_makes_it_look_like_another_one_is_mended() -> None:
+    recipes = each_mends_one_letter()
+    recipes.learn([seen(("1", "away"), UNDISTURBED, "none", "silent")] * 2)
+    recipes.learn([seen(("1", "away"), (LIGHT,), "01", "kept")] * 2)
+    recipe = Compositions(recipes).drawn(("1", "away"), GIVEN, 3, make_rng("away"))
+    assert recipe is not None
+    assert recipe.treatment == (LIGHT, PUSH)
+
+
+def test_where_no_dose_has_mended_what_is_lacking_nothing_is_known() -> None:
+    assert Compositions(usually_kept()).drawn(("1", "00"), GIVEN, 3, make_rng("unknown")) is None
+
+
+def test_disturbances_that_change_what_is_lacking_are_named_even_if_they_never_mended_it() -> None:
+    recipes = usually_kept()
+    recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
+    recipes.learn([seen(("1", "11"), (PUSH,), "01", "kept"), seen(("1", "11"), (LIGHT,), "11", "given")])
+    assert set(Compositions(recipes).helpful_disturbances(("1", "01"), GIVEN)) == {"push"}
 
 
 def test_texts_of_one_length_are_compared_as_patterns_of_bits() -> None:
@@ -36,3 +59,13 @@ def test_texts_of_one_length_are_compared_as_patterns_of_bits() -> None:
     assert apart((("000", "kept"),), (("111", "given"),)) == 2.0
     assert apart((("none", "kept"),), (("111", "kept"),)) == 1.0
     assert apart((("111",), ("kept",)), (("111",), ("kept",))) == 0.0
+
+
+def test_what_one_dose_changes_another_one_may_hide() -> None:
+    recipes = usually_kept()
+    recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
+    recipes.learn([seen(("1", "11"), (PULL,), "10", "kept"), seen(("2", "01"), (PUSH,), "01", "kept")] * 3)
+    assert Compositions(recipes).masked(("1", "11"), 3, make_rng("hidden")) is None
+    recipes.learn([seen(("2", "00"), (PUSH,), "01", "kept")] * 3)
+    assert Compositions(recipes).masked(("1", "11"), 3, make_rng("hidden")) == (PUSH, PULL)
+    assert Compositions(recipes).masked(("3", "11"), 3, make_rng("hidden")) is None

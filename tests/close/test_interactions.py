@@ -56,3 +56,16 @@ def test_an_interaction_has_the_bin_that_was_hit_in_its_place() -> None:
     assert first.effect == (("ends", "well"), ("seen", "dark"))
     assert second.effect == (("ends", "badly"), ("seen", "light"))
     assert len(interactions_of(SCRIPT, {}, {"ends": (("taken", "well"),)}, "ends", planned)) == 1
+
+
+def test_an_interaction_without_a_bin_leaves_the_others_theirs() -> None:
+    def by_name(commands: Sequence[str]) -> tuple[tuple[str], ...]:
+        return tuple((command.removeprefix("ask "),) for command in commands if command.startswith("ask"))
+
+    lines = ("ask a", "disturb x", "ask b", "ask c", "disturb y")
+    hits = {"ends": (("a", "well"), ("c", "badly")), "seen": (("dark",), ("light",)), "heard": (("much",),)}
+    first, last = interactions_of(lines, {}, hits, "ends", by_name)
+    assert (first.planned, first.effect) == (("a",), (("ends", "well"), ("seen", "dark")))
+    assert (last.planned, last.treatment) == (("c",), (Dose(1, "y"),))
+    assert last.effect == (("ends", "badly"), ("seen", "light"))
+    assert (first.is_clean, last.is_clean) == (True, False)

@@ -7,10 +7,13 @@ import pytest
 from pytest_hricdv.close.archive import Archive
 from pytest_hricdv.close.disturbance_way import DisturbanceWay
 from pytest_hricdv.close.experience import Experience
+from pytest_hricdv.close.interactions import Dose
 from pytest_hricdv.close.loop import Loop
 from pytest_hricdv.close.model_way import ModelWay, UntriedWay
 from pytest_hricdv.close.scripts import Scripts
 from pytest_hricdv.close.way import Way
+from pytest_hricdv.generate.abstract import identify
+from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.search import Budget
 from tests.close import handover
 
@@ -45,3 +48,16 @@ def test_what_is_aimed_at_is_hit_more_often_than_by_chance() -> None:
     aimed = [entry for entry in closing.archive.entries if entry.aims]
     hits = sum(bool({*entry.aims} & {*entry.new}) for entry in aimed)
     assert hits > 0.7 * sum(bool(entry.new) for entry in closing.archive.entries)
+
+
+def test_disturbances_are_tried_where_interactions_end_as_those_do_in_which_few_were_tried() -> None:
+    scripts = Scripts(handover.exploration(), handover.SPACE, {"handover": handover.planned})
+    experience, archive = Experience(scripts), Archive([("statement", "robot.py", "7")])
+    undisturbed = [numbers[0] for numbers in scripts.by_slot.values()]
+    drafts = [scripts.draft(number) for number in undisturbed for _ in range(3)]
+    drafts += [scripts.draft(0, "handover", [(Dose(1, name),)]) for name in ("shake", "ready_lost") for _ in range(20)]
+    for test in identify("closure", 0, drafts):
+        archive.add(handover.run(test))
+    found = DisturbanceWay(scripts, experience, {"shake": {}, "ready_lost": {}}).propose(archive, 4, make_rng("few"))
+    assert all("set gaze = 1" in each.draft.lines and "set grip = 1" in each.draft.lines for each in found)
+    assert all(any(line.startswith("disturb ") for line in each.draft.lines) for each in found)

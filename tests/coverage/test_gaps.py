@@ -55,6 +55,8 @@ def test_functions_have_their_qualified_name() -> None:
     inner = next(function for function in functions(SOURCE) if 12 in function)
     assert inner.name == "spare.inner"
     assert [function.name for function in functions("no python (")] == ["the module"]
+    for deep in ("not " * 5000 + "x", "-" * 5000 + "1", " + ".join(["x"] * 5000)):
+        assert [function.name for function in functions(deep)] == ["the module"]
 
 
 def test_an_uncalled_function_and_a_waived_line_are_different_gaps() -> None:

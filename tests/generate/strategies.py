@@ -21,7 +21,7 @@ abstract_tests = st.builds(
     ),
     values=st.dictionaries(st.integers(0, 5), chosen, max_size=2),
     id=st.from_regex(r"[A-Za-z0-9_-]{1,20}", fullmatch=True),
-    suite=phrases.filter(bool),
+    suite=st.from_regex(r"[A-Za-z0-9_-]{1,20}", fullmatch=True),
     target=phrases.filter(bool),
     beliefs=st.lists(words, max_size=4).map(tuple),
     lines=st.lists(commands, max_size=5).map(tuple),

@@ -62,7 +62,10 @@ def test_other_text_is_no_command(text: str) -> None:
         ({"seed": -1}, "out of range"),
         ({"seed": 2**63}, "out of range"),
         ({"name": "two\nlines"}, "one line"),
-        ({"suite": ""}, "one line"),
+        ({"suite": ""}, "suite name '': expected letters"),
+        ({"suite": "../../escaped"}, "suite name '../../escaped': expected letters"),
+        ({"suite": "a" * 101}, "at most 100"),
+        ({"target": ""}, "one line"),
         ({"beliefs": ("leg 1",)}, "one word"),
         ({"plans": {"human": ("a b",)}}, "one word"),
         ({"lines": ("set_param gaze=1",)}, "expected the spelling 'set_param gaze = 1'"),
@@ -97,7 +100,7 @@ def test_ids_and_seeds_are_those_of_earlier_versions() -> None:
 
 @given(st.lists(drafts, max_size=6), st.integers(0, 99))
 def test_ids_are_distinct_and_fit_for_a_command_line(listed: list[Draft], seed: int) -> None:
-    tests = identify("some suite", seed, listed)
+    tests = identify("some-suite", seed, listed)
     assert len({test.id for test in tests}) == len(listed)
     assert all(re.fullmatch(r"some-suite-[A-Za-z0-9_-]+-[0-9a-f]{8}", test.id) for test in tests)
     assert all(0 <= test.seed < 2**63 for test in tests)

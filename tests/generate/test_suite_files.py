@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -77,7 +78,7 @@ def test_a_test_without_commands_has_an_id() -> None:
         ("# values 0: x_m 1\nbored\n", "f.txt:1:1: values of '0': expected 'run' or the number of a command, from 1"),
         ("# values 1: x_m\nbored\n", "f.txt:1:1: 'x_m' is no value; expected a parameter and a number"),
         ("# values 1:\nbored\n", "f.txt:1:1: '' is no value"),
-        ("# values 1: x_m 1, x_m 2\nbored\n", "f.txt:1:1: a second value of x_m"),
+        ("# values 1: x_m 1, x_m 2\nbored\n", "f.txt:1:1: a second value of 'x_m'"),
         (
             "# values 1: x_m inf\n# values run: y_s 1\nbored\n",
             "f.txt:1:1: values of command 1: x_m is inf; expected a f",
@@ -124,6 +125,26 @@ def test_a_test_in_two_files_of_a_folder_is_an_error_that_names_both(tmp_path: P
         Files(tmp_path).generate(CONTEXT)
 
 
+def test_a_file_has_a_largest_number_of_tests(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pytest_hricdv.generate.suite_files.MAX_TESTS", 3)
+    assert len(parse_tests("bored\n\n\n\n# note\n\n" * 3, file="f.txt", suite="s")) == 3
+    with pytest.raises(GenerateError, match=r"f\.txt:7:1: more than 3 tests up to here"):
+        parse_tests("bored\n\n" * 4, file="f.txt", suite="s")
+
+
+def test_a_folder_and_recorded_runs_have_a_largest_number_of_tests(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pytest_hricdv.generate.suite_files.MAX_TESTS", 3)
+    (tmp_path / "one").mkdir()
+    for name in "ab":
+        (tmp_path / "one" / f"{name}.txt").write_text("bored\n\n" * 2)
+    (tmp_path / "r.json").write_text(json.dumps({"s": [{"steps": ["bored"]}] * 4}))
+    for path in (tmp_path / "one", tmp_path / "r.json"):
+        with pytest.raises(GenerateError, match="more than 3 tests; expected fewer in one file or folder"):
+            Files(path).generate(CONTEXT)
+
+
 def test_tests_that_repeat_others_are_counted(tmp_path: Path) -> None:
     (tmp_path / "t.txt").write_text("bored\n\nbored\n\ntell leg\n\nbored\n")
     suite = Files(tmp_path / "t.txt").generate(CONTEXT)
@@ -159,11 +180,11 @@ def test_fewer_tests_are_evenly_spaced_and_more_give_a_note(tmp_path: Path) -> N
     [
         ("a.txt", "tell leg\ntell legs\n", r"a.txt:2:1: unknown command 'tell legs'; nearest: tell leg"),
         ("a.txt", "# nothing\n", "no tests in it"),
-        ("a.json", "{", r"a.json:1:2: Expecting"),
-        ("a.json", "[]", "a JSON list; expected an object of suites"),
-        ("a.json", '{"x": 3}', "suite 'x' is 3; expected a list"),
-        ("a.json", '{"x": [{}]}', "suite 'x', entry 1: expected an object with 'steps'"),
-        ("a.json", '{"x": [{"steps": "bored"}]}', "entry 1: steps 'bored'; expected a list of commands"),
+        ("a.json", "{", r"a.json:1:2: not JSON, perhaps cut off \(Expecting"),
+        ("a.json", "[]", "Expected `object`, got `array`; expected an object of suites"),
+        ("a.json", '{"x": 3}', "suite 'x': Expected `array`, got `int`; .* each a list of tests"),
+        ("a.json", '{"x": [{}]}', r"suite 'x': Object missing required field `steps` - at `\$\[0\]`"),
+        ("a.json", '{"x": [{"steps": "bored"}]}', r"got `str` - at `\$\[0\].steps`; expected .* a list of commands"),
         (
             "a.json",
             '{"x": [{"steps": ["bored", "tell legs"]}]}',

@@ -53,7 +53,8 @@ class Judged:
 
 
 def flattened(formula: PastFormula) -> list[PastFormula]:
-    return [*flattened(formula.left), *flattened(formula.right)] if isinstance(formula, And) else [formula]
+    parts = formula.operands if isinstance(formula, And) else ()
+    return [each for part in parts for each in flattened(part)] or [formula]
 
 
 def compares(formula: PastFormula) -> bool:
@@ -65,7 +66,7 @@ def compares(formula: PastFormula) -> bool:
         case Not():
             return compares(formula.operand)
         case And() | Or():
-            return compares(formula.left) or compares(formula.right)
+            return any(map(compares, formula.operands))
         case _:
             return False
 
@@ -105,9 +106,9 @@ class ReferenceEvaluator(PastEvaluator):
             case Not():
                 return -self.distance_to_return(f.operand, p, not wanted)
             case And():
-                return min(self.distance_to_return(part, p, wanted) for part in (f.left, f.right))
+                return min(self.distance_to_return(part, p, wanted) for part in f.operands)
             case Or():
-                return max(self.distance_to_return(part, p, wanted) for part in (f.left, f.right))
+                return max(self.distance_to_return(part, p, wanted) for part in f.operands)
             case _:
                 return self.distance(f, p)
 

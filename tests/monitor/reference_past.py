@@ -178,9 +178,9 @@ class PastEvaluator:
             case Not():
                 return [not a for a in self.truth(f.operand, since)]
             case And():
-                return [a and b for a, b in zip(self.truth(f.left, since), self.truth(f.right, since), strict=True)]
+                return [all(each) for each in zip(*(self.truth(part, since) for part in f.operands), strict=True)]
             case Or():
-                return [a or b for a, b in zip(self.truth(f.left, since), self.truth(f.right, since), strict=True)]
+                return [any(each) for each in zip(*(self.truth(part, since) for part in f.operands), strict=True)]
             case Rise():
                 return self.rise(self.truth(f.operand))
             case Fall():
@@ -220,8 +220,8 @@ class PastEvaluator:
             case Not():
                 return -self.distance(f.operand, p)
             case And():
-                return min(self.distance(f.left, p), self.distance(f.right, p))
+                return min(self.distance(part, p) for part in f.operands)
             case Or():
-                return max(self.distance(f.left, p), self.distance(f.right, p))
+                return max(self.distance(part, p) for part in f.operands)
             case _:
                 return math.inf if self.truth(f)[p] else -math.inf

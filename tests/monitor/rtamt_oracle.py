@@ -178,9 +178,9 @@ def past(formula: PastFormula, *, remembers: bool = True) -> str:
         case Not():
             return f"(not {past(formula.operand, remembers=remembers)})"
         case And():
-            return f"({past(formula.left, remembers=remembers)} and {past(formula.right, remembers=remembers)})"
+            return f"({' and '.join(past(part, remembers=remembers) for part in formula.operands)})"
         case Or():
-            return f"({past(formula.left, remembers=remembers)} or {past(formula.right, remembers=remembers)})"
+            return f"({' or '.join(past(part, remembers=remembers) for part in formula.operands)})"
         case Rise() | Fall():
             # For rtamt, what is true at the first tick is an edge.
             return f"({type(formula).__name__.lower()}({past(formula.operand)}) and (tick > 0.5))"

@@ -42,13 +42,6 @@ def test_a_random_formula_is_judged_as_by_the_reference(formula: Formula, trace:
     agrees(formula, trace)
 
 
-@pytest.mark.slow
-@given(formula=formulas, trace=small_traces)
-@settings(RUNS, max_examples=4000)
-def test_a_random_formula_is_judged_as_by_the_reference_on_thousands_of_runs(formula: Formula, trace: Trace) -> None:
-    agrees(formula, trace)
-
-
 @given(formula=formulas, trace=small_traces)
 @RUNS
 def test_shown_signals_have_the_values_of_the_reference(formula: Formula, trace: Trace) -> None:

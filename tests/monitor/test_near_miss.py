@@ -112,15 +112,6 @@ def test_a_random_formula_has_the_nearest_miss_of_the_reference(formula: Formula
     agrees(formula, trace)
 
 
-@pytest.mark.slow
-@given(formula=formulas, trace=small_traces)
-@settings(SEARCHES, max_examples=3000)
-def test_a_random_formula_has_the_nearest_miss_of_the_reference_on_thousands_of_runs(
-    formula: Formula, trace: Trace
-) -> None:
-    agrees(formula, trace)
-
-
 @pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
 @given(trace=table_traces)
 @settings(SEARCHES, max_examples=15, suppress_health_check=list(HealthCheck))

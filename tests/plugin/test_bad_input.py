@@ -54,6 +54,14 @@ def mode(request: pytest.FixtureRequest) -> tuple[str, ...]:
         ([SUITE, "--hri-seed=abc"], "--hri-seed=abc: expected a whole number"),
         ([SUITE, "--hri-seed=1.5"], "--hri-seed=1.5: expected a whole number"),
         ([SUITE, "--hri-concretizations=0"], "--hri-concretizations=0: expected at least 1"),
+        ([SUITE, "--hri-concretizations=10001"], "--hri-concretizations=10001: expected at most 10000"),
+        (
+            [SUITE, "--hri-concretizations=10000", "--hri-suite=rl"],
+            "0,000 tests, 10000 of each abstract test",
+        ),
+        ([SUITE, "--hri-tests=100001"], "--hri-tests=100001: expected at most 100000"),
+        ([SUITE, f"--hri-seed={2**63}"], "expected at most 9223372036854775807"),
+        ([SUITE, "--hri-seed=٣"], "--hri-seed=٣: expected a whole number"),
         ([SUITE, "--hri-sampling=edges"], "--hri-sampling=edges: expected one of uniform, corners"),
         (
             [SUITE, "--hri-fail-under=lines=80"],

@@ -49,7 +49,7 @@ def _with_online(lamps: pytest.Pytester, declared: str) -> None:
 
 def test_a_person_who_decides_during_the_run_reaches_what_no_beliefs_lead_to(lamps: pytest.Pytester) -> None:
     _with_online(lamps, 'Online("visitor", (Hears("hall", "on(answer)"),))')
-    lamps.runpytest_inprocess(SUITE, "--hri-close-runs=32")
+    lamps.runpytest_inprocess(SUITE, "--hri-close-runs=64")
     (suite,) = report(lamps.path)["suites"]
     assert "wishes: 2" not in suite["cross"]["missing"], "its tests are not online, and hit it again"
     assert any("-online-" in nodeid for nodeid in outcomes(lamps.path))

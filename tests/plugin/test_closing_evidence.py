@@ -7,7 +7,7 @@ import pytest
 from tests.json_schema import REPORT
 from tests.plugin.project import report
 
-SUITE = ("--hri-suite=closure", "--hri-close-runs=20")
+SUITE = ("--hri-suite=closure", "--hri-close-runs=40")
 
 
 def test_each_point_is_hit_by_a_test_or_impossible_or_open_with_what_is_known_of_it(lamps: pytest.Pytester) -> None:

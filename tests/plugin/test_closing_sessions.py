@@ -151,3 +151,10 @@ def test_wrong_options_are_refused(lamps: pytest.Pytester, options: list[str], t
 def test_a_model_that_is_broken_is_an_error_before_any_run(lamps: pytest.Pytester) -> None:
     (lamps.path / "models" / "visitor.asl").write_text("@v1 +hall <- enter(hall", encoding="utf-8")
     assert "visitor.asl" in refused(lamps, *SUITE)
+
+
+def test_that_a_loop_reaches_what_need_not_be_checked_is_no_sign_that_other_suites_do(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_allow_nc =\n    R1: for a test")
+    needless = "R1 need not be checked (for a test), but was"
+    lamps.runpytest_inprocess(*SUITE).stdout.no_fnmatch_line(needless)
+    lamps.runpytest_inprocess("--hri-suite=by-hand,closure", SUITE[1]).stdout.fnmatch_lines([needless])

@@ -220,5 +220,5 @@ def test_a_test_that_leaves_no_trace_fails_the_session(lamps: pytest.Pytester) -
     for options in ((), A_WORKER):
         result = lamps.runpytest_inprocess(SUITE, *options)
         assert result.ret == 1
-        result.stdout.fnmatch_lines(["FAILED 1 of 4 tests left no result: a worker or a plugin lost them"])
+        result.stdout.fnmatch_lines(["FAILED 1 of 4 tests left no result: a worker, a plugin or an exit lost them"])
         assert report(lamps.path)["not_run"] == 1

@@ -227,7 +227,7 @@ def test_other_bad_input(failed: pytest.Pytester) -> None:
     (failed.path / "empty").mkdir()
     assert "no replay file (*.json) in this folder" in refused(failed, "--hri-replay=empty")
     Path(failed.path / FILE).write_bytes(b"\xff\xfe")
-    assert "no text (byte 0)" in refused(failed, REPLAY)
+    assert ":1:1: not UTF-8 text: byte 0xff" in refused(failed, REPLAY)
 
 
 @pytest.mark.parametrize(

@@ -179,7 +179,7 @@ def test_load_of_a_missing_report_says_how_to_get_one(tmp_path: Path) -> None:
 
 def test_load_of_no_text_is_refused(tmp_path: Path) -> None:
     (tmp_path / "report.json").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ReportError, match="cannot be read"):
+    with pytest.raises(ReportError, match=":1:1: not UTF-8 text: byte 0xff"):
         load(tmp_path)
 
 

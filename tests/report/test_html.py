@@ -146,8 +146,20 @@ def test_links_lead_somewhere() -> None:
 
 def _poisoned(value: Any, key: str = "") -> Any:
     """Every text of the report made evil, but those of which the contract lists the values."""
-    fixed = ("schema", "outcome", "verdict", "bits", "by", "timeline", "cross_products", "cross", "status", "kind")
-    if key in fixed:
+    fixed = (
+        "schema",
+        "outcome",
+        "verdict",
+        "bits",
+        "by",
+        "timeline",
+        "cross_products",
+        "cross",
+        "status",
+        "kind",
+        "suite",
+    )
+    if key in (*fixed, "suite"):
         return value
     if isinstance(value, dict):
         return {name: _poisoned(inner, name) for name, inner in value.items()}
@@ -157,8 +169,12 @@ def _poisoned(value: Any, key: str = "") -> Any:
 
 
 def poisoned() -> Report:
-    """A report in which every name is evil; two have a lone surrogate besides, which has no UTF-8."""
+    """A report in which every name is evil; two have a lone surrogate besides, which has no UTF-8.
+
+    Names of suites are not: a report with such a one is refused.
+    """
     report = _poisoned(sample.data(tests=3))
+    report["suites"][0]["name"] = "rl"
     plans = {"covered": [EVIL], "missing": [EVIL], "total": 2, "declared": [EVIL], "reached": {}}
     report["suites"][0]["plans"] = {EVIL: plans}
     report["models"] = {EVIL: {"file": EVIL, "source": f"@a +!b. // {EVIL}", "plans": {EVIL: 1}}}

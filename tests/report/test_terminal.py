@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.report.formatting import Line, fit, listing, pad, visible, width
+from pytest_hricdv.message import visible
+from pytest_hricdv.report.formatting import Line, fit, listing, pad, width
 from pytest_hricdv.report.terminal import header, summary
 from tests.report import sample
 
@@ -131,8 +132,9 @@ def test_a_test_far_slower_than_the_rest_is_named() -> None:
 
 
 def test_nothing_of_a_name_can_colour_the_terminal() -> None:
-    report = sample.data(("\x1b[31mred\u202e",), 1)
-    assert "suite \\x1b[31mred\\u202e" in _text(report)
+    report = sample.data(tests=1)
+    report["suites"][0]["plans"] = {"\x1b[31mred\u202e": report["suites"][0]["plans"].popitem()[1]}
+    assert "\\x1b[31mred\\u202e" in _text(report)
 
 
 NAMES = st.text(st.characters(exclude_categories=[]), max_size=60)
@@ -150,7 +152,7 @@ NAMES = st.text(st.characters(exclude_categories=[]), max_size=60)
 def test_every_line_fits(
     name: str, file: str, reason: str, number: int, wall_s: float, lines: list[int], columns: int
 ) -> None:
-    report = sample.data((name,), 2)
+    report = sample.data(tests=2)
     report.update(wall_s=wall_s, selected=number, known_violations={"R3": reason}, not_run_tests=[name, file])
     report["suites"][0]["requirements"]["R3"] |= {"passed": number, "failed": 1, "nc": number, "triggers": number}
     plans = {"covered": [], "missing": [file] * 20, "total": number, "declared": [], "reached": {}}

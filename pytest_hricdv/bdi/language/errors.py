@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pytest_hricdv.message import InputError, excerpt, legible
+
 
 @dataclass(frozen=True, slots=True)
 class Location:
@@ -21,7 +23,7 @@ NO_LOCATION = Location("<text>", 1, 1)
 """The location of text that is not from a file."""
 
 
-class BdiError(Exception):
+class BdiError(InputError):
     """A model cannot be loaded, or its run cannot continue."""
 
 
@@ -51,19 +53,18 @@ class BdiSyntaxError(BdiError):
     @classmethod
     def at(cls, message: str, place: Location, text: str) -> BdiSyntaxError:
         """The error at a place of the source ``text``, which supplies the line to show."""
-        lines = text.split("\n")
+        lines = text.split("\n", place.line)
         source_line = lines[place.line - 1].rstrip("\r") if 0 < place.line <= len(lines) else ""
         return cls(message, place.file, place.line, place.column, source_line)
 
     def __str__(self) -> str:
         head = f"{self.file}:{self.line}:{self.column}: {self.message}"
         if not self.source_line.strip():
-            return head
-        start = max(0, self.column - 1 - _SHOWN // 2) if self.column > _SHOWN else 0
-        shown = self.source_line[start : start + _SHOWN]
+            return legible(head)
+        shown, column = excerpt(self.source_line, self.column - 1, _SHOWN)
         # Tabs are kept in the indent of the caret so that it stays under its column in any terminal.
-        indent = "".join("\t" if c == "\t" else " " for c in shown[: self.column - 1 - start])
-        return f"{head}\n    {shown}\n    {indent}^"
+        indent = "".join("\t" if c == "\t" else " " for c in shown[:column])
+        return legible(f"{head}\n    {shown}\n    {indent}^")
 
 
 class EvaluationError(BdiError):

@@ -6,15 +6,18 @@ a test session without a BDI model does not need them.
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pytest_hricdv import input_file
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
 from pytest_hricdv.bdi.language.syntax import Include, InitialGoal, Plan, Program, Rule, Trigger
 from pytest_hricdv.bdi.language.terms import Structure, Term
 from pytest_hricdv.grammar import lark_parser
+from pytest_hricdv.input_file import MalformedError
 
 if TYPE_CHECKING:
     from lark import Lark
@@ -22,7 +25,14 @@ if TYPE_CHECKING:
     from pytest_hricdv.bdi.language.transformer import AgentSpeakTransformer
 
 MAX_SOURCE = 1_000_000
-"""Greatest size of a source file, in bytes: a hundred times that of a large model. A longer text takes minutes."""
+"""Greatest size of a program with all that it includes, and of a project, in bytes: a hundred times that of a large
+model. A longer text takes minutes."""
+
+MAX_FILES = 1_000
+"""Most files that a program consists of, each as often as it is included."""
+
+MAX_INCLUDE_DEPTH = 50
+"""Most files that include each the next: safe for Python's stack."""
 
 
 def parse_program(text: str, file: str = "<text>") -> Program:
@@ -35,25 +45,7 @@ def parse_program(text: str, file: str = "<text>") -> Program:
     Raises:
         BdiSyntaxError: with the place of the first token that cannot be parsed.
     """
-    items = _parse(text, file, "start")
-    beliefs: list[Structure | Rule] = []
-    goals: list[Structure] = []
-    plans: list[Plan] = []
-    for item in items:
-        if isinstance(item, Plan):
-            plans.append(item)
-        elif isinstance(item, Rule):
-            beliefs.append(item)
-        elif isinstance(item, Include):
-            included = read_program(Path(file).parent / item.path, item.location, text)
-            beliefs.extend(included.beliefs)
-            goals.extend(included.goals)
-            plans.extend(included.plans)
-        elif isinstance(item, InitialGoal):
-            goals.append(item.literal)
-        else:
-            beliefs.append(item)
-    return Program(file, tuple(beliefs), tuple(goals), _with_automatic_labels(plans))
+    return _ProgramReader().parse(text, file)
 
 
 def read_program(path: Path, named_at: Location | None = None, naming_text: str = "") -> Program:
@@ -67,40 +59,96 @@ def read_program(path: Path, named_at: Location | None = None, naming_text: str 
     Raises:
         BdiError: the file cannot be read, or has a syntax error.
     """
-    try:
-        return parse_program(read_text(path), str(path))
-    except FileNotFoundError:
-        if named_at is None:
-            raise BdiError(f"{path}: no such file") from None
-        message = f"no such file: {path}"
-        raise BdiSyntaxError.at(message, named_at, naming_text) from None
-    except RecursionError:
-        raise BdiError(f"{path}: files that include each other") from None
+    return _ProgramReader().read(path, named_at, naming_text)
 
 
 def read_text(path: Path) -> str:
-    """The text of a UTF-8 file.
+    """The text of a source or project file.
 
     Raises:
         FileNotFoundError: there is no such file.
-        BdiError: it is a folder, unreadable, too long, or not UTF-8; the message has the line and the byte.
+        BdiError: it is no regular file, unreadable, too large, or not UTF-8; the message has the line and the byte.
     """
     try:
-        size = path.stat().st_size
-        data = path.read_bytes() if size <= MAX_SOURCE else b""
-    except FileNotFoundError:
-        raise
-    except (OSError, ValueError) as error:
-        raise BdiError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
-    if size > MAX_SOURCE:
-        message = f"too long to be a model: {size:,} bytes, more than {MAX_SOURCE:,}"
-        raise BdiSyntaxError(message, str(path), 1, 1)
-    try:
-        return data.decode("utf-8").removeprefix("\ufeff")
-    except UnicodeDecodeError as error:
-        before = data[: error.start]
-        line, column = before.count(b"\n") + 1, error.start - (before.rfind(b"\n") + 1) + 1
-        raise BdiSyntaxError(f"not UTF-8 text: byte 0x{data[error.start]:02x}", str(path), line, column) from None
+        return input_file.read_text(path, MAX_SOURCE)
+    except MalformedError as error:
+        raise BdiError(f"{path}{error}") from None
+
+
+class _ProgramReader:
+    """Reads one program: a source, and all that it includes, directly or not."""
+
+    def __init__(self) -> None:
+        self._open: list[Path] = []
+        """The file that is being read, behind those that led to it."""
+        self._files = 0
+        self._size = 0
+
+    def read(self, path: Path, named_at: Location | None, naming_text: str) -> Program:
+        """See `read_program`."""
+        try:
+            text = read_text(path)
+            self._check(path, text, named_at, naming_text)
+            self._open.append(_real(path))
+            program = self.parse(text, str(path))
+            self._open.pop()
+            return program
+        except FileNotFoundError:
+            if named_at is None:
+                raise BdiError(f"{path}: no such file") from None
+            raise BdiSyntaxError.at(f"no such file: {path}", named_at, naming_text) from None
+        except BdiError as error:
+            if named_at is None or _is_within(path, Path(named_at.file).parent):
+                raise
+            raise BdiSyntaxError.at(_without_contents(error, path), named_at, naming_text) from None
+
+    def parse(self, text: str, file: str) -> Program:
+        """See `parse_program`."""
+        beliefs: list[Structure | Rule] = []
+        goals: list[Structure] = []
+        plans: list[Plan] = []
+        for item in _parse(text, file, "start"):
+            if isinstance(item, Plan):
+                plans.append(item)
+            elif isinstance(item, Include):
+                included = self.read(Path(file).parent / item.path, item.location, text)
+                beliefs.extend(included.beliefs)
+                goals.extend(included.goals)
+                plans.extend(included.plans)
+            elif isinstance(item, InitialGoal):
+                goals.append(item.literal)
+            else:
+                beliefs.append(item)
+        return Program(file, tuple(beliefs), tuple(goals), _with_automatic_labels(plans))
+
+    def _check(self, path: Path, text: str, named_at: Location | None, naming_text: str) -> None:
+        """Refuse what includes itself, or grows beyond the limits: files that include others twice double."""
+        self._files += 1
+        self._size += len(text)
+        message = ""
+        if _real(path) in self._open:
+            message = "files that include each other"
+        elif len(self._open) > MAX_INCLUDE_DEPTH:
+            message = f"more than {MAX_INCLUDE_DEPTH} files that include each the next"
+        elif self._files > MAX_FILES or self._size > MAX_SOURCE:
+            message = f"a program of more than {MAX_FILES:,} included files, or {MAX_SOURCE:,} characters with these"
+        if message:
+            raise BdiSyntaxError.at(message, named_at or Location(str(path), 1, 1), naming_text)
+
+
+def _is_within(path: Path, project: Path) -> bool:
+    """Whether a file is in the folder of a project, or in the current one, or below."""
+    return any(_real(path).is_relative_to(_real(folder)) for folder in (project, Path()))
+
+
+def _real(path: Path) -> Path:
+    return Path(os.path.realpath(path))  # resolve() raises RuntimeError for a link to itself
+
+
+def _without_contents(error: BdiError, path: Path) -> str:
+    """The error without anything of the file: a model that comes from elsewhere may name any file of the reader's."""
+    place = f"{path}:{error.line}:{error.column}" if isinstance(error, BdiSyntaxError) else f"{path}"
+    return f"{place}: no AgentSpeak; what is wrong is not shown: the file is outside of the project's folder"
 
 
 def parse_term(text: str) -> Term:

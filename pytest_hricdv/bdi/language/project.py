@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import re
+from bisect import bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 
 from pytest_hricdv.bdi.language.errors import BdiSyntaxError, Location
@@ -15,14 +18,17 @@ from pytest_hricdv.bdi.language.terms import Structure
 
 _TOKEN = re.compile(
     r"(?P<skip>\s+|//[^\n]*|/\*.*?\*/)|(?P<string>\"[^\"\\\n]*(?:\\.[^\"\\\n]*)*\")"
-    r"|(?P<word>(?:\.{0,2}/)*[A-Za-z_$][\w$]*(?:[./\\-][\w$]+)*)|(?P<number>\d+(?:\.\d+)?)|(?P<sign>[{}()\[\]:;,=#])",
+    r"|(?P<word>(?:\.{0,2}/)*[A-Za-z_$][\w$]*(?:[./\\-][\w$]+)*)|(?P<number>[0-9]+(?:\.[0-9]+)?)"
+    r"|(?P<sign>[{}()\[\]:;,=#])",
     re.DOTALL,
 )
 _SECTIONS = frozenset(
     {"infrastructure", "environment", "executionControl", "agents", "classpath", "aslSourcePath", "directives"}
 )
-MAX_COPIES = 10_000
-"""Greatest number of copies of an agent."""
+MAX_AGENTS = 10_000
+"""Most agents of a project, each copy counted."""
+_MAX_FOLDERS = 100
+"""Most folders of a source path: each agent's source is searched for in all of them."""
 _AGENT_EXTRAS = frozenset({"agentArchClass", "agentClass", "beliefBaseClass", "at"})
 _SUPPORTED_OPTIONS = {"beliefs", "goals", "verbose"}
 _DEFAULTS_OF_OPTIONS = {"events": "discard", "intBels": "sameFocus", "synchronised": "false", "nrcbp": "1"}
@@ -83,25 +89,26 @@ def beliefs_and_goals(entry: AgentEntry) -> tuple[tuple[Structure | Rule, ...], 
     Raises:
         BdiSyntaxError: an option is not a list of beliefs or goals.
     """
-    return _read(entry, entry.beliefs, "beliefs", "").beliefs, _read(entry, entry.goals, "goals", "!").goals
+    where = f"{entry.location}: option"
+    return _read(f"{where} beliefs", entry.beliefs, "").beliefs, _read(f"{where} goals", entry.goals, "!").goals
 
 
-def _read(entry: AgentEntry, text: str, what: str, sign: str) -> Program:
+@lru_cache(maxsize=64)  # copies of an agent have the same options
+def _read(where: str, text: str, sign: str) -> Program:
     source = " ".join(f"{sign}{part}." for part in _parts(text.strip().removesuffix(".")))
-    return parse_program(source, f"{entry.location}: option {what} of agent {entry.name}")
+    return parse_program(source, where)
 
 
 def _parts(text: str) -> list[str]:
     """The parts between the commas that are outside brackets and strings."""
-    parts, depth, quoted = [""], 0, False
-    for character in text:
+    commas, depth, quoted = [-1], 0, False
+    for place, character in enumerate(text):
         quoted ^= character == '"'
         depth += 0 if quoted else (character in "([") - (character in ")]")
         if character == "," and not depth and not quoted:
-            parts.append("")
-        else:
-            parts[-1] += character
-    return [part.strip() for part in parts if part.strip()]
+            commas.append(place)
+    parts = (text[comma + 1 : end].strip() for comma, end in pairwise([*commas, len(text)]))
+    return [part for part in parts if part]
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +124,7 @@ class _Reader:
     def __init__(self, text: str, file: str) -> None:
         self._text = text
         self._file = file
+        self._line_starts = [0, *(end.end() for end in re.finditer("\n", text))]
         self._tokens = list(self._scan())
         self._next = 0
         self._source_paths = [Path()]
@@ -137,7 +145,9 @@ class _Reader:
             if section.text == "agents":
                 seen_agents = section
                 while self._in_section():
-                    entries += self._agent()
+                    entries += self._agent(len(entries))
+                    if len(entries) > MAX_AGENTS:
+                        raise self._error(f"expected at most {MAX_AGENTS} agents", self._peek())
             else:
                 self._other_section(section)
         self._expect("}")
@@ -153,6 +163,8 @@ class _Reader:
         first = self._peek().text
         strings = self._section_strings()
         if section.text == "aslSourcePath":
+            if len(strings) > _MAX_FOLDERS:
+                raise self._error(f"expected at most {_MAX_FOLDERS} folders, found {len(strings)}", section)
             self._source_paths = [Path(part.replace("\\", "/")) for part in strings]
         elif section.text == "environment":
             self._environment = first
@@ -166,7 +178,7 @@ class _Reader:
         """Warn once that something has no effect."""
         self._warnings.setdefault(what, f"{self._place(token)}: ignored: {what}")
 
-    def _agent(self) -> list[AgentEntry]:
+    def _agent(self, before: int) -> list[AgentEntry]:
         token = self._advance() if self._peek().kind == "string" else self._take("word", "an agent's name")
         name, count = token.text.strip('"'), 1
         source = f"{name}.asl"
@@ -179,7 +191,7 @@ class _Reader:
                 options = self._options()
             elif self._at("#"):
                 self._advance()
-                count = self._count()
+                count = self._count(before)
             elif self._peek().text in _AGENT_EXTRAS:
                 extra = self._advance()
                 self._ignore(extra, f"{extra.text} of agents")
@@ -192,12 +204,13 @@ class _Reader:
         beliefs, goals = options.get("beliefs", ""), options.get("goals", "")
         return [AgentEntry(each, Path(source), place, beliefs, goals) for each in names]
 
-    def _count(self) -> int:
+    def _count(self, before: int) -> int:
         token = self._take("number", "the number of agents")
-        if not token.text.isdigit() or not 1 <= int(token.text[:9]) <= MAX_COPIES:
-            message = f"expected a whole number of agents from 1 to {MAX_COPIES}, found '{token.text[:20]}'"
-            raise self._error(message, token)
-        return int(token.text)
+        digits = token.text.lstrip("0") or "0"
+        if not digits.isdigit() or len(digits) > 9 or not 1 <= int(digits) <= MAX_AGENTS - before:
+            most = f"{MAX_AGENTS}" if not before else f"{MAX_AGENTS - before} more, {MAX_AGENTS} together"
+            raise self._error(f"expected a whole number of agents from 1 to {most}, found '{token.text[:20]}'", token)
+        return int(digits)
 
     def _options(self) -> dict[str, str]:
         options: dict[str, str] = {}
@@ -297,8 +310,8 @@ class _Reader:
         return self._error(f"expected {expected}, found {found}", token)
 
     def _place(self, token: _Token) -> Location:
-        before = self._text[: token.position]
-        return Location(self._file, before.count("\n") + 1, token.position - (before.rfind("\n") + 1) + 1)
+        line = bisect_right(self._line_starts, token.position)
+        return Location(self._file, line, token.position - self._line_starts[line - 1] + 1)
 
     def _error(self, message: str, token: _Token) -> BdiSyntaxError:
         return BdiSyntaxError.at(message, self._place(token), self._text)

@@ -17,7 +17,7 @@ from pytest_hricdv.bdi.memo.decision_diagram import Segment
 from pytest_hricdv.bdi.memo.recording import RecordingRun
 from tests.bdi.generated import PROPOSITIONS, systems
 from tests.bdi.models import BELIEFS, LEG_STARTS, TABLE, system_of
-from tests.bdi.run.test_runs import BRIEF, LONG
+from tests.bdi.run.test_runs import BRIEF
 from tests.bdi.test_programs import PROGRAMS, REFERENCE_PROGRAMS
 
 SPINNING = Path(__file__).parents[3] / "benchmarks" / "spinning" / "spinning.mas2j"
@@ -127,15 +127,6 @@ def test_memo_agrees_on_made_up_programs_that_begin_when_they_are_steered(
     assert_memo_agrees_on({name: without_goals(source) for name, source in sources.items()}, steer, choices)
 
 
-@pytest.mark.slow
-@LONG
-@given(systems(), STEERS, NEUTRAL)
-def test_memo_agrees_on_many_made_up_programs_that_begin_when_they_are_steered(
-    sources: dict[str, str], steer: str, choices: list[set[str]]
-) -> None:
-    assert_memo_agrees_on({name: without_goals(source) for name, source in sources.items()}, steer, choices)
-
-
 QUERIES = {
     "test": "+!g0 : p0 <- .print(held). +!g0 <- .print(not_held).",
     "not": "+!g0 : not p0 <- .print(not_held). +!g0 <- .print(held).",
@@ -155,15 +146,6 @@ def test_memo_notes_every_way_to_query_what_is_forwarded(plans: str) -> None:
     choices: list[set[str]] = [set(), {"p0"}, {"p1"}, {"p0", "p1"}, {"p9"}, {"p0", "p9"}]
     for order in (choices, choices[::-1]):
         assert_memo_agrees_on({"a": plans, "b": "b."}, STEER, order)
-
-
-@pytest.mark.slow
-@LONG
-@given(systems(), STEERS, CHOSEN)
-def test_memo_agrees_on_many_made_up_programs_that_are_steered(
-    sources: dict[str, str], steer: str, choices: list[set[str]]
-) -> None:
-    assert_memo_agrees_on(sources, steer, choices)
 
 
 def test_memo_agrees_on_an_agent_that_waits_busily_through_segments_of_a_run() -> None:

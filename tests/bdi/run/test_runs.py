@@ -21,7 +21,6 @@ from tests.bdi.test_programs import PROGRAMS, REFERENCE_PROGRAMS
 RECORDED = Path(__file__).parent / "recorded_runs.json"
 """The runs of :data:`CASES`; written by `python -m tests.bdi.run.test_runs`, which is only right if they may change."""
 BRIEF = settings(suppress_health_check=list(HealthCheck))
-LONG = settings(BRIEF, max_examples=1000)
 
 
 class World(Environment):
@@ -188,26 +187,13 @@ def test_run_of_a_program_is_the_same_again_and_with_a_trace(folder: Path, max_r
     assert outcome(system.run, max_rounds=max_rounds, trace=True) == expected
 
 
-def assert_same_with_a_trace(sources: dict[str, str], environment: type[Environment]) -> None:
+@BRIEF
+@given(systems(), st.sampled_from([Environment, World]))
+def test_made_up_program_runs_the_same_with_a_trace(sources: dict[str, str], environment: type[Environment]) -> None:
     with TemporaryDirectory() as folder:
         runs = [partial(load(Path(folder), sources, environment).run, trace=trace) for trace in (False, True)]
         plain, traced = (outcome(run, max_rounds=120, seed=3) for run in runs)
         assert traced == plain
-
-
-@BRIEF
-@given(systems(), st.sampled_from([Environment, World]))
-def test_made_up_program_runs_the_same_with_a_trace(sources: dict[str, str], environment: type[Environment]) -> None:
-    assert_same_with_a_trace(sources, environment)
-
-
-@pytest.mark.slow
-@LONG
-@given(systems(), st.sampled_from([Environment, World]))
-def test_many_made_up_programs_run_the_same_with_a_trace(
-    sources: dict[str, str], environment: type[Environment]
-) -> None:
-    assert_same_with_a_trace(sources, environment)
 
 
 @pytest.mark.parametrize("trace", [False, True])

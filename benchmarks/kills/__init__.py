@@ -1,0 +1,1 @@
+"""Kills sessions at random moments, resumes or rebuilds them, and counts what was lost."""

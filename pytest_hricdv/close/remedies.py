@@ -1,0 +1,131 @@
+"""Remedies: doses that change what an interaction lacks to come to a goal.
+
+What it lacks are letters, where texts of one length differ, as patterns of bits do: what a dose does to one of several
+sensors, it does whatever the others say. Only where no letter is lacking, it is whole texts: what else differs may be a
+consequence of a pattern.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from itertools import chain
+from typing import NamedTuple
+
+from pytest_hricdv.close.interactions import Dose, Effect, Treatment
+from pytest_hricdv.close.recipes import Recipes
+
+BLURRED = 0.3
+"""What comes after an earlier interaction was disturbed counts so much: disturbances may last."""
+
+DOUBT = 1.0
+"""What other doses of the same disturbance did weighs as much as so many tries of a dose."""
+
+Lack = tuple[int, int, str]
+"""The number of a text in an effect, the place of a letter in it (-1: all of it), and what is wanted there."""
+
+
+class Shift(NamedTuple):
+    """What most often came of a treatment instead of what is usual, and how probably."""
+
+    treatment: Treatment
+    effect: Effect
+    chance: float
+
+
+def lacking(effect: Effect, wanted: Effect) -> tuple[Lack, ...]:
+    """What an effect lacks to be the one that is wanted."""
+    texts = [*enumerate(zip(chain(*effect), chain(*wanted), strict=False))]
+    letters = [
+        (number, place, letters[1])
+        for number, (one, other) in texts
+        if len(one) == len(other)
+        for place, letters in enumerate(zip(one, other, strict=True))
+        if letters[0] != letters[1]
+    ]
+    return tuple(letters or [(number, -1, other) for number, (one, other) in texts if one != other])
+
+
+def has(effect: Effect, lack: Lack) -> bool:
+    """Whether an effect has what another one lacks."""
+    number, place, wanted = lack
+    texts = tuple(chain(*effect))
+    return number < len(texts) and (texts[number] if place < 0 else texts[number][place : place + 1]) == wanted
+
+
+class Remedies:
+    """What single doses have done.
+
+    Args:
+        recipes: what is known; nothing more is learned while this is used.
+    """
+
+    def __init__(self, recipes: Recipes) -> None:
+        self._singles: list[tuple[Dose, Effect, Effect, float]] = []
+        """A dose, what is usual without it, what came with it, and how much that counts."""
+        for planned, treatment, effect, is_clean in recipes.seen:
+            usual = recipes.usual(planned)
+            if len(treatment) == 1 and usual is not None and _comparable(usual, effect):
+                self._singles.append((treatment[0], usual, effect, 1.0 if is_clean else BLURRED))
+        self._shifts: dict[Effect, list[Shift]] = {}
+        self._known: dict[Lack, dict[Dose, float]] = {}
+
+    def against(self, lack: Lack) -> dict[Dose, float]:
+        """Dose -> how probably it mends what is lacking. Those that never have are left out."""
+        found = self._known.get(lack)
+        if found is None:
+            tries: dict[Dose | str, float] = defaultdict(float)
+            came: dict[Dose | str, float] = defaultdict(float)
+            for dose, before, after, weight in self._singles:
+                if not has(before, lack):
+                    for key in (dose, dose.name):
+                        tries[key] += weight
+                        came[key] += weight * has(after, lack)
+            found = self._known[lack] = {
+                dose: (came[dose] + DOUBT * came[dose.name] / (tries[dose.name] + DOUBT)) / (tries[dose] + DOUBT)
+                for dose in came
+                if isinstance(dose, Dose) and came[dose]
+            }
+        return found
+
+    def shifts(self, usual: Effect) -> list[Shift]:
+        """The doses that made something else of what is usual."""
+        found = self._shifts.get(usual)
+        if found is None:
+            came: dict[Dose, dict[Effect, float]] = {}
+            for dose, before, after, weight in self._singles:
+                if before == usual:
+                    shares = came.setdefault(dose, {})
+                    shares[after] = shares.get(after, 0.0) + weight
+            most = {dose: max(counts, key=lambda effect: (counts[effect], effect)) for dose, counts in came.items()}
+            found = self._shifts[usual] = [
+                Shift((dose,), effect, came[dose][effect] / (sum(came[dose].values()) + DOUBT))
+                for dose, effect in most.items()
+                if effect != usual
+            ]
+        return found
+
+    def disturbances(self, usual: Effect, lack: Lack) -> dict[str, float]:
+        """Disturbance -> how often its doses changed the text in question, whatever it became.
+
+        Args:
+            usual: what lacks it: only what was seen of texts of the same length counts.
+            lack: in question.
+        """
+        tries: dict[str, float] = defaultdict(float)
+        changed: dict[str, float] = defaultdict(float)
+        size = len(_text(usual, lack[0]))
+        for dose, before, after, weight in self._singles:
+            one, other = _text(before, lack[0]), _text(after, lack[0])
+            if len(one) == size:
+                tries[dose.name] += weight
+                changed[dose.name] += weight * (one != other and (lack[1] < 0 or len(one) == len(other)))
+        return {name: changed[name] / (tries[name] + DOUBT) for name in tries if changed[name]}
+
+
+def _text(effect: Effect, number: int) -> str:
+    return tuple(chain(*effect))[number]
+
+
+def _comparable(one: Effect, other: Effect) -> bool:
+    """Whether effects are of the same cross products."""
+    return [each[0] for each in one] == [each[0] for each in other]

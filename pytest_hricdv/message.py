@@ -1,0 +1,79 @@
+"""Messages about input: legible in a terminal and short, whatever the input has."""
+
+from __future__ import annotations
+
+import unicodedata
+
+MAX_MESSAGE = 900
+"""Greatest length of a message, in characters: half a screen. Whoever prints it may put a few words before it."""
+
+MAX_QUOTED = 80
+"""Greatest length of what a message quotes, in characters: a line of a terminal."""
+
+_INVISIBLE = {"Cc", "Cf", "Cn", "Cs", "Zl", "Zp"}
+"""Categories of Unicode. Some of these characters are not allowed in XML."""
+_GAP = " ... "
+
+
+class InputError(Exception):
+    """Something that was given is wrong. The message has the place, what was expected, what came, and what to do.
+
+    Its text is legible, see `legible`: messages quote input.
+    """
+
+    def __str__(self) -> str:
+        return legible(super().__str__())
+
+
+def legible(text: str) -> str:
+    """A message without invisible characters; of a long one the beginning, with the place, and the end, with advice."""
+    if len(text) > MAX_MESSAGE:  # before characters are escaped, so that a text of megabytes costs nothing
+        text = _shortened(text, MAX_MESSAGE)
+    return _shortened(visible(text, keep="\n\t"), MAX_MESSAGE)
+
+
+def quoted(value: object) -> str:
+    """A value as Python writes it, shortened: `'set_param gaze = ... = 1'`."""
+    if isinstance(value, str):
+        return repr(_shortened(value, MAX_QUOTED))
+    if isinstance(value, int) and value.bit_length() > 64:  # Python refuses to write numbers of thousands of digits
+        return f"a number of about {value.bit_length() * 30103 // 100_000 + 1} digits"
+    try:
+        return _shortened(repr(value), MAX_QUOTED)
+    except (RecursionError, ValueError):  # nested too deeply, or with such a number in it
+        return f"a {type(value).__name__}"
+
+
+def excerpt(line: str, column: int, width: int) -> tuple[str, int]:
+    """The part of a line around a column (from 0) that has at most so many characters, and the column in it.
+
+    Invisible characters are question marks there, so that what stands below a character is in its column.
+    """
+    start = max(0, column - width // 2) if column >= width else 0
+    shown = line[start : start + width]
+    return "".join(char if char == "\t" or char.isprintable() else "?" for char in shown), column - start
+
+
+def visible(text: str, keep: str = "") -> str:
+    """Text with control, format, surrogate and unassigned characters written as escapes.
+
+    A test's name may hold any character; an escape sequence would recolour a terminal, and a text-direction mark would
+    let a page show another name than the one that ran. `keep` lists characters to leave unchanged, such as `\\n`.
+    """
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(
+        char if char in keep or unicodedata.category(char) not in _INVISIBLE else _escape(char) for char in text
+    )
+
+
+def _shortened(text: str, most: int) -> str:
+    if len(text) <= most:
+        return text
+    end = (most - len(_GAP)) // 3
+    return text[: most - len(_GAP) - end] + _GAP + text[len(text) - end :]
+
+
+def _escape(char: str) -> str:
+    code = ord(char)
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"

@@ -1,0 +1,116 @@
+"""Whether the parts of a report agree with each other. Checked where one is read: it may have been edited or cut."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Iterable, Iterator
+
+from pytest_hricdv.coverage.code_map import CoverageError
+from pytest_hricdv.coverage.cross_product import CrossProduct
+from pytest_hricdv.input_file import MalformedError
+from pytest_hricdv.message import quoted
+from pytest_hricdv.results.model import Report, TestResult
+
+
+def check_report(report: Report) -> None:
+    """Check what the types of the records do not say.
+
+    Raises:
+        MalformedError: a part names another one that is not there, one is there twice, or a number is out of range;
+            the message is to follow the file's name.
+    """
+    for place, problem in _problems(report):
+        raise MalformedError(f": {problem} - at `$.{place}`")
+
+
+def _problems(report: Report) -> Iterator[tuple[str, str]]:
+    yield from _repeated("suites", "name", (suite.name for suite in report.suites))
+    yield from _repeated("tests", "nodeid", (test.nodeid for test in report.tests))
+    yield from _repeated("code_under_test.map", "file", (file.file for file in report.code_under_test.map))
+    yield from _bad_shards(report)
+    yield from _bad_days(report)
+    yield from _bad_waivers(report)
+    yield from _bad_products(report)
+    statements = sum(len(file.statements) for file in report.code_under_test.map)
+    branches = sum(len(file.branches) for file in report.code_under_test.map)
+    suites = {suite.name for suite in report.suites}
+    for number, test in enumerate(report.tests):
+        if test.suite not in suites:
+            yield f"tests[{number}].suite", f"expected one of the report's suites, got {quoted(test.suite)}"
+        for again, run in enumerate(test.runs):
+            place = f"tests[{number}]" if not again else f"tests[{number}].repeats[{again - 1}]"
+            yield from _bad_run(place, report, run, (statements, branches))
+
+
+def _repeated(place: str, key: str, names: Iterable[str]) -> Iterator[tuple[str, str]]:
+    seen: set[str] = set()
+    for number, name in enumerate(names):
+        if name in seen:
+            yield f"{place}[{number}].{key}", f"expected each once, got {quoted(name)} again"
+        seen.add(name)
+
+
+def _bad_shards(report: Report) -> Iterator[tuple[str, str]]:
+    shards = {f"sessions[{number}].shard": each.shard for number, each in enumerate(report.sessions)}
+    for place, shard in {"shard": report.shard, **shards}.items():
+        index, _, of = shard.partition("/")
+        if shard and int(index) > int(of):
+            yield place, f"expected INDEX/OF with INDEX from 1 to OF, got {quoted(shard)}"
+
+
+def _bad_days(report: Report) -> Iterator[tuple[str, str]]:
+    days = {f"known_until.{name}": day for name, day in report.known_until.items()}
+    days |= {f"may_be_nc.{name}.until": each.until for name, each in report.may_be_nc.items() if each.until}
+    for place, day in days.items():
+        try:
+            datetime.date.fromisoformat(day)
+        except ValueError:
+            yield place, f"expected a day, YYYY-MM-DD, got {quoted(day)}"
+
+
+def _bad_waivers(report: Report) -> Iterator[tuple[str, str]]:
+    statements = {file.file: set(file.statements) for file in report.code_under_test.map}
+    for number, waiver in enumerate(report.code_under_test.waivers):
+        if statements and waiver.line not in statements.get(waiver.file, ()):
+            found = f"{quoted(waiver.file)}, line {waiver.line}"
+            yield f"code_under_test.waivers[{number}]", f"expected a statement of the code under test, got {found}"
+
+
+def _bad_products(report: Report) -> Iterator[tuple[str, str]]:
+    for name, product in report.cross_products.items():
+        place = f"cross_products.{name}"
+        try:
+            CrossProduct({each.name: each.bins for each in product.coordinates})
+        except CoverageError as error:
+            yield place, str(error)
+        yield from _repeated(f"{place}.coordinates", "name", (each.name for each in product.coordinates))
+        for bins in ([each.bin for each in product.impossible], [each.bin for each in product.illegal]):
+            for each in bins:
+                yield from _bad_bin(place, report, name, each)
+
+
+def _bad_bin(place: str, report: Report, product: str, found: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+    coordinates = report.cross_products[product].coordinates
+    fits = len(found) == len(coordinates) and all(
+        part in each.bins for part, each in zip(found, coordinates, strict=True)
+    )
+    if not fits:
+        yield place, f"expected a bin of the cross product, a part for each coordinate, got {quoted(found)}"
+
+
+def _bad_run(place: str, report: Report, run: TestResult, sizes: tuple[int, int]) -> Iterator[tuple[str, str]]:
+    wanted, found = report.requirements.keys(), run.requirements.keys()
+    if strange := found - wanted:
+        yield f"{place}.requirements", f"expected the report's requirements, got {quoted(min(strange))}"
+    if run.outcome != "not-run" and (missing := wanted - found):
+        yield f"{place}.requirements", f"expected a verdict on each requirement, got none on {quoted(min(missing))}"
+    for product, bins in (run.cross or {}).items():
+        if product not in report.cross_products:
+            yield f"{place}.cross", f"expected the report's cross products, got {quoted(product)}"
+        else:
+            for each in bins:
+                yield from _bad_bin(f"{place}.cross", report, product, each)
+    if run.code is not None and report.code_under_test.map:
+        for bits, size, what in zip(run.code.bits, sizes, ("statements", "branches"), strict=True):
+            if bits is not None and int(bits, 16) >> size:
+                yield f"{place}.code.bits", f"expected bits of the {size} {what} of the code under test, got more"

@@ -1,0 +1,226 @@
+"""The journal of a session: what the session is, and each result from the moment it is known. The file only grows.
+
+A record is a line: the CRC-32 of its JSON text, the length of this text in bytes, and the text. A line is appended by
+one write, so the death of the process at any moment costs at most the line that it was writing, which a reader
+recognizes. Nothing is flushed to the disk: after a power failure the last lines may be missing or torn, and the tests
+they were of run again.
+
+SQLite with a write-ahead log would recover as well. It was not chosen because there is one writer and no query, because
+its log needs shared memory and locks that network file systems lack, and because a report folder is copied as an
+artifact, at any time: a copy of a growing text is a shorter journal, a copy of three files of a database may be none.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+
+NAME = "journal.jsonl"
+
+
+class Began(msgspec.Struct, frozen=True, tag="began", tag_field="record"):
+    """A session began, or went on with this journal: when (UTC), and what its results depend on, name -> value."""
+
+    utc: str
+    depends_on: Mapping[str, str]
+
+
+class Declared(msgspec.Struct, frozen=True, tag="declared", tag_field="record"):
+    """The report as it is before the first result: all that was selected, none of it run."""
+
+    report: msgspec.Raw
+
+
+class Finished(msgspec.Struct, frozen=True, tag="finished", tag_field="record"):
+    """A test has a result; `at_s` is counted from the begin of the session (s of wall time)."""
+
+    nodeid: str
+    at_s: float
+    result: msgspec.Raw
+
+
+class Hindered(msgspec.Struct, frozen=True, tag="hindered", tag_field="record"):
+    """A test has no result, or one and an error afterwards: why."""
+
+    nodeid: str
+    at_s: float
+    reason: str
+
+
+class Ended(msgspec.Struct, frozen=True, tag="ended", tag_field="record"):
+    """The session ended in an orderly way, and its report is of all that is above; or this was rebuilt."""
+
+    at_s: float
+
+
+Record = Began | Declared | Finished | Hindered | Ended
+
+_DECODER: msgspec.json.Decoder[Record] = msgspec.json.Decoder(Record)
+_FLAGS = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0)
+_LONGEST_END = 200
+"""Bytes: the line of an `Ended` is shorter."""
+
+
+def line(record: Record) -> bytes:
+    """A record as a line of the file."""
+    text = msgspec.json.encode(record)
+    return b"%08x %d %s\n" % (zlib.crc32(text), len(text), text)
+
+
+def parse(text: bytes) -> Record | None:
+    """The record of a line; None where it is torn, or was changed."""
+    head, _, rest = text.partition(b" ")
+    length, _, body = rest.partition(b" ")
+    body = body.removesuffix(b"\n")
+    if not text.endswith(b"\n") or length != b"%d" % len(body) or head != b"%08x" % zlib.crc32(body):
+        return None
+    try:
+        return _DECODER.decode(body)
+    except (msgspec.DecodeError, RecursionError):  # written by another version, or by nobody's plugin
+        return None
+
+
+@dataclass
+class Journal:
+    """All that a journal says.
+
+    Args:
+        began: the sessions that wrote it, in order.
+        declared: the report without results, as JSON; None where no test had begun.
+        results: node id -> result as JSON, compressed; the last one counts.
+        reasons: node id -> why it has no result, or what went wrong after it.
+        is_ended: its last session ended, or its report was rebuilt, and nothing came after.
+        wall_s: how long the sessions took, as far as it says.
+        earlier_s: the same without the last session.
+        damaged: so many lines were torn or changed; whatever they said is missing.
+        size: of the file up to its last whole line, in bytes.
+    """
+
+    began: list[Began] = field(default_factory=list)
+    declared: bytes | None = None
+    results: dict[str, bytes] = field(default_factory=dict)
+    reasons: dict[str, str] = field(default_factory=dict)
+    is_ended: bool = False
+    wall_s: float = 0.0
+    earlier_s: float = 0.0
+    damaged: int = 0
+    size: int = 0
+
+    @property
+    def done(self) -> frozenset[str]:
+        """Node ids of the tests that need not run again."""
+        return frozenset(self.results.keys() - self.reasons.keys())
+
+    def add(self, record: Record) -> None:
+        """Take in the next record."""
+        self.is_ended = isinstance(record, Ended)
+        match record:
+            case Began():
+                self.began.append(record)
+                self.earlier_s = self.wall_s
+            case Declared(report):
+                self.declared = self.declared or bytes(report)
+            case Finished(nodeid=nodeid, result=result):
+                self.results[nodeid] = zlib.compress(bytes(result), 1)
+                self.reasons.pop(nodeid, None)
+            case Hindered(nodeid=nodeid, reason=reason):
+                self.reasons[nodeid] = reason
+        if not isinstance(record, Began | Declared):
+            self.wall_s = self.earlier_s + record.at_s
+
+
+def read(path: Path) -> Journal:
+    """Read a journal. Raises OSError where there is none, or it cannot be read."""
+    journal = Journal()
+    end = 0
+    with path.open("rb") as file:
+        for text in file:
+            end += len(text)
+            record = parse(text)
+            if record is None:
+                journal.damaged += 1
+            else:
+                journal.add(record)
+                journal.size = end
+    return journal
+
+
+def records(path: Path) -> list[Record]:
+    """The whole records of a journal, in order. Raises OSError where it cannot be read."""
+    with path.open("rb") as file:
+        return [record for record in map(parse, file) if record is not None]
+
+
+def is_ended(path: Path) -> bool:
+    """Whether the last record of a journal says that its session ended. Raises OSError where it cannot be read."""
+    with path.open("rb") as file:
+        file.seek(max(0, file.seek(0, os.SEEK_END) - _LONGEST_END))
+        last = file.read().splitlines(keepends=True)[-1:]
+    return bool(last) and isinstance(parse(last[0]), Ended)
+
+
+class JournalWriter:
+    """Appends records to a journal, whose folder exists.
+
+    What cannot be written, for instance as the disk is full, is kept and written before the next record that can be.
+
+    Args:
+        path: of the file, which is created where it is missing.
+        size: goes on behind so many bytes, which are whole lines; what follows them is cut off.
+
+    Raises:
+        OSError: the file cannot be opened.
+    """
+
+    def __init__(self, path: Path, size: int = 0) -> None:
+        self._path = path
+        self._size = size
+        self._waiting: list[bytes] = []
+        self.problem = ""
+        """Why records are waiting; empty where none is."""
+        self._file = os.open(path, _FLAGS, 0o666)
+        os.ftruncate(self._file, size)
+
+    def append(self, record: Record) -> None:
+        """Append a record; `problem` says whether it could be written."""
+        self._waiting.append(line(record))
+        try:
+            if os.fstat(self._file).st_nlink == 0:
+                self._restore()
+            while self._waiting:
+                self._write(self._waiting[0])
+                del self._waiting[0]
+            self.problem = ""
+        except OSError as error:
+            self.problem = f"{self._path}: {error.strerror or error}"
+
+    def _write(self, text: bytes) -> None:
+        try:
+            os.lseek(self._file, self._size, os.SEEK_SET)
+            rest = text
+            while rest:
+                rest = rest[os.write(self._file, rest) :]
+        except OSError:
+            with contextlib.suppress(OSError):  # a part of a record would hide the next one from readers
+                os.ftruncate(self._file, self._size)
+            raise
+        self._size += len(text)
+
+    def _restore(self) -> None:
+        """Writes the file anew where it was removed: what was removed can be read as long as it is open."""
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        os.lseek(self._file, 0, os.SEEK_SET)
+        with open(self._file, "rb") as removed:
+            self._file = os.open(self._path, _FLAGS | os.O_EXCL, 0o666)
+            self._waiting.insert(0, removed.read(self._size))
+        self._size = 0
+
+    def close(self) -> None:
+        """Close the file."""
+        os.close(self._file)

@@ -1,0 +1,230 @@
+"""Journaling: the session's journal in the report folder, from before the first test to the end of the session."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import time
+from collections.abc import Iterator, Mapping, Set
+from pathlib import Path
+
+import msgspec
+
+from pytest_hricdv.report import files
+from pytest_hricdv.report.formatting import plural
+from pytest_hricdv.results.codec import REPORT_NAME, ReportError
+from pytest_hricdv.results.folder_lock import FolderLock, LockedError
+from pytest_hricdv.results.journal import (
+    NAME,
+    Began,
+    Declared,
+    Ended,
+    Finished,
+    Hindered,
+    Journal,
+    JournalWriter,
+    Record,
+    read,
+)
+from pytest_hricdv.session.fingerprint import differences
+from pytest_hricdv.session.usage import usage_error
+
+
+class Journaling:
+    """Writes the journal. Registered in the controlling process only.
+
+    A journal that cannot be written stops no session: results are in memory as well, and the report is made of them.
+
+    Args:
+        folder: of the report.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.notes: list[str] = []
+        """What to say before the first test."""
+        self.resumed: Journal | None = None
+        """What an earlier session has done, where this one goes on with it."""
+        self._folder = folder
+        self._depends_on: Mapping[str, str] = {}
+        self._lock: FolderLock | None = None
+        self._writer: JournalWriter | None = None
+        self._began_s = time.monotonic()
+        self._declared = False
+        self._superseded = False
+
+    def lines(self, *, had_header: bool) -> list[str]:
+        """What to say at the end; what was said before the first test only where this was not shown."""
+        said = [] if had_header else [*self.notes]
+        if self.resumed is not None:
+            said.append(
+                f"resumed: {plural(len(self.resumed.done), 'test')} done before, with the results of the journal"
+            )
+        if self._writer is not None and self._writer.problem:
+            said.append(f"results are missing in the journal: {self._writer.problem}")
+        return said
+
+    def begin(self, depends_on: Mapping[str, str], *, resume: bool) -> None:
+        """Begin the journal of a session, in a folder that was prepared; an earlier report is moved out of the way.
+
+        Args:
+            depends_on: what results depend on, name -> value.
+            resume: go on with the journal that is there; it is touched only when the first test begins.
+
+        Raises:
+            pytest.UsageError: another session writes into the folder, the earlier report cannot be moved, or the
+                journal to go on with is of something else.
+        """
+        self._depends_on = depends_on
+        with _told(self._folder):
+            self._lock = FolderLock(self._folder)
+            earlier = self._earlier()
+            if resume and earlier is not None and earlier.declared is not None:
+                self._check(earlier)
+                self.resumed = earlier
+                self.notes.append(_resuming(earlier))
+                return
+            if resume:
+                self.notes.append(f"hricdv: nothing to resume in {self._folder}: all tests run")
+            if earlier is not None and not earlier.is_ended:
+                self.notes.append(_unfinished(earlier, self._folder / files.EARLIER))
+            if earlier is not None and not earlier.results:  # the report in `earlier` is worth more
+                (self._folder / NAME).unlink()
+            self._superseded = files.supersede(self._folder)
+            self._open(0)
+
+    def _earlier(self) -> Journal | None:
+        """The journal of the session before; None where there is none."""
+        path = self._folder / NAME
+        return read(path) if path.is_file() else None
+
+    def _check(self, earlier: Journal) -> None:
+        differ = differences(earlier.began[0].depends_on if earlier.began else {}, self._depends_on)
+        if differ:
+            raise usage_error(
+                f"--hri-resume: the journal in {self._folder} is of something else: {differ}; without --hri-resume all "
+                "tests run"
+            )
+
+    def _open(self, size: int) -> None:
+        self._writer = JournalWriter(self._folder / NAME, size)
+        utc = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+        self._writer.append(Began(utc, self._depends_on))
+
+    def declare(self, report: bytes, selected: Set[str]) -> None:
+        """Write, once, what is selected; a resumed session continues the journal now.
+
+        Args:
+            report: the report without results, as JSON.
+            selected: node ids.
+
+        Raises:
+            pytest.UsageError: another selection is to be resumed, or the earlier report cannot be moved.
+        """
+        if self._declared:
+            return
+        self._declared = True
+        if self.resumed is None:
+            self._append(Declared(msgspec.Raw(report)))
+            return
+        _check_selection(self.resumed, selected)
+        with _told(self._folder):
+            self._open(self.resumed.size)
+            files.supersede(self._folder, of_this_journal=True)
+
+    def finish(self, nodeid: str, result: str) -> None:
+        """Write the result of a test, as JSON."""
+        self._append(Finished(nodeid, self._at_s, msgspec.Raw(result.encode())))
+
+    def hinder(self, nodeid: str, reason: str) -> None:
+        """Write why a test has no result, or what went wrong after it."""
+        self._append(Hindered(nodeid, self._at_s, reason.encode("utf-8", "backslashreplace").decode()))
+
+    def end(self) -> None:
+        """Write that the session has ended, where its report, if there is anything to report, is in the folder."""
+        if not self._declared or (self._folder / REPORT_NAME).is_file():
+            self._append(Ended(self._at_s))
+
+    def _append(self, record: Record) -> None:
+        if self._writer is not None:
+            self._writer.append(record)
+
+    def withdraw(self) -> None:
+        """The session has no test to run: there will be no report of it, and the earlier one is still the last."""
+        if self._writer is not None and self._superseded:
+            self._close()
+            with contextlib.suppress(ReportError):  # it is in the folder `earlier`
+                files.reinstate(self._folder)
+
+    @property
+    def _at_s(self) -> float:
+        return round(time.monotonic() - self._began_s, 3)
+
+    def pytest_unconfigure(self) -> None:
+        """Lets others write into the folder."""
+        if not self._declared:
+            self.end()
+        self._close()
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
+
+    def _close(self) -> None:
+        if self._writer is not None:
+            self._writer.close()
+            self._writer = None
+
+
+@contextlib.contextmanager
+def _told(folder: Path) -> Iterator[None]:
+    """Errors of the folder as errors of the option that names it."""
+    try:
+        yield
+    except LockedError as error:
+        raise usage_error(
+            f"--hri-report={folder}: another session writes its report there ({error}): wait for its end, or choose "
+            "another folder"
+        ) from None
+    except OSError as error:
+        raise usage_error(f"--hri-report={folder}: {error.strerror or error}") from None
+    except ReportError as error:
+        raise usage_error(str(error)) from None
+
+
+def _since(earlier: Journal) -> str:
+    return earlier.began[0].utc if earlier.began else "an unknown time"
+
+
+def _resuming(earlier: Journal) -> str:
+    torn = f"; {plural(earlier.damaged, 'damaged record')} left out" if earlier.damaged else ""
+    done = plural(len(earlier.done), "test")
+    return f"hricdv: resuming the session that began at {_since(earlier)}: {done} done, not run again{torn}"
+
+
+def _unfinished(earlier: Journal, moved: Path) -> str:
+    began = f"hricdv: the session that began at {_since(earlier)} did not come to its end"
+    if not earlier.results:
+        return f"{began}, and had no result"
+    results = plural(len(earlier.results), "result")
+    return (
+        f"{began}: its journal, with {results}, is now in {moved}, and --hri-resume would have gone on with it; "
+        f"'python -m pytest_hricdv.report rebuild {moved}' makes its report"
+    )
+
+
+class _Test(msgspec.Struct):
+    nodeid: str
+
+
+class _Selection(msgspec.Struct):
+    tests: tuple[_Test, ...]
+
+
+def _check_selection(earlier: Journal, selected: Set[str]) -> None:
+    """Raise pytest.UsageError unless the same tests are selected."""
+    before = {test.nodeid for test in msgspec.json.decode(earlier.declared or b"", type=_Selection).tests}
+    if before != selected:
+        example = min(before ^ selected)
+        raise usage_error(
+            f"--hri-resume: {len(before)} tests were selected, and {len(selected)} are now; {example} is one of those "
+            "that are in one selection only: select the same tests, or run all without --hri-resume"
+        )

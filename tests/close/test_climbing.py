@@ -1,0 +1,42 @@
+"""Coming nearer to a requirement that was never triggered."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from pytest_hricdv.close.archive import Archive
+from pytest_hricdv.close.climbing import Climbing
+from pytest_hricdv.close.experience import Experience
+from pytest_hricdv.close.scripts import Scripts
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.generate.abstract import identify
+from pytest_hricdv.generate.rng import make_rng
+from tests.close import handover
+
+ALL_GIVEN: Point = ("verdict", "R5", "Passed")
+
+
+def climbing(numbers: list[int]) -> tuple[Scripts, Climbing]:
+    """After runs of these scripts."""
+    scripts = Scripts(handover.exploration(), handover.SPACE, {"handover": handover.planned})
+    experience, archive = Experience(scripts), Archive([ALL_GIVEN])
+    for test in identify("closure", 0, [scripts.draft(number) for number in numbers]):
+        archive.add(handover.run(test))
+    experience.learn(archive)
+    return scripts, Climbing(scripts, experience, archive)
+
+
+def test_scripts_whose_interactions_end_well_are_tried_most() -> None:
+    scripts, found = climbing([0, 1, 2, 3, *range(30, 60)])
+    rng, given = make_rng("climbing"), Counter[int]()
+    for _ in range(40):
+        chosen = found.script(rng)
+        assert chosen is not None
+        assert chosen[1] == ALL_GIVEN
+        given[sum(slot.planned[1] == "11" for slot in scripts.slots(chosen[0]))] += 1
+    assert given[3] + given[2] > 25
+
+
+def test_where_no_open_point_has_a_distance_there_is_nothing_to_climb() -> None:
+    _, found = climbing([])
+    assert found.script(make_rng("none")) is None

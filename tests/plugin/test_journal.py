@@ -1,0 +1,351 @@
+"""However a session ends, no finished result is lost: the journal has it, and a report can be made."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests import json_schema
+from tests.plugin.project import A_WORKER, change, command, in_each_mode, outcomes, report
+
+SUITE = "--hri-suite=by-hand"  # four tests; the third one wishes for level 10
+ORDERLY = {
+    "SIGTERM": '__import__("os").kill(__import__("os").getpid(), 15)',
+    "SIGINT": '__import__("os").kill(__import__("os").getpid(), 2)',
+    "many SIGINT": '__import__("interrupting").begin()',
+    "pytest.exit": '__import__("pytest").exit("enough", returncode=0)',
+}
+
+
+INTERRUPTING = """
+import os, signal, threading, time
+
+def begin():
+    threading.Thread(target=interrupt, daemon=True).start()
+    time.sleep(5)
+
+def interrupt():
+    for _ in range(100):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.002)
+"""
+
+
+@pytest.fixture(autouse=True)
+def _interruptible() -> Iterator[None]:
+    """What a shell starts in the background ignores Ctrl-C, and so would the sessions that tests start."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def dimmed(lamps: pytest.Pytester, body: str) -> None:
+    """Let the guide do something else when it is to dim the lamp, which one of the four tests makes it do."""
+    change(lamps.path, "lamps/guide.py", "return 10.0", body)
+
+
+def journal(lamps: pytest.Pytester) -> Path:
+    return lamps.path / "hri-report" / "journal.jsonl"
+
+
+def run(lamps: pytest.Pytester, *options: str) -> pytest.RunResult:
+    """A session in a process of its own, without the cache, which orders nothing here."""
+    return lamps.runpytest_subprocess(SUITE, *options)
+
+
+@pytest.mark.parametrize("options", [(), ("-p", "no:xdist")], ids=["plain", "without xdist"])
+def test_a_killed_session_leaves_its_journal_of_which_a_report_is_rebuilt(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    dimmed(lamps, '__import__("os").kill(__import__("os").getpid(), 9)')
+    assert run(lamps, *options).ret == -9
+    refused = command("gate", "hri-report")
+    assert refused.returncode == 2
+    assert "its process died" in refused.stderr
+    rebuilt = command("rebuild", "hri-report")
+    assert rebuilt.returncode == 1
+    written = report(lamps.path)
+    json_schema.REPORT.validate(written)
+    assert written["selected"] == 4
+    assert written["reported"] >= 1
+    assert written["reported"] + written["not_run"] == 4
+    assert f"{written['reported']} of 4 tests that have a result" in rebuilt.stdout
+    for tally in written["suites"][0]["requirements"].values():
+        assert tally["passed"] + tally["failed"] + tally["nc"] == written["reported"]
+    assert command("gate", "hri-report").returncode == 1  # tests are missing
+
+
+def test_the_controlling_process_can_be_killed_under_xdist(lamps: pytest.Pytester) -> None:
+    dimmed(lamps, '__import__("os").kill(__import__("os").getppid(), 9)')
+    assert run(lamps, *A_WORKER).ret == -9
+    assert command("rebuild", "hri-report").returncode == 1
+    assert report(lamps.path)["selected"] == 4
+
+
+@pytest.mark.parametrize("end", ORDERLY)
+def test_a_session_that_is_ended_leaves_its_report_and_does_not_exit_with_0(lamps: pytest.Pytester, end: str) -> None:
+    dimmed(lamps, ORDERLY[end])
+    (lamps.path / "interrupting.py").write_text(INTERRUPTING, encoding="utf-8")
+    result = run(lamps)
+    assert result.ret not in (0, -15)
+    written = report(lamps.path)
+    assert written["selected"] == 4
+    assert 1 <= written["reported"] < 4
+    assert command("gate", "hri-report").returncode == 1
+
+
+def test_a_hook_that_raises_loses_no_result(lamps: pytest.Pytester) -> None:
+    hook = (
+        "\n\ndef pytest_runtest_logreport(report):\n"
+        "    if report.when == 'call' and 'curt' in report.nodeid:\n        raise OSError('no network')\n"
+    )
+    change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", f"LIMIT_S = 60.0\n{hook}")
+    for options in ((), A_WORKER):
+        result = run(lamps, *options)
+        assert result.ret == pytest.ExitCode.INTERNAL_ERROR
+        curt = [outcome for name, outcome in outcomes(lamps.path).items() if "curt" in name]
+        assert "passed" in curt
+
+
+@in_each_mode
+def test_the_journal_has_all_of_the_report(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    lamps.runpytest_inprocess(SUITE, *options)
+    written = report(lamps.path)
+    (lamps.path / "hri-report" / "report.json").unlink()
+    rebuilt = command("rebuild", "hri-report")
+    assert rebuilt.returncode == 0
+    for timed in (written, again := report(lamps.path)):
+        del timed["wall_s"]
+    del written["gates"]  # they need all of the session
+    assert again == written
+
+
+def resumed_report(lamps: pytest.Pytester) -> dict[str, object]:
+    """The report, but for times."""
+    written = report(lamps.path)
+    for timed in (written, *written["tests"], *(suite["generation"] for suite in written["suites"])):
+        del timed["wall_s"]
+        timed.pop("cached", None)
+    return written
+
+
+@in_each_mode
+def test_a_resumed_session_runs_the_rest_and_reports_what_an_unkilled_one_does(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    ran = "\n\ndef pytest_runtest_setup(item):\n    open('ran.txt', 'a').write(item.name + '\\n')\n"
+    change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", f"LIMIT_S = 60.0\n{ran}")
+    kill = 'import os\n\nif os.path.exists("armed"):\n    os.unlink("armed")\n    os.kill(os.get{}(), 9)\n'
+    me = "ppid" if "-n" in options else "pid"
+    (lamps.path / "killing.py").write_text(kill.format(me), encoding="utf-8")
+    dimmed(lamps, 'return (__import__("sys").modules.pop("killing", 0), __import__("killing"), 10.0)[2]')
+    run(lamps, "--hri-strict", *options)
+    unkilled, ran_before = resumed_report(lamps), (lamps.path / "ran.txt").read_text().splitlines()
+    (lamps.path / "ran.txt").unlink()
+    (lamps.path / "armed").touch()
+    assert run(lamps, "--hri-strict", *options).ret == -9
+    ran_first = (lamps.path / "ran.txt").read_text().splitlines()
+    (lamps.path / "ran.txt").unlink()
+    result = run(lamps, "--hri-strict", "--hri-resume", "-v", *options)
+    assert result.ret == 1  # a requirement was violated before the kill
+    ran_now = (lamps.path / "ran.txt").read_text().splitlines()
+    assert len(ran_first) + len(ran_now) <= len(ran_before) + 1  # only the one that was killed ran twice
+    assert resumed_report(lamps) == unkilled
+    result.stdout.fnmatch_lines(["hricdv: resuming the session that began at *", "*(done before)*", "resumed: *"])
+
+
+def test_what_a_resumed_session_takes_over_counts_as_if_it_had_run(lamps: pytest.Pytester) -> None:
+    first = lamps.runpytest_inprocess(SUITE, "--hri-strict", "--junitxml=first.xml")
+    again = lamps.runpytest_inprocess(SUITE, "--hri-strict", "--hri-resume", "--junitxml=again.xml")
+    assert first.ret == again.ret == 1
+    assert first.parseoutcomes() == again.parseoutcomes()
+    names = ("first.xml", "again.xml")
+    one, other = (re.sub(r' (time|timestamp|message)="[^"]*"', "", (lamps.path / name).read_text()) for name in names)
+    assert one == other
+    assert lamps.runpytest_inprocess(SUITE, "--hri-resume").ret == pytest.ExitCode.USAGE_ERROR  # not strict
+
+
+@in_each_mode
+def test_fixtures_are_torn_down_between_tests_that_are_done_and_others(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    power = (
+        "import os\nimport pytest\n\n\n@pytest.fixture(autouse=True)\ndef power(request):\n"
+        "    assert 'cellar' not in request.node.name or os.path.exists('power')\n\n\n"
+        "@pytest.fixture(autouse=True, scope='module')\ndef hall(request):\n    yield\n"
+        "    with open('torn_down.txt', 'a') as log:\n        log.write(request.node.name + '\\n')\n\n\n"
+    )
+    change(lamps.path, "test_lamps.py", "def test_lamps(hri_case):", f"{power}def test_lamps(hri_case):")
+    (lamps.path / "test_more.py").write_text((lamps.path / "test_lamps.py").read_text(), encoding="utf-8")
+    lamps.runpytest_inprocess(SUITE, *options).assert_outcomes(passed=4, xfailed=2, errors=2)
+    (lamps.path / "power").touch()
+    (lamps.path / "torn_down.txt").unlink()
+    lamps.runpytest_inprocess(SUITE, "--hri-resume", *options).assert_outcomes(passed=6, xfailed=2)
+    assert (lamps.path / "torn_down.txt").read_text().split() == ["test_lamps.py", "test_more.py"]
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        (("lamps/guide.py", "GLARE = 80.0", "GLARE = 90.0"), "lamps/guide.py changed"),
+        (("conftest.py", "LIMIT_S = 60.0", "LIMIT_S = 61.0"), "conftest.py changed"),
+        (("requirements.toml", "0:1", "0:2"), "requirements.toml changed"),
+    ],
+    ids=["code", "testbench", "requirements"],
+)
+def test_only_the_same_code_and_testbench_are_resumed(
+    lamps: pytest.Pytester, changed: tuple[str, str, str], told: str
+) -> None:
+    lamps.runpytest_inprocess(SUITE, "-x", "--hri-strict")
+    change(lamps.path, *changed)
+    before = report(lamps.path)
+    result = lamps.runpytest_inprocess(SUITE, "-x", "--hri-strict", "--hri-resume")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"ERROR: --hri-resume: the journal in * is of something else: {told}; without *"])
+    assert report(lamps.path) == before
+
+
+@in_each_mode
+def test_only_the_same_options_and_selection_are_resumed(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    lamps.runpytest_inprocess(SUITE, *options)
+    before = report(lamps.path)
+    other = lamps.runpytest_inprocess(SUITE, "--hri-seed=1", "--hri-resume", *options)
+    other.stderr.fnmatch_lines(["ERROR: --hri-resume: * --hri-seed 0, now 1*"])
+    fewer = lamps.runpytest_inprocess(SUITE, "-k", "curt", "--hri-resume", *options)
+    fewer.stderr.fnmatch_lines(["ERROR: --hri-resume: 4 tests were selected, and 2 are now; *"])
+    assert other.ret == fewer.ret == pytest.ExitCode.USAGE_ERROR
+    assert report(lamps.path) == before
+
+
+def test_a_session_without_a_journal_is_resumed_from_its_begin(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(SUITE, "--hri-resume")
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["hricdv: nothing to resume in *: all tests run"])
+
+
+def test_the_earlier_report_is_out_of_the_way_before_the_first_test(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(SUITE)
+    first = report(lamps.path)
+    look = 'print("SEEN", sorted(__import__("os").listdir("hri-report")))'
+    dimmed(lamps, f"return ({look}, 10.0)[1]")
+    result = lamps.runpytest_inprocess(SUITE, "-s")
+    result.stdout.fnmatch_lines(["*SEEN *'earlier', *'journal.jsonl'*"])
+    result.stdout.no_fnmatch_line("*SEEN *report.json*")
+    result.stdout.no_fnmatch_line("*SEEN *index.html*")
+    assert json.loads((lamps.path / "hri-report" / "earlier" / "report.json").read_text()) == first
+
+
+def test_the_next_session_says_that_the_one_before_died_and_keeps_its_journal(lamps: pytest.Pytester) -> None:
+    dimmed(lamps, '__import__("os")._exit(0)')
+    assert run(lamps).ret == 0  # nothing in the process can tell; the journal does
+    assert command("gate", "hri-report").returncode == 2
+    change(lamps.path, "lamps/guide.py", '__import__("os")._exit(0)', "return 10.0")
+    result = run(lamps, "-q")
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["hricdv: the session that began at * did not come to its end: * --hri-resume *"])
+    assert command("rebuild", "hri-report/earlier").returncode == 1
+    assert command("gate", "hri-report").returncode == 0
+
+
+def test_two_sessions_do_not_write_into_one_folder(lamps: pytest.Pytester) -> None:
+    second = '__import__("subprocess").run(["{}", "-m", "pytest", "{}", "-q"], stderr=2).returncode'
+    dimmed(lamps, f"return print({second.format(sys.executable, SUITE)}) or 10.0")
+    result = run(lamps, "-s")
+    assert result.ret == 0
+    result.stderr.fnmatch_lines(["ERROR: --hri-report=*: another session writes its report there (process *): *"])
+    assert report(lamps.path)["reported"] == 4
+
+
+def test_on_a_full_disk_nothing_is_lost_that_it_could_hold(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(SUITE)  # whatever else a session writes is there
+    full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({0}, resource.RLIM_INFINITY))"
+    began, declared, first, second, *_ = journal(lamps).read_bytes().splitlines(keepends=True)
+    room = len(began + declared + first + second) + len(second) // 2
+    change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", f"LIMIT_S = 60.0\n{full.format(room)}\n")
+    result = run(lamps, "-p", "no:cacheprovider")
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(
+        ["results are missing in the journal: *journal.jsonl: *", "FAILED cannot write the rep*"]
+    )
+    assert command("gate", "hri-report").returncode == 2
+    assert command("rebuild", "hri-report").returncode == 1
+    assert report(lamps.path)["reported"] == 2
+
+
+@in_each_mode
+def test_a_folder_that_is_removed_during_the_session_is_written_anew(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    dimmed(lamps, 'return (__import__("shutil").rmtree("hri-report"), 10.0)[1]')
+    lamps.runpytest_inprocess(SUITE, *options)
+    assert report(lamps.path)["reported"] == 4
+    (lamps.path / "hri-report" / "report.json").unlink()
+    assert command("rebuild", "hri-report").returncode == 0
+    assert report(lamps.path)["reported"] == 4
+
+
+def test_a_report_that_cannot_be_written_is_rebuilt_once_it_can(lamps: pytest.Pytester) -> None:
+    dimmed(lamps, 'return (__import__("os").makedirs("hri-report/report.json/in the way"), 10.0)[1]')
+    result = lamps.runpytest_inprocess(SUITE)
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(["FAILED cannot write the report into *"])
+    assert command("gate", "hri-report").returncode == 2
+    (lamps.path / "hri-report" / "report.json" / "in the way").rmdir()
+    (lamps.path / "hri-report" / "report.json").rmdir()
+    assert command("rebuild", "hri-report").returncode == 0
+    assert report(lamps.path)["reported"] == 4
+
+
+def test_results_are_journalled_into_a_folder_that_became_read_only(lamps: pytest.Pytester) -> None:
+    (lamps.path / "models").chmod(0o555)
+    if os.access(lamps.path / "models", os.W_OK):
+        pytest.skip("this user can write everywhere")
+    dimmed(lamps, 'return (__import__("os").chmod("hri-report", 0o555), 10.0)[1]')
+    result = lamps.runpytest_inprocess(SUITE)
+    (lamps.path / "hri-report").chmod(0o755)
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(["FAILED cannot write the report into *: no permission to write there*"])
+    assert command("rebuild", "hri-report").returncode == 0
+    assert report(lamps.path)["reported"] == 4
+
+
+def test_a_clock_that_is_set_back_changes_nothing(lamps: pytest.Pytester) -> None:
+    hook = (
+        "\n\nimport itertools, time\n\nback = itertools.count(1)\n\ndef pytest_runtest_setup():\n"
+        "    time.time = lambda: 1e9 - 1e6 * next(back)\n"
+    )
+    change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", f"LIMIT_S = 60.0\n{hook}")
+    kill = '__import__("os").kill(__import__("os").getpid(), 9)'
+    dimmed(lamps, f'return 10.0 if __import__("os").path.exists("earlier") else ({kill})')
+    assert run(lamps).ret == -9
+    (lamps.path / "earlier").touch()
+    assert command("rebuild", "hri-report").returncode == 1
+    assert report(lamps.path)["not_run"] >= 1
+    result = run(lamps, "--hri-resume")  # a report that was rebuilt in the meantime does not matter
+    assert result.ret == 0
+    written = report(lamps.path)
+    assert written["reported"] == 4
+    assert 0 < written["wall_s"] < 60
+
+
+def test_a_session_that_died_before_its_first_result_leaves_the_earlier_report_in_its_place(
+    lamps: pytest.Pytester,
+) -> None:
+    lamps.runpytest_inprocess(SUITE)
+    kill = "if __import__('os').path.exists('armed'):\n        __import__('os')._exit(9)"
+    hook = f"\n\ndef pytest_collection_finish():\n    {kill}\n"
+    change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", f"LIMIT_S = 60.0\n{hook}")
+    (lamps.path / "armed").touch()
+    assert run(lamps).ret == run(lamps).ret == 9
+    assert not (lamps.path / "hri-report" / "report.json").exists()
+    assert command("gate", "hri-report/earlier").returncode == 0
+    (lamps.path / "armed").unlink()
+    result = lamps.runpytest_inprocess(SUITE)
+    result.stdout.fnmatch_lines(["hricdv: the session that began at * did not come to its end, and had no result"])
