@@ -50,8 +50,8 @@ class Collection:
         self.options = options
         self.closing: Callable[[Sequence[GeneratedSuite]], GeneratedSuite] | None = None
         """Generates the suite that a closing loop leads to, given the others; where one is asked for."""
-        given = worker_input(config)
-        self.done: frozenset[str] = frozenset() if given is None else frozenset(json.loads(str(given[DONE])))
+        given = worker_input(config) or {}  # without a suite, a worker is sent nothing
+        self.done: frozenset[str] = frozenset(json.loads(str(given.get(DONE, "[]"))))
         """Node ids of tests that are not run again, in a session that is resumed."""
 
     @cached_property
