@@ -56,6 +56,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     rests = {"rest_x_m": Range(0.475, 0.78, "m"), "rest_y_m": Range(-0.5, 0.1, "m"), "rest_z_m": Range(0.46, 0.7, "m")}
     where = Range(0.0, 4.0, "place", open_high=True)
     beside, soon, for_long = Range(-0.08, 0.08, "m"), Range(0.0, 10.0, "s"), Range(5.0, 90.0, "s")
+    flips = {"for_s": Range(20.0, 80.0, "s")}
     return Testbench(
         name="table-assembly",
         model=Model(HERE / "models_bdi" / "table_assembly.mas2j"),
@@ -172,10 +173,9 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "sensors_silent": Disturbance({"for_s": Range(5.0, 150.0, "s")}, disturbances.sensors_silent),
             "sensors_late": Disturbance({"late_s": Range(0.5, 110.0, "s")}, disturbances.sensors_late),
             "sensors_stuck": Disturbance({"for_s": Range(5.0, 150.0, "s")}, disturbances.sensors_stuck),
-            "sensor_flips": Disturbance(
-                {"sensor": Range(0.0, 3.0, "sensor", open_high=True), "for_s": Range(30.0, 150.0, "s")},
-                disturbances.sensor_flips,
-            ),
+            "gaze_flips": Disturbance(flips, disturbances.gaze_flips),
+            "pressure_flips": Disturbance(flips, disturbances.pressure_flips),
+            "location_flips": Disturbance(flips, disturbances.location_flips),
             "says_ready": Disturbance({"after_s": Range(0.0, 40.0, "s")}, disturbances.says_ready),
             "asks_again": Disturbance({"after_s": Range(0.0, 40.0, "s")}, disturbances.asks_again),
             "falls_silent": Disturbance({}, disturbances.falls_silent),

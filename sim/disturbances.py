@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import fields
 
-from controller.ports import HumanReady, Reading, Request
+from controller.ports import HumanReady, Request
 from sim.engine import Vector
 from sim.events import SupplyDisturbed, WayBlocked
 from sim.gripper import FingerMotion
@@ -28,8 +27,6 @@ PLACES: Mapping[str, Vector] = {
     "home": (0.0, 0.20, 0.50),
 }
 """Where somebody can lean into the arm's way (m): where the hand goes."""
-
-SENSORS = tuple(field.name for field in fields(Reading))
 
 FINGERS_M: Vector = (0.28, -0.38, 0.63)
 """The person's hand beside the leg at the pickup place, where the fingers close: they catch no leg."""
@@ -192,9 +189,19 @@ def sensors_stuck(shop: Workshop, given: Parameters) -> None:
     shop.sensors.faults.stuck_until_s = shop.kernel.now_s + given["for_s"]
 
 
-def sensor_flips(shop: Workshop, given: Parameters) -> None:
-    """Sensor number `sensor` of `SENSORS` reads the opposite for `for_s`."""
-    shop.sensors.faults.flipped_until_s[SENSORS[int(given["sensor"])]] = shop.kernel.now_s + given["for_s"]
+def gaze_flips(shop: Workshop, given: Parameters) -> None:
+    """The gaze sensor reads the opposite for `for_s`."""
+    shop.sensors.faults.flipped_until_s["gaze"] = shop.kernel.now_s + given["for_s"]
+
+
+def pressure_flips(shop: Workshop, given: Parameters) -> None:
+    """The pressure sensor reads the opposite for `for_s`."""
+    shop.sensors.faults.flipped_until_s["pressure"] = shop.kernel.now_s + given["for_s"]
+
+
+def location_flips(shop: Workshop, given: Parameters) -> None:
+    """The location sensor reads the opposite for `for_s`."""
+    shop.sensors.faults.flipped_until_s["location"] = shop.kernel.now_s + given["for_s"]
 
 
 def says_ready(shop: Workshop, given: Parameters) -> None:

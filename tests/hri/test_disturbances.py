@@ -46,15 +46,15 @@ SILENT: list[Line] = [("sensors_silent", {"for_s": 150.0}), *LEG]
 LATE: list[Line] = [("sensors_late", {"late_s": 8.0}), *LEG]
 TOO_LATE: list[Line] = [("sensors_late", {"late_s": 60.0}), *LEG]
 STUCK: list[Line] = [*LEG, ("sensors_stuck", {"for_s": 100.0}), *bench.leg("000")]
-FLIPPED: list[Line] = [("sensor_flips", {"sensor": 0, "for_s": 100.0}), *NOT_READY]
-FLIPPED_AWAY: list[Line] = [("sensor_flips", {"sensor": 2, "for_s": 100.0}), *LEG]
+FLIPPED: list[Line] = [("gaze_flips", {"for_s": 80.0}), *NOT_READY]
+FLIPPED_AWAY: list[Line] = [("location_flips", {"for_s": 80.0}), *LEG]
 TOO_EARLY: list[Line] = [("says_ready", {"after_s": 6.0}), "tell leg", "receivesignal"]
 UNASKED: list[Line] = ["tell leg", "receivesignal", ("says_ready", {"after_s": 6.0})]
 ASKS_AGAIN: list[Line] = [("asks_again", {"after_s": 12.0}), *LEG]
 FALLS_SILENT: list[Line] = [("falls_silent", {}), *LEG]
 
 
-GONE_UNNOTICED: list[Line] = [("sensor_flips", {"sensor": 1, "for_s": 60.0}), *PULLED_OUT_LATE]
+GONE_UNNOTICED: list[Line] = [("pressure_flips", {"for_s": 60.0}), *PULLED_OUT_LATE]
 
 REACHED = {
     'robot.note("something is in the hand at the start")': IN_HAND,

@@ -6,6 +6,7 @@ import pytest
 
 from controller.journal import DISCARDED, NO_HUMAN_READY, OUTCOMES, SENSING_TIMEOUT
 from pytest_hricdv.case import execute
+from sim.turns import SENSORS
 from tests.hri import bench
 from tests.hri.disturbed import Line, concrete
 
@@ -30,8 +31,8 @@ def disturbed(pose: str, outcome: str) -> list[Line]:
         return [SILENT, *turn(pose, READY if away else None)]
     if outcome == DISCARDED:
         return [("leg_late", {"for_s": 100.0}), *turn(pose)]
-    wrong = [number for number, ready in enumerate("000" if away else pose) if ready == "0"]
-    flips: list[Line] = [("sensor_flips", {"sensor": number, "for_s": 150.0}) for number in wrong]
+    wrong = [sensor for sensor, ready in zip(SENSORS, "000" if away else pose, strict=True) if ready == "0"]
+    flips: list[Line] = [(f"{sensor}_flips", {"for_s": 80.0}) for sensor in wrong]
     return [*flips, *turn(pose, READY if away else None)]
 
 
