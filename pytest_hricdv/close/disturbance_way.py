@@ -40,7 +40,7 @@ EXPLORING = 0.3
 """So often an interaction has a new dose, whatever else is known."""
 
 TRYING = 0.15
-"""So often all interactions of a test have one: for what is open beside the bins."""
+"""At least so often all interactions of a test have one, as long as more than bins is open."""
 
 MASKED = 0.5
 """So often such a disturbance is a known one, with another one that hides what it changes."""
@@ -72,9 +72,11 @@ class DisturbanceWay:
         self._experience.learn(archive)
         treatments = _Treatments(self._scripts, self._experience, self._disturbances, rng)
         aiming = Aiming(self._scripts, self._experience, archive, treatments.options)
+        beside = sum(point[0] != "bin" for point in archive.open)
+        trying = max(TRYING, beside / len(archive.open)) if beside else 0.0
         found = []
         for _ in range(count):
-            aimed = aiming.aim(rng) if rng.random() >= TRYING else None
+            aimed = aiming.aim(rng) if rng.random() >= trying else None
             if aimed is None:
                 found.append(Proposal(self._rarely_tried(treatments, rng), self.name))
             else:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from pytest_hricdv.close.archive import Archive
+from pytest_hricdv.close.archive import Archive, Entry
 from pytest_hricdv.close.compositions import apart
 from pytest_hricdv.close.interactions import Goal, interactions_of
 from pytest_hricdv.close.recipes import Recipes
 from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.disturbance import PREFIX
 
 
@@ -37,7 +38,7 @@ class Experience:
             test, hits = entry.test, entry.observation.hits
             for product, planned in self._scripts.planned.items():
                 found = interactions_of(test.lines, test.values, hits, product, planned)
-                self.recipes[product].learn(found)
+                self.recipes[product].learn(found, self._aims(entry, product))
                 self.doses.update((dose.name, dose.place) for each in found for dose in each.treatment)
                 self.tried.update(
                     (dose.name, self.usual(Slot(product, each.planned))) for each in found for dose in each.treatment
@@ -45,6 +46,14 @@ class Experience:
             if not self._scripts.planned:
                 self.doses.update(_places(test.lines))
         self._learned = len(archive.entries)
+
+    def _aims(self, entry: Entry, product: str) -> dict[Bin, list[Goal]]:
+        size = self.recipes[product].coordinates
+        aims: dict[Bin, list[Goal]] = {}
+        for kind, *point in entry.aims:
+            if kind == "bin" and point[0] == product:
+                aims.setdefault(tuple(point[1 : 1 + size]), []).append((product, *point[1 + size :]))
+        return aims
 
     def usual(self, slot: Slot) -> Goal | None:
         """What usually comes of an interaction without disturbances, by its own cross product."""

@@ -7,9 +7,10 @@ for each planned coordinate, from how often the same treatment led to the same w
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
+from types import MappingProxyType
 from typing import NamedTuple
 
 from pytest_hricdv.close.interactions import UNDISTURBED, Effect, Goal, Interaction, Treatment
@@ -27,8 +28,13 @@ KINSHIP = 0.5
 HEARSAY = 2.0
 """What was seen where other things are planned weighs no more than so many own tries."""
 
+TRUST = 2.0
+"""As if so many treatments from elsewhere had been tried where something is planned, and had led to each goal."""
+
 USUAL = 0.3
 """What comes with this probability without any disturbance is no merit of one."""
+
+NO_AIMS: Mapping[Bin, Collection[Goal]] = MappingProxyType({})
 
 Kind = tuple[tuple[int, str], ...]
 """The disturbances of a treatment without their parameters."""
@@ -79,16 +85,26 @@ class Recipes:
         self._usual: dict[Bin, Counter[Effect]] = {}
         self._first: Tallies = {}
         self._of_kind: dict[Kind, Tallies] = {}
+        self._carried: dict[Goal, Tallies] = {}
+        """Goal -> first tries of treatments that are known from elsewhere and were to lead to it."""
         self._same = [1.0] * coordinates
         self._compared = [2.0] * coordinates
 
-    def learn(self, interactions: Iterable[Interaction]) -> None:
-        """Learn from the interactions of a run."""
+    def learn(self, interactions: Iterable[Interaction], aims: Mapping[Bin, Collection[Goal]] = NO_AIMS) -> None:
+        """Learn from the interactions of a run.
+
+        Args:
+            interactions: of the run.
+            aims: what was planned -> the goals that these interactions were to lead to.
+        """
         for each in interactions:
             planned, treatment, effect, is_clean = each
             results = self.results.setdefault(treatment, {})
-            if not results and treatment:
+            if not results and len(treatment) == 1:
                 self._first.setdefault(planned, Tally()).add(effect)
+            elif treatment and planned not in results:
+                for goal in aims.get(planned, ()):
+                    self._carried.setdefault(goal, {}).setdefault(planned, Tally()).add(effect)
             self._compare(results, planned, effect)
             results.setdefault(planned, Tally()).add(effect)
             self._of_kind.setdefault(_kind(treatment), {}).setdefault(planned, Tally()).add(effect)
@@ -128,9 +144,10 @@ class Recipes:
         """
         kin = self._of_kind.get(_kind(treatment), {}).get(planned) if treatment else None
         results = self.results.get(treatment, {})
-        return self._estimate(
+        chance = self._estimate(
             {**self.results.get(treatment if like is None else like, {}), **results}, planned, goal, kin, expected
         )
+        return chance if planned in results or not treatment else chance * self._trust(planned, goal)
 
     def first_chance(self, planned: Bin, goal: Goal) -> float:
         """The same of a treatment that was never tried."""
@@ -160,6 +177,15 @@ class Recipes:
             tally.came[goal] and self.chance(planned, UNDISTURBED, goal) < USUAL
             for planned, tally in self.results[treatment].items()
         )
+
+    def _trust(self, planned: Bin, goal: Goal) -> float:
+        """How often what is known from elsewhere has led to a goal where this is planned."""
+        came = tries = TRUST
+        for other, tally in self._carried.get(goal, {}).items():
+            weight = self.likeness(planned, other)
+            came += weight * tally.came[goal]
+            tries += weight * tally.tries
+        return came / tries
 
     def _estimate(
         self,
