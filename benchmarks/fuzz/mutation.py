@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from copy import deepcopy
 from random import Random
 from typing import Any
 
@@ -69,15 +70,15 @@ def _change(data: Any, rng: Random, raw: list[str]) -> None:
     if kind == 0:
         del part[key]
     elif kind == 1 and isinstance(part, list):
-        part.insert(key, part[key])
+        part.insert(key, deepcopy(part[key]))
     elif kind == 1:
         part[rng.choice(_HARMFUL)] = part.pop(key)
     elif kind == 2:
         raw.append(rng.choice(_RAW))
         part[key] = _PLACEHOLDER.format(len(raw) - 1)
     elif kind == 3:
-        part[key] = rng.choice([part[each] for each in keys])
+        part[key] = deepcopy(rng.choice([part[each] for each in keys]))
     elif kind == 4 and isinstance(part[key], str):
         part[key] = mutate_text(part[key], [part[key]], rng)
     else:
-        part[key] = rng.choice(_VALUES)
+        part[key] = deepcopy(rng.choice(_VALUES))  # a part of its own: further changes go no further
