@@ -23,7 +23,7 @@ from pytest_hricdv.search import Budget
 NAME = "closure"
 """The name of the method and of its suite."""
 
-GENERATION = 16
+GENERATION = 8
 """So many tests are proposed at a time. Fewer learn sooner, more keep more processes busy."""
 
 OnlineWeights = Mapping[int, Sequence[Weight]]

@@ -100,7 +100,7 @@ class Recipes:
         for each in interactions:
             planned, treatment, effect, is_clean = each
             results = self.results.setdefault(treatment, {})
-            if not results and len(treatment) == 1:
+            if treatment and not results:
                 self._first.setdefault(planned, Tally()).add(effect)
             elif treatment and planned not in results:
                 for goal in aims.get(planned, ()):
@@ -147,7 +147,8 @@ class Recipes:
         chance = self._estimate(
             {**self.results.get(treatment if like is None else like, {}), **results}, planned, goal, kin, expected
         )
-        return chance if planned in results or not treatment else chance * self._trust(planned, goal)
+        is_carried = treatment and planned not in results and (results or like)
+        return chance * self._trust(planned, goal) if is_carried else chance
 
     def first_chance(self, planned: Bin, goal: Goal) -> float:
         """The same of a treatment that was never tried."""

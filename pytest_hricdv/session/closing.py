@@ -47,6 +47,7 @@ from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.running import Running
 from pytest_hricdv.session.separate_process import ProcessError
 from pytest_hricdv.session.suites import generation_context
+from pytest_hricdv.session.usage import usage_error
 
 CACHE_SCHEMA = "hricdv-closing/3"
 
@@ -85,9 +86,9 @@ class Closing:
             with runs:
                 suite, result = self._closed(runs, tests)
         except (ProcessError, LoopError) as error:
-            raise pytest.UsageError(f"--hri-suite={NAME}: no run came to its end: {error}") from None
+            raise usage_error(f"--hri-suite={NAME}: no run came to its end: {error}") from None
         except (GenerateError, CoverageError, OnlineError) as error:
-            raise pytest.UsageError(f"--hri-suite={NAME}: {error}") from None
+            raise usage_error(f"--hri-suite={NAME}: {error}") from None
         if result.ended not in ("seconds", "interrupted"):  # otherwise it would depend on the machine
             kept.write(suite, result, runs.files)
         return GeneratedSuite(suite, time.perf_counter() - began_s, cached=False, closing=result)
@@ -109,7 +110,7 @@ class Closing:
         names = [way.name for way in ways]
         for name in without:
             if name not in names:
-                raise pytest.UsageError(f"--hri-close-without: no way {name!r}; there are: {', '.join(names)}")
+                raise usage_error(f"--hri-close-without: no way {name!r}; there are: {', '.join(names)}")
         return tuple(way for way in ways if way.name not in without)
 
     def _ways(self) -> tuple[Way, ...]:
@@ -215,7 +216,7 @@ class Closing:
 
 def _check_forks() -> None:
     if not hasattr(os, "fork"):
-        raise pytest.UsageError(f"--hri-suite={NAME}: this system cannot fork processes; use Linux or macOS")
+        raise usage_error(f"--hri-suite={NAME}: this system cannot fork processes; use Linux or macOS")
 
 
 def _processes(config: pytest.Config) -> int:

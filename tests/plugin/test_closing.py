@@ -76,6 +76,6 @@ def test_what_is_run_as_part_of_a_tree_does_the_same_from_the_start(
         return repeatable_suite(archive, ways, runner)
 
     monkeypatch.setattr(closing, "repeatable_suite", comparing)
-    assert lamps.runpytest_inprocess(SUITE, "--hri-close-runs=40").ret == 0
+    assert lamps.runpytest_inprocess(SUITE, "--hri-close-runs=64").ret == 0
     assert len(found) > 5
     assert all(again == first for again, first in found)
