@@ -6,7 +6,7 @@ there may be a dose that mended it elsewhere.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from itertools import chain
 from math import prod
 from random import Random
@@ -93,13 +93,13 @@ class Compositions:
                 return fitted((dose, *dict.fromkeys(_drawn(each, rng) for each in others)), commands)
         return None
 
-    def helpful_disturbances(self, planned: Bin, goal: Goal) -> dict[str, float]:
-        """Disturbance -> how often its doses changed what is lacking where this is planned."""
+    def promise(self, names: Collection[str], planned: Bin, goal: Goal) -> dict[str, float]:
+        """Disturbance -> how much of what is lacking where this is planned its doses probably change; may be empty."""
         wanted, usual = self._wanted(planned, goal), self._recipes.usual(planned)
         found: dict[str, float] = {}
         if wanted is not None and usual is not None:
             for lack in lacking(usual, wanted):
-                for name, share in self._remedies.disturbances(usual, lack).items():
+                for name, share in self._remedies.promise(names, usual, lack).items():
                     found[name] = found.get(name, 0.0) + share
         return found
 

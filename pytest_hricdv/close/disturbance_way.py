@@ -1,8 +1,8 @@
 """The way of disturbances: interactions are disturbed so that probably they end as no run has ended yet.
 
 What has led to a goal is done again where it may lead to an open bin; so is what can be put together from doses that
-have mended what is lacking. Beside that, new doses are tried: of disturbances that have changed what is lacking, and of
-those that were rarely tried where the same usually comes.
+have mended what is lacking. Beside that, new doses are tried: of disturbances that promise to change what is lacking,
+and of those that were rarely tried where the same usually comes.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ LIKELY = 0.1
 """What has led to a goal is done again with at least this chance."""
 
 HELPFUL = 0.75
-"""How often a new dose is one of a disturbance that has changed what is lacking, instead of one that was rarely tried.
-"""
+"""How often a new dose is one of a disturbance that promises to change what is lacking, instead of one that was rarely
+tried."""
 
-EAGERNESS = 2
-"""Such disturbances are drawn in proportion to this power of how often they have."""
+EAGERNESS = 3
+"""Such disturbances are drawn in proportion to this power of how much they promise."""
 
 EXPLORING = 0.3
 """So often an interaction has a new dose, whatever else is known."""
@@ -162,12 +162,12 @@ class _Treatments:
 
     def _new(self, slot: Slot, goals: Sequence[Goal], commands: int, is_first: bool) -> Treatment:
         """A new dose."""
-        helpful: Mapping[str, float] = {}
+        promise: Mapping[str, float] = {}
         if goals and self._rng.random() < HELPFUL:
-            helpful = self._compositions[slot.product].helpful_disturbances(slot.planned, pick(self._rng, goals))
-        if not helpful:
+            promise = self._compositions[slot.product].promise(self._disturbances, slot.planned, pick(self._rng, goals))
+        if not promise:
             return self.single(slot, commands, is_first)
-        name = weighted(self._rng, {name: share**EAGERNESS for name, share in helpful.items()})
+        name = weighted(self._rng, {name: share**EAGERNESS for name, share in promise.items()})
         return (self._dose(name, 1 + random_index(self._rng, commands)),)
 
     def _dose(self, name: str, place: int) -> Dose:

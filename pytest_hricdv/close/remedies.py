@@ -8,6 +8,7 @@ consequence of a pattern.
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterable
 from itertools import chain
 from typing import NamedTuple
 
@@ -104,22 +105,26 @@ class Remedies:
             ]
         return found
 
-    def disturbances(self, usual: Effect, lack: Lack) -> dict[str, float]:
-        """Disturbance -> how often its doses changed the text in question, whatever it became.
+    def promise(self, names: Iterable[str], usual: Effect, lack: Lack) -> dict[str, float]:
+        """Disturbance -> how often its doses probably change what is in question, whatever it becomes.
+
+        Of two tries before all, one is taken to have done so: what was hardly tried is promising.
 
         Args:
+            names: of the disturbances.
             usual: what lacks it: only what was seen of texts of the same length counts.
             lack: in question.
         """
-        tries: dict[str, float] = defaultdict(float)
-        changed: dict[str, float] = defaultdict(float)
-        size = len(_text(usual, lack[0]))
+        tries, changed = dict.fromkeys(names, 2.0), dict.fromkeys(names, 1.0)
+        number, place, _ = lack
+        size = len(_text(usual, number))
         for dose, before, after, weight in self._singles:
-            one, other = _text(before, lack[0]), _text(after, lack[0])
-            if len(one) == size:
+            one, other = _text(before, number), _text(after, number)
+            if len(one) == size and dose.name in tries:
                 tries[dose.name] += weight
-                changed[dose.name] += weight * (one != other and (lack[1] < 0 or len(one) == len(other)))
-        return {name: changed[name] / (tries[name] + DOUBT) for name in tries if changed[name]}
+                differs = one != other if place < 0 else len(one) == len(other) and one[place] != other[place]
+                changed[dose.name] += weight * differs
+        return {name: changed[name] / tries[name] for name in tries}
 
 
 def _text(effect: Effect, number: int) -> str:
