@@ -107,6 +107,7 @@ class Trial:
             self._fault(f"{found.size} bytes are written, and there is room for {room}")
         if status == 0:
             self._fault("exit status 0, and the report cannot have been written")
+        self.victim.keep(found.results)  # for the others there was no room
         self._finish()
 
     def _clear(self) -> None:
@@ -146,10 +147,13 @@ class Trial:
             self._fault(f"wrong totals in a rebuilt report {problem}")
 
     def _finish(self) -> None:
-        """Resume until every test has a result: this report is that of the session without a break."""
+        """Resume until every test has a result, and a session came to its own end, at which it judges its gates.
+
+        This report is that of the session without a break.
+        """
         for number in range(RESUMES):
             found = self._resumed(self.workers_s if number < 2 else 0.0)
-            if found is not None and not found.not_run:
+            if found is not None and not found.not_run and found.gates is not None:
                 self.tally.counts["resumed to the end"] += 1
                 if timeless(found) != timeless(self.whole):
                     self._fault(f"the final report differs in {differing(timeless(found), timeless(self.whole))}")

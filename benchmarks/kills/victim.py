@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -70,6 +70,10 @@ class Victim:
         """Node ids of the results that have arrived since the log was removed."""
         log = self.folder / ARRIVED
         return set(log.read_text(encoding="utf-8").split("\n")) - {""} if log.exists() else set()
+
+    def keep(self, nodeids: Collection[str]) -> None:
+        """Forget that other results have arrived."""
+        (self.folder / ARRIVED).write_text("".join(f"{each}\n" for each in nodeids), encoding="utf-8")
 
     def run(
         self,
