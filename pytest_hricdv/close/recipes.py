@@ -28,8 +28,8 @@ KINSHIP = 0.5
 HEARSAY = 2.0
 """What was seen where other things are planned weighs no more than so many own tries."""
 
-TRUST = 2.0
-"""As if so many treatments from elsewhere had been tried where something is planned, and had led to each goal."""
+TRUST = 1.0
+"""As if so many foreign treatments had been tried where something usually comes, and had led to each goal."""
 
 USUAL = 0.3
 """What comes with this probability without any disturbance is no merit of one."""
@@ -85,8 +85,8 @@ class Recipes:
         self._usual: dict[Bin, Counter[Effect]] = {}
         self._first: Tallies = {}
         self._of_kind: dict[Kind, Tallies] = {}
-        self._carried: dict[Goal, Tallies] = {}
-        """Goal -> first tries of treatments that are known from elsewhere and were to lead to it."""
+        self._foreign: dict[tuple[Effect, Goal], Tally] = {}
+        """What usually comes, and a goal -> first tries of foreign treatments that were to lead to it."""
         self._same = [1.0] * coordinates
         self._compared = [2.0] * coordinates
 
@@ -102,9 +102,9 @@ class Recipes:
             results = self.results.setdefault(treatment, {})
             if treatment and not results:
                 self._first.setdefault(planned, Tally()).add(effect)
-            elif treatment and planned not in results:
+            elif treatment and self._is_foreign(results, planned):
                 for goal in aims.get(planned, ()):
-                    self._carried.setdefault(goal, {}).setdefault(planned, Tally()).add(effect)
+                    self._foreign.setdefault((self.usual(planned) or (), goal), Tally()).add(effect)
             self._compare(results, planned, effect)
             results.setdefault(planned, Tally()).add(effect)
             self._of_kind.setdefault(_kind(treatment), {}).setdefault(planned, Tally()).add(effect)
@@ -144,11 +144,9 @@ class Recipes:
         """
         kin = self._of_kind.get(_kind(treatment), {}).get(planned) if treatment else None
         results = self.results.get(treatment, {})
-        chance = self._estimate(
-            {**self.results.get(treatment if like is None else like, {}), **results}, planned, goal, kin, expected
-        )
-        is_carried = treatment and planned not in results and (results or like)
-        return chance * self._trust(planned, goal) if is_carried else chance
+        known = {**self.results.get(treatment if like is None else like, {}), **results}
+        chance = self._estimate(known, planned, goal, kin, expected)
+        return chance * self._trust(planned, goal) if treatment and self._is_foreign(known, planned) else chance
 
     def first_chance(self, planned: Bin, goal: Goal) -> float:
         """The same of a treatment that was never tried."""
@@ -179,14 +177,15 @@ class Recipes:
             for planned, tally in self.results[treatment].items()
         )
 
+    def _is_foreign(self, results: Mapping[Bin, Tally], planned: Bin) -> bool:
+        """Whether all that is known of a treatment was seen where something else usually comes."""
+        usual = self.usual(planned)
+        return bool(results) and planned not in results and all(self.usual(other) != usual for other in results)
+
     def _trust(self, planned: Bin, goal: Goal) -> float:
-        """How often what is known from elsewhere has led to a goal where this is planned."""
-        came = tries = TRUST
-        for other, tally in self._carried.get(goal, {}).items():
-            weight = self.likeness(planned, other)
-            came += weight * tally.came[goal]
-            tries += weight * tally.tries
-        return came / tries
+        """How often foreign treatments have led to a goal where the same usually comes as where this is planned."""
+        tally = self._foreign.get((self.usual(planned) or (), goal), Tally())
+        return (TRUST + tally.came[goal]) / (TRUST + tally.tries)
 
     def _estimate(
         self,
