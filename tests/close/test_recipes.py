@@ -38,6 +38,19 @@ def test_what_fails_again_and_again_is_expected_no_more() -> None:
     assert recipes.chance(("2", "01"), (PUSH,), GIVEN) < 0.1
 
 
+def test_where_treatments_from_elsewhere_have_failed_others_are_trusted_less() -> None:
+    recipes = usually_kept()
+    recipes.learn([seen(("1", "01"), (dose,), "11", "given") for dose in (PUSH, PULL, LIGHT)])
+    before = recipes.chance(("2", "00"), (LIGHT,), GIVEN)
+    recipes.learn([seen(("1", "00"), (dose,), "00", "kept") for dose in (PUSH, PULL)])
+    not_aimed = recipes.chance(("2", "00"), (LIGHT,), GIVEN)
+    recipes = usually_kept()
+    recipes.learn([seen(("1", "01"), (dose,), "11", "given") for dose in (PUSH, PULL, LIGHT)])
+    recipes.learn([seen(("1", "00"), (dose,), "00", "kept") for dose in (PUSH, PULL)], {("1", "00"): [GIVEN]})
+    assert recipes.chance(("2", "00"), (LIGHT,), GIVEN) < not_aimed / 2 < before / 2
+    assert recipes.chance(("2", "01"), (LIGHT,), GIVEN) > HOPE  # the same usually comes as where it was seen
+
+
 def test_a_coordinate_that_makes_no_difference_is_learned_to_be_alike() -> None:
     recipes, outcome = Recipes(2), {"00": "kept", "01": "silent"}
     recipes.learn([seen((legs, pose), UNDISTURBED, pose, outcome[pose]) for legs in "123" for pose in ("00", "01")] * 5)
