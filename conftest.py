@@ -56,7 +56,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     rests = {"rest_x_m": Range(0.475, 0.78, "m"), "rest_y_m": Range(-0.5, 0.1, "m"), "rest_z_m": Range(0.46, 0.7, "m")}
     where = Range(0.0, 4.0, "place", open_high=True)
     beside, soon, for_long = Range(-0.08, 0.08, "m"), Range(0.0, 10.0, "s"), Range(5.0, 90.0, "s")
-    flips = {"for_s": Range(20.0, 80.0, "s")}
+    flips = {"for_s": Range(10.0, 60.0, "s")}
     return Testbench(
         name="table-assembly",
         model=Model(HERE / "models_bdi" / "table_assembly.mas2j"),

@@ -6,6 +6,7 @@ there may be a dose that mended it elsewhere.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Mapping
 from itertools import chain
 from math import prod
@@ -13,7 +14,7 @@ from random import Random
 from typing import TypeVar
 
 from pytest_hricdv.close.interactions import UNDISTURBED, Dose, Effect, Goal, Treatment
-from pytest_hricdv.close.recipes import Recipe, Recipes, fitted
+from pytest_hricdv.close.recipes import TRUST, Recipe, Recipes, fitted
 from pytest_hricdv.close.remedies import Remedies, Shift, lacking
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.generate.rng import pick, shuffled, weighted
@@ -63,7 +64,8 @@ class Compositions:
         if wanted is None or usual is None:
             return None
         shifts = (Shift(UNDISTURBED, usual, 1.0), *self._remedies.shifts(usual))
-        chances = {shift: chance for shift in shifts if (chance := self._chance(shift, wanted)) > 0.0}
+        trust = self._trust(usual, goal)
+        chances = {shift: chance for shift in shifts if (chance := self._chance(shift, wanted, trust)) > 0.0}
         if not chances:
             return None
         shift = _drawn(chances, rng)
@@ -110,10 +112,27 @@ class Compositions:
             return max(counts, key=lambda effect: (counts[effect], effect))
         return tuple(goal if each[0] == goal[0] else each for each in usual) if usual else None
 
-    def _chance(self, shift: Shift, wanted: Effect) -> float:
+    def _chance(self, shift: Shift, wanted: Effect, trust: Mapping[Effect, float]) -> float:
         """How probably the shift comes, and what is lacking then can be mended."""
         lacks = (self._remedies.against(lack) for lack in lacking(shift.effect, wanted))
-        return shift.chance * prod(max(each.values(), default=0.0) for each in lacks)
+        mended = prod(max(each.values(), default=0.0) for each in lacks)
+        return shift.chance * mended * trust.get(shift.effect, 1.0)
+
+    def _trust(self, usual: Effect, goal: Goal) -> dict[Effect, float]:
+        """The effect of a shift -> how often what was put together around it has led to a goal.
+
+        What is lacking then may not be what it seems: who is given nothing because there is nothing to give lacks more
+        than a good sensor.
+        """
+        shifted = {shift.treatment[0]: shift.effect for shift in self._remedies.shifts(usual)}
+        tries: Counter[Effect] = Counter()
+        came: Counter[Effect] = Counter()
+        for each in self._recipes.seen:
+            if len(each.treatment) > 1 and goal in each.aims and self._recipes.usual(each.planned) == usual:
+                effects = {shifted[dose] for dose in each.treatment if dose in shifted}
+                tries.update(effects)
+                came.update(effects if goal in each.effect else ())
+        return {effect: (TRUST + came[effect]) / (TRUST + tries[effect]) for effect in tries}
 
 
 def _drawn(chances: Mapping[Drawn, float], rng: Random) -> Drawn:

@@ -38,7 +38,8 @@ class Experience:
             test, hits = entry.test, entry.observation.hits
             for product, planned in self._scripts.planned.items():
                 found = interactions_of(test.lines, test.values, hits, product, planned)
-                self.recipes[product].learn(found, self._aims(entry, product))
+                aims = self._aims(entry, product)
+                self.recipes[product].learn(each._replace(aims=aims.get(each.planned, ())) for each in found)
                 self.doses.update((dose.name, dose.place) for each in found for dose in each.treatment)
                 self.tried.update(
                     (dose.name, self.usual(Slot(product, each.planned))) for each in found for dose in each.treatment
@@ -47,12 +48,13 @@ class Experience:
                 self.doses.update(_places(test.lines))
         self._learned = len(archive.entries)
 
-    def _aims(self, entry: Entry, product: str) -> dict[Bin, list[Goal]]:
+    def _aims(self, entry: Entry, product: str) -> dict[Bin, tuple[Goal, ...]]:
         size = self.recipes[product].coordinates
-        aims: dict[Bin, list[Goal]] = {}
+        aims: dict[Bin, tuple[Goal, ...]] = {}
         for kind, *point in entry.aims:
             if kind == "bin" and point[0] == product:
-                aims.setdefault(tuple(point[1 : 1 + size]), []).append((product, *point[1 + size :]))
+                planned = tuple(point[1 : 1 + size])
+                aims[planned] = (*aims.get(planned, ()), (product, *point[1 + size :]))
         return aims
 
     def usual(self, slot: Slot) -> Goal | None:

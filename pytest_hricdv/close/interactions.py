@@ -46,12 +46,14 @@ class Interaction(NamedTuple):
         treatment: how it was disturbed.
         effect: what came of it, by all cross products.
         is_clean: none before it was disturbed, so nothing lasts from there.
+        aims: what its treatment was to lead to.
     """
 
     planned: Bin
     treatment: Treatment
     effect: Effect
     is_clean: bool = True
+    aims: tuple[Goal, ...] = ()
 
 
 def commands_of(lines: Sequence[str]) -> tuple[str, ...]:

@@ -7,10 +7,9 @@ for each planned coordinate, from how often the same treatment led to the same w
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
-from types import MappingProxyType
 from typing import NamedTuple
 
 from pytest_hricdv.close.interactions import UNDISTURBED, Effect, Goal, Interaction, Treatment
@@ -33,8 +32,6 @@ TRUST = 1.0
 
 USUAL = 0.3
 """What comes with this probability without any disturbance is no merit of one."""
-
-NO_AIMS: Mapping[Bin, Collection[Goal]] = MappingProxyType({})
 
 Kind = tuple[tuple[int, str], ...]
 """The disturbances of a treatment without their parameters."""
@@ -90,20 +87,15 @@ class Recipes:
         self._same = [1.0] * coordinates
         self._compared = [2.0] * coordinates
 
-    def learn(self, interactions: Iterable[Interaction], aims: Mapping[Bin, Collection[Goal]] = NO_AIMS) -> None:
-        """Learn from the interactions of a run.
-
-        Args:
-            interactions: of the run.
-            aims: what was planned -> the goals that these interactions were to lead to.
-        """
+    def learn(self, interactions: Iterable[Interaction]) -> None:
+        """Learn from the interactions of a run."""
         for each in interactions:
-            planned, treatment, effect, is_clean = each
+            planned, treatment, effect, is_clean, aims = each
             results = self.results.setdefault(treatment, {})
             if treatment and not results:
                 self._first.setdefault(planned, Tally()).add(effect)
             elif treatment and self._is_foreign(results, planned):
-                for goal in aims.get(planned, ()):
+                for goal in aims:
                     self._foreign.setdefault((self.usual(planned) or (), goal), Tally()).add(effect)
             self._compare(results, planned, effect)
             results.setdefault(planned, Tally()).add(effect)
@@ -144,9 +136,9 @@ class Recipes:
         """
         kin = self._of_kind.get(_kind(treatment), {}).get(planned) if treatment else None
         results = self.results.get(treatment, {})
-        known = {**self.results.get(treatment if like is None else like, {}), **results}
-        chance = self._estimate(known, planned, goal, kin, expected)
-        return chance * self._trust(planned, goal) if treatment and self._is_foreign(known, planned) else chance
+        return self._estimate(
+            {**self.results.get(treatment if like is None else like, {}), **results}, planned, goal, kin, expected
+        )
 
     def first_chance(self, planned: Bin, goal: Goal) -> float:
         """The same of a treatment that was never tried."""
@@ -166,6 +158,8 @@ class Recipes:
         for each in dict.fromkeys((*leading, *parts)):
             treatment = fitted(each, commands)
             chance = self.chance(planned, treatment, goal, like=each)
+            if self._is_foreign(self.results.get(each, {}), planned):
+                chance *= self._trust(planned, goal)
             if best is None or chance > best.chance:
                 best = Recipe(treatment, chance)
         return best

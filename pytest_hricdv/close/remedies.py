@@ -63,7 +63,7 @@ class Remedies:
     def __init__(self, recipes: Recipes) -> None:
         self._singles: list[tuple[Dose, Effect, Effect, float]] = []
         """A dose, what is usual without it, what came with it, and how much that counts."""
-        for planned, treatment, effect, is_clean in recipes.seen:
+        for planned, treatment, effect, is_clean, _ in recipes.seen:
             usual = recipes.usual(planned)
             if len(treatment) == 1 and usual is not None and _comparable(usual, effect):
                 self._singles.append((treatment[0], usual, effect, 1.0 if is_clean else BLURRED))

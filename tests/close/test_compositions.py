@@ -43,6 +43,19 @@ def test_what_is_lacking_after_something_makes_it_look_like_another_one_is_mende
     assert recipe.treatment == (LIGHT, PUSH)
 
 
+def test_what_was_put_together_in_vain_around_something_is_put_together_less() -> None:
+    recipes = each_mends_one_letter()
+    recipes.learn([seen(("1", "away"), UNDISTURBED, "none", "silent")] * 2)
+    recipes.learn([seen(("1", "away"), (LIGHT,), "01", "kept")] * 2)
+    before = Compositions(recipes).drawn(("1", "away"), GIVEN, 3, make_rng("away"))
+    vain = seen(("1", "away"), (LIGHT, PULL), "01", "kept")._replace(aims=(GIVEN,))
+    recipes.learn([vain] * 3)
+    after = Compositions(recipes).drawn(("1", "away"), GIVEN, 3, make_rng("away"))
+    assert before is not None
+    assert after is not None
+    assert after.chance < before.chance / 2
+
+
 def test_where_no_dose_has_mended_what_is_lacking_nothing_is_known() -> None:
     assert Compositions(usually_kept()).drawn(("1", "00"), GIVEN, 3, make_rng("unknown")) is None
 
