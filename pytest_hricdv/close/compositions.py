@@ -14,7 +14,7 @@ from random import Random
 from typing import TypeVar
 
 from pytest_hricdv.close.interactions import UNDISTURBED, Dose, Effect, Goal, Treatment
-from pytest_hricdv.close.recipes import TRUST, Recipe, Recipes, fitted
+from pytest_hricdv.close.recipes import Recipe, Recipes, fitted
 from pytest_hricdv.close.remedies import Remedies, Shift, lacking
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.generate.rng import pick, shuffled, weighted
@@ -64,8 +64,8 @@ class Compositions:
         if wanted is None or usual is None:
             return None
         shifts = (Shift(UNDISTURBED, usual, 1.0), *self._remedies.shifts(usual))
-        trust = self._trust(usual, goal)
-        chances = {shift: chance for shift in shifts if (chance := self._chance(shift, wanted, trust)) > 0.0}
+        vain = self._in_vain(usual, goal)
+        chances = {shift: chance for shift in shifts if (chance := self._chance(shift, wanted, vain)) > 0.0}
         if not chances:
             return None
         shift = _drawn(chances, rng)
@@ -112,27 +112,25 @@ class Compositions:
             return max(counts, key=lambda effect: (counts[effect], effect))
         return tuple(goal if each[0] == goal[0] else each for each in usual) if usual else None
 
-    def _chance(self, shift: Shift, wanted: Effect, trust: Mapping[Effect, float]) -> float:
-        """How probably the shift comes, and what is lacking then can be mended."""
+    def _chance(self, shift: Shift, wanted: Effect, vain: Mapping[Effect, int]) -> float:
+        """How probably the shift comes, and what is lacking then can be mended: less, the more often it was in vain."""
         lacks = (self._remedies.against(lack) for lack in lacking(shift.effect, wanted))
-        mended = prod(max(each.values(), default=0.0) for each in lacks)
-        return shift.chance * mended * trust.get(shift.effect, 1.0)
+        chance = shift.chance * prod(max(each.values(), default=0.0) for each in lacks)
+        return chance / (1.0 + chance * vain.get(shift.effect, 0))
 
-    def _trust(self, usual: Effect, goal: Goal) -> dict[Effect, float]:
-        """The effect of a shift -> how often what was put together around it has led to a goal.
+    def _in_vain(self, usual: Effect, goal: Goal) -> Counter[Effect]:
+        """The effect of a shift -> how often something was put together around it that has not led to a goal.
 
         What is lacking then may not be what it seems: who is given nothing because there is nothing to give lacks more
         than a good sensor.
         """
         shifted = {shift.treatment[0]: shift.effect for shift in self._remedies.shifts(usual)}
-        tries: Counter[Effect] = Counter()
-        came: Counter[Effect] = Counter()
+        vain: Counter[Effect] = Counter()
         for each in self._recipes.seen:
-            if len(each.treatment) > 1 and goal in each.aims and self._recipes.usual(each.planned) == usual:
-                effects = {shifted[dose] for dose in each.treatment if dose in shifted}
-                tries.update(effects)
-                came.update(effects if goal in each.effect else ())
-        return {effect: (TRUST + came[effect]) / (TRUST + tries[effect]) for effect in tries}
+            is_in_vain = len(each.treatment) > 1 and goal in each.aims and goal not in each.effect
+            if is_in_vain and self._recipes.usual(each.planned) == usual:
+                vain.update({shifted[dose] for dose in each.treatment if dose in shifted})
+        return vain
 
 
 def _drawn(chances: Mapping[Drawn, float], rng: Random) -> Drawn:

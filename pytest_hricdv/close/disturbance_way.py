@@ -33,7 +33,7 @@ HELPFUL = 0.75
 """How often a new dose is one of a disturbance that promises to change what is lacking, instead of one that was rarely
 tried."""
 
-EAGERNESS = 3
+EAGERNESS = 2
 """Such disturbances are drawn in proportion to this power of how much they promise."""
 
 EXPLORING = 0.3

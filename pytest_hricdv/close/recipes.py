@@ -79,7 +79,8 @@ class Recipes:
         """Goal -> how often it was part of which effect."""
         self.seen: list[Interaction] = []
         """All interactions, in order."""
-        self._usual: dict[Bin, Counter[Effect]] = {}
+        self._undisturbed: dict[Bin, Counter[Effect]] = {}
+        self._usual: dict[Bin, Effect] = {}
         self._first: Tallies = {}
         self._of_kind: dict[Kind, Tallies] = {}
         self._foreign: dict[tuple[Effect, Goal], Tally] = {}
@@ -106,13 +107,14 @@ class Recipes:
                     self.leading.setdefault(goal, {})[treatment] = None
             self.seen.append(each)
             if is_clean and not treatment:
-                self._usual.setdefault(planned, Counter())[effect] += 1
+                counts = self._undisturbed.setdefault(planned, Counter())
+                counts[effect] += 1
+                self._usual[planned] = max(counts, key=lambda effect: (counts[effect], effect))
             self.effects.setdefault(planned, {})[effect] = None
 
     def usual(self, planned: Bin) -> Effect | None:
         """What most often comes without disturbances where this is planned; None where it was never run so."""
-        counts = self._usual.get(planned)
-        return max(counts, key=lambda effect: (counts[effect], effect)) if counts else None
+        return self._usual.get(planned)
 
     def likeness(self, planned: Bin, other: Bin) -> float:
         """How much what was seen where `other` is planned says of where `planned` is, from 0 to 1."""
@@ -155,11 +157,10 @@ class Recipes:
         leading = [each for each in self.leading.get(goal, {}) if self._has_merit(each, goal)]
         parts = (part for each in leading if len(each) > 1 for part in combinations(each, len(each) - 1))
         best: Recipe | None = None
+        expected = HOPE * self._trust(planned, goal)
         for each in dict.fromkeys((*leading, *parts)):
             treatment = fitted(each, commands)
-            chance = self.chance(planned, treatment, goal, like=each)
-            if self._is_foreign(self.results.get(each, {}), planned):
-                chance *= self._trust(planned, goal)
+            chance = self.chance(planned, treatment, goal, like=each, expected=expected)
             if best is None or chance > best.chance:
                 best = Recipe(treatment, chance)
         return best
@@ -171,10 +172,10 @@ class Recipes:
             for planned, tally in self.results[treatment].items()
         )
 
-    def _is_foreign(self, results: Mapping[Bin, Tally], planned: Bin) -> bool:
+    def _is_foreign(self, results: Tallies, planned: Bin) -> bool:
         """Whether all that is known of a treatment was seen where something else usually comes."""
         usual = self.usual(planned)
-        return bool(results) and planned not in results and all(self.usual(other) != usual for other in results)
+        return all(other != planned and self.usual(other) != usual for other in results)
 
     def _trust(self, planned: Bin, goal: Goal) -> float:
         """How often foreign treatments have led to a goal where the same usually comes as where this is planned."""
@@ -194,10 +195,11 @@ class Recipes:
         if kin:
             led += KINSHIP * kin.came[goal]
             tried += KINSHIP * kin.tries
+        usual, trust = self.usual(planned), self._trust(planned, goal)
         for other, tally in results.items():
             if other != planned:
                 weight = self.likeness(planned, other)
-                led += weight * tally.came[goal]
+                led += weight * tally.came[goal] * (1.0 if self.usual(other) == usual else trust)
                 tried += weight * tally.tries
         strength, own = min(tried, HEARSAY), results.get(planned, Tally())
         return (strength * led / tried + own.came[goal]) / (strength + own.tries)

@@ -21,8 +21,21 @@ BLURRED = 0.3
 DOUBT = 1.0
 """What other doses of the same disturbance did weighs as much as so many tries of a dose."""
 
-Lack = tuple[int, int, str]
-"""The number of a text in an effect, the place of a letter in it (-1: all of it), and what is wanted there."""
+
+class Lack(NamedTuple):
+    """What an effect lacks.
+
+    Args:
+        number: of a text in it.
+        place: of a letter in the text; -1: all of it.
+        wanted: there.
+        present: the text instead, where all of it is lacking: what another one becomes says nothing of it.
+    """
+
+    number: int
+    place: int
+    wanted: str
+    present: str = ""
 
 
 class Shift(NamedTuple):
@@ -37,20 +50,21 @@ def lacking(effect: Effect, wanted: Effect) -> tuple[Lack, ...]:
     """What an effect lacks to be the one that is wanted."""
     texts = [*enumerate(zip(chain(*effect), chain(*wanted), strict=False))]
     letters = [
-        (number, place, letters[1])
+        Lack(number, place, letters[1])
         for number, (one, other) in texts
         if len(one) == len(other)
         for place, letters in enumerate(zip(one, other, strict=True))
         if letters[0] != letters[1]
     ]
-    return tuple(letters or [(number, -1, other) for number, (one, other) in texts if one != other])
+    return tuple(letters or [Lack(number, -1, other, one) for number, (one, other) in texts if one != other])
 
 
 def has(effect: Effect, lack: Lack) -> bool:
     """Whether an effect has what another one lacks."""
-    number, place, wanted = lack
-    texts = tuple(chain(*effect))
-    return number < len(texts) and (texts[number] if place < 0 else texts[number][place : place + 1]) == wanted
+    texts, place = tuple(chain(*effect)), lack.place
+    if lack.number >= len(texts):
+        return False
+    return (texts[lack.number] if place < 0 else texts[lack.number][place : place + 1]) == lack.wanted
 
 
 class Remedies:
@@ -77,7 +91,7 @@ class Remedies:
             tries: dict[Dose | str, float] = defaultdict(float)
             came: dict[Dose | str, float] = defaultdict(float)
             for dose, before, after, weight in self._singles:
-                if not has(before, lack):
+                if not has(before, lack) and lack.present in ("", _text(before, lack.number)):
                     for key in (dose, dose.name):
                         tries[key] += weight
                         came[key] += weight * has(after, lack)
@@ -116,7 +130,7 @@ class Remedies:
             lack: in question.
         """
         tries, changed = dict.fromkeys(names, 2.0), dict.fromkeys(names, 1.0)
-        number, place, _ = lack
+        number, place = lack.number, lack.place
         size = len(_text(usual, number))
         for dose, before, after, weight in self._singles:
             one, other = _text(before, number), _text(after, number)
