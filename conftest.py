@@ -176,7 +176,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "gaze_flips": Disturbance(flips, disturbances.gaze_flips),
             "pressure_flips": Disturbance(flips, disturbances.pressure_flips),
             "location_flips": Disturbance(flips, disturbances.location_flips),
-            "says_ready": Disturbance({"after_s": Range(0.0, 40.0, "s")}, disturbances.says_ready),
+            "says_ready": Disturbance({"after_s": Range(0.0, 15.0, "s")}, disturbances.says_ready),
             "asks_again": Disturbance({"after_s": Range(0.0, 40.0, "s")}, disturbances.asks_again),
             "falls_silent": Disturbance({}, disturbances.falls_silent),
             "request_lost": Lost("request"),

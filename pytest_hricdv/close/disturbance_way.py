@@ -36,7 +36,7 @@ tried."""
 EAGERNESS = 2
 """Such disturbances are drawn in proportion to this power of how much they promise."""
 
-EXPLORING = 0.3
+EXPLORING = 0.4
 """So often an interaction has a new dose, whatever else is known."""
 
 TRYING = 0.15

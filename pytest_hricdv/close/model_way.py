@@ -18,7 +18,7 @@ from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.close.way import Proposal
 from pytest_hricdv.generate.rng import pick, shuffled
 
-CLIMBING = 0.3
+CLIMBING = 0.5
 """So often a test is to come nearer to a point that has a distance, where there is one."""
 
 
