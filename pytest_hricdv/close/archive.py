@@ -25,7 +25,6 @@ class Entry:
         way: that proposed it.
         aims: the points that it was to hit.
         new: the wanted points that it hit and that no earlier run had hit.
-        nearer: the open points that it came nearer to than any earlier run.
     """
 
     number: int
@@ -34,7 +33,6 @@ class Entry:
     way: str = GIVEN
     aims: tuple[Point, ...] = ()
     new: tuple[Point, ...] = ()
-    nearer: tuple[Point, ...] = ()
 
 
 class Archive:
@@ -63,8 +61,7 @@ class Archive:
         test = AbstractTest.from_data(observation.test)
         self.tries.update(point for point in aims if point in self.open)
         new = tuple(point for point in observation.points if point in self.open)
-        nearer = tuple(point for point, distance in observation.distances if self._is_nearer(point, distance))
-        entry = Entry(len(self.entries), test, observation, way, aims, new, nearer)
+        entry = Entry(len(self.entries), test, observation, way, aims, new)
         self.entries.append(entry)
         self.sim_s += observation.sim_s
         for point in observation.points:
@@ -76,6 +73,3 @@ class Archive:
             if point not in self.nearest or distance < self.nearest[point][0]:
                 self.nearest[point] = distance, entry
         return entry
-
-    def _is_nearer(self, point: Point, distance: float) -> bool:
-        return point in self.open and point in self.nearest and distance < self.nearest[point][0]

@@ -30,7 +30,7 @@ class Bandit:
         self._paid = dict.fromkeys(self._tests, 0.0)
 
     def weight(self, name: str) -> float:
-        """The share of the way's tests that paid off, estimated with one success in two tests before all."""
+        """The share of the way's tests that hit something new, estimated with one success in two tests before all."""
         return max(LEAST, (self._paid[name] + 1.0) / (self._tests[name] + 2.0))
 
     def shares(self, names: Sequence[str], count: int, rng: Random) -> dict[str, int]:
@@ -41,10 +41,7 @@ class Bandit:
         return shares
 
     def learn(self, results: Iterable[tuple[str, bool]]) -> None:
-        """Learn from a generation: for each test, its way and whether it paid off. Other ways do not count.
-
-        It pays off to hit something new, and to come nearer to something open than any test before.
-        """
+        """Learn from a generation: for each test, its way and whether it hit something new. Others do not count."""
         for name in self._tests:
             self._tests[name] *= FADING
             self._paid[name] *= FADING

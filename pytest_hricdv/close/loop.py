@@ -83,7 +83,7 @@ class Loop:
                 if not proposals:
                     return "nothing to try"
                 entries = self._run(proposals)
-                bandit.learn((entry.way, bool(entry.new or entry.nearer)) for entry in entries)
+                bandit.learn((entry.way, bool(entry.new)) for entry in entries)
                 self.progress(self.archive)
         except KeyboardInterrupt:
             return "interrupted"

@@ -13,7 +13,7 @@ from pytest_hricdv.close.observation import Observation
 from pytest_hricdv.close.suite import smallest_suite
 from pytest_hricdv.close.way import Proposal
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.generate.abstract import AbstractTest, Draft, identify
+from pytest_hricdv.generate.abstract import AbstractTest, Draft
 from pytest_hricdv.generate.rng import pick
 from pytest_hricdv.search import Budget
 
@@ -143,20 +143,6 @@ def test_tries_are_counted_while_a_point_is_open() -> None:
     first = {entry.test.lines: entry.number for entry in reversed(closing.archive.entries)}
     assert set(closing.archive.tries.values()) == {1}
     assert all(closing.archive.entries[number].new == (("said", *lines),) for lines, number in first.items())
-
-
-def test_a_run_that_comes_nearer_to_an_open_point_than_those_before_is_known() -> None:
-    archive, point = Archive([("verdict", "R1", "Passed")]), ("verdict", "R1", "Passed")
-    distances = (3.0, 2.0, 2.0, 1.0)
-    tests = identify("closure", 0, [Draft("two", (), COMMANDS[:1])] * len(distances))
-    entries = [
-        archive.add(Observation(test.to_data(), distances=((point, distance),)))
-        for test, distance in zip(tests, distances, strict=True)
-    ]
-    assert [entry.nearer for entry in entries] == [(), (point,), (), (point,)]
-    hit = archive.add(Observation(tests[0].to_data(), points=(point,)))
-    after = archive.add(Observation(tests[0].to_data(), distances=((point, 0.5),)))
-    assert (hit.new, after.nearer) == ((point,), ())
 
 
 def test_the_suite_has_the_shortest_run_of_each_point() -> None:
