@@ -102,8 +102,9 @@ class Trial:
         self.tally.counts["full disks"] += 1
         journal = self.report / NAME
         found = read(journal) if journal.is_file() else Journal()
-        missing = 0 < len(found.results) < self.whole.selected
-        if missing and found.size + max(lengths[2:]) < room:  # the first two are long, and say what the session is
+        # The first two lines are long, and say what the session is; without them there is no result.
+        needed = max(found.size, sum(lengths[:2])) + max(lengths[2:])
+        if len(found.results) < self.whole.selected and needed < room:
             self._fault(f"{found.size} bytes are written, and there is room for {room}")
         if status == 0:
             self._fault("exit status 0, and the report cannot have been written")

@@ -29,22 +29,23 @@ import os, signal, threading, time
 
 def begin():
     threading.Thread(target=interrupt, daemon=True).start()
-    time.sleep(5)
+    time.sleep(5)  # it does not come to its end: this is what is interrupted
 
 def interrupt():
     for _ in range(100):
         os.kill(os.getpid(), signal.SIGINT)
-        time.sleep(0.002)
+        time.sleep(0.002)  # one signal in each step of what ends the session, and not all in the first
 """
 
 
 KILLING = """
-import os, pathlib
+import os, pathlib, time
 
 if os.path.exists("armed"):
     os.unlink("armed")
+    until_s = time.monotonic() + 60
     while pathlib.Path("hri-report/journal.jsonl").read_text().count('"finished"') < 2:
-        pass  # what ran before, here or on the other worker, arrives
+        assert time.monotonic() < until_s, "what ran before, here or on the other worker, does not arrive"
     os.kill(os.get{}(), 9)
 """
 
@@ -181,6 +182,32 @@ def test_what_a_resumed_session_takes_over_counts_as_if_it_had_run(lamps: pytest
     one, other = (re.sub(r' (time|timestamp|message)="[^"]*"', "", (lamps.path / name).read_text()) for name in names)
     assert one == other
     assert lamps.runpytest_inprocess(SUITE, "--hri-resume").ret == pytest.ExitCode.USAGE_ERROR  # not strict
+
+
+STOPPING = """
+
+_ended = set()
+
+def pytest_runtest_logreport(report):
+    _ended.update([report.nodeid] if report.when == "teardown" else [])
+    if len(_ended) == 4 and os.path.exists("armed"):
+        raise KeyboardInterrupt
+"""
+
+
+@in_each_mode
+def test_a_session_that_is_stopped_after_its_last_result_judges_no_gates_and_a_resumed_one_does(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", f"LIMIT_S = 60.0\n\nimport os{STOPPING}")
+    (lamps.path / "armed").touch()
+    assert run(lamps, *options).ret == pytest.ExitCode.INTERRUPTED
+    stopped = report(lamps.path)
+    assert (stopped["reported"], stopped["not_run"]) == (4, 0)
+    assert "gates" not in stopped
+    (lamps.path / "armed").unlink()
+    assert run(lamps, "--hri-resume", *options).ret == 0
+    assert report(lamps.path)["gates"] == {"failed": [], "improved": []}
 
 
 @in_each_mode
