@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from random import Random
 from typing import NamedTuple
 
 from pytest_hricdv.close.archive import Archive
 from pytest_hricdv.close.experience import Experience
-from pytest_hricdv.close.interactions import UNDISTURBED, Goal, Treatment
+from pytest_hricdv.close.interactions import UNDISTURBED, Goal, RunValues, Treatment
 from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.generate.rng import random_index
@@ -40,12 +40,17 @@ it has none, what may be tried there by the way."""
 
 
 class Aimed(NamedTuple):
-    """A script with treatments for the interactions of a cross product, and the points that it is aimed at."""
+    """A script with treatments for the interactions of a cross product, and the points that it is aimed at.
+
+    Args:
+        run_values: with which the likeliest of the treatments has worked before; empty where none has.
+    """
 
     script: int
     product: str
     treatments: tuple[Treatment, ...]
     aims: tuple[Point, ...]
+    run_values: RunValues = ()
 
 
 class Aiming:
@@ -60,6 +65,7 @@ class Aiming:
 
     def __init__(self, scripts: Scripts, experience: Experience, archive: Archive, options: Options) -> None:
         self._scripts = scripts
+        self._recipes = experience.recipes
         self._options = options
         self._goals = experience.open_goals(archive)
         self._open = dict.fromkeys((point for goals in self._goals.values() for point in goals.values()), 1.0)
@@ -101,6 +107,7 @@ class Aiming:
         slots = [slot for slot in self._scripts.slots(script) if slot.product == product]
         treatments: list[Treatment] = []
         aims: list[Point] = []
+        known: list[tuple[float, RunValues]] = [(0.0, ())]
         for place, slot in enumerate(slots):
             options = self._of(slot)
             if not options:
@@ -108,9 +115,15 @@ class Aiming:
                 continue
             worth, goals, treatment = options[0]
             treatments.append(treatment(ends[place] - first[place], place == 0))
+            known += [(worth, found) for found in self._run_values(product, treatments[-1], goals)]
             points = [self._goals[slot][goal] for goal in goals]
             for point in points:
                 self._open[point] *= 1.0 - min(worth / len(points), 1.0)
             aims += points
             self._known.pop(slot)
-        return Aimed(script, product, tuple(treatments), tuple(aims))
+        return Aimed(script, product, tuple(treatments), tuple(aims), max(known, key=lambda each: each[0])[1])
+
+    def _run_values(self, product: str, treatment: Treatment, goals: Sequence[Goal]) -> Iterator[RunValues]:
+        """The parameters of runs in which doses of a treatment led to goals."""
+        known = self._recipes[product].run_values
+        return (known[dose, goal] for goal in goals for dose in treatment if (dose, goal) in known)

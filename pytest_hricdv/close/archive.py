@@ -49,6 +49,8 @@ class Archive:
         """The wanted points that no run has hit, in order; used as an ordered set."""
         self.best: dict[Point, Entry] = {}
         """The run that hits a point in the shortest simulated time; of equal ones the first."""
+        self.hit_by: dict[Point, list[int]] = {}
+        """The numbers of the runs that hit a point, in order."""
         self.nearest: dict[Point, tuple[float, Entry]] = {}
         """Of a point that was not hit: the least distance, and the first run that had it."""
         self.tries: Counter[Point] = Counter()
@@ -66,6 +68,7 @@ class Archive:
         self.sim_s += observation.sim_s
         for point in observation.points:
             self.open.pop(point, None)
+            self.hit_by.setdefault(point, []).append(entry.number)
             best = self.best.get(point)
             if best is None or observation.sim_s < best.observation.sim_s:
                 self.best[point] = entry

@@ -1,18 +1,17 @@
-"""The choice among the ways to reach points: each gets tests in proportion to what its tests have paid off lately."""
+"""The choice among the ways to reach points: for each kind of open points, by what has hit such points lately."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from random import Random
 
 from pytest_hricdv.generate.rng import weighted
 
-FADING = 0.9
+FADING = 0.97
 """After each generation, what was before counts so much less: what pays off at the beginning does not at the end."""
 
-LEAST = 0.07
+LEAST = 0.004
 """No way gets a smaller weight, so that one that pays off later is found."""
-
 
 EAGERNESS = 2
 """Shares are in proportion to this power of the weights."""
@@ -27,25 +26,37 @@ class Bandit:
 
     def __init__(self, names: Iterable[str]) -> None:
         self._tests = dict.fromkeys(names, 0.0)
-        self._paid = dict.fromkeys(self._tests, 0.0)
+        self._paid: dict[tuple[str, str], float] = {}
 
-    def weight(self, name: str) -> float:
-        """The share of the way's tests that hit something new, estimated with one success in two tests before all."""
-        return max(LEAST, (self._paid[name] + 1.0) / (self._tests[name] + 2.0))
+    def weight(self, name: str, kind: str) -> float:
+        """The share of the way's tests that hit a new point of a kind, with one success in four tests before all."""
+        return max(LEAST, (self._paid.get((name, kind), 0.0) + 1.0) / (self._tests[name] + 4.0))
 
-    def shares(self, names: Sequence[str], count: int, rng: Random) -> dict[str, int]:
-        """How many of `count` tests each of these ways may propose: drawn in proportion to the weights."""
-        shares, weights = dict.fromkeys(names, 0), {name: self.weight(name) ** EAGERNESS for name in names}
-        for _ in range(count if names else 0):
-            shares[weighted(rng, weights)] += 1
+    def shares(self, names: Sequence[str], count: int, kinds: Mapping[str, int], rng: Random) -> dict[str, int]:
+        """How many of `count` tests each of these ways may propose.
+
+        For each test a kind is drawn in proportion to its open points, and for this kind a way.
+
+        Args:
+            names: of the ways.
+            count: of tests.
+            kinds: kind -> how many points are open.
+            rng: of which only `random()` is used.
+        """
+        shares = dict.fromkeys(names, 0)
+        for _ in range(count if names and kinds else 0):
+            kind = weighted(rng, kinds)
+            shares[weighted(rng, {name: self.weight(name, kind) ** EAGERNESS for name in names})] += 1
         return shares
 
-    def learn(self, results: Iterable[tuple[str, bool]]) -> None:
-        """Learn from a generation: for each test, its way and whether it hit something new. Others do not count."""
+    def learn(self, results: Iterable[tuple[str, Iterable[str]]]) -> None:
+        """Learn from a generation: for each test, its way and the kinds of its new points. Other ways do not count."""
         for name in self._tests:
             self._tests[name] *= FADING
-            self._paid[name] *= FADING
-        for name, paid in results:
+        for key in self._paid:
+            self._paid[key] *= FADING
+        for name, kinds in results:
             if name in self._tests:
                 self._tests[name] += 1.0
-                self._paid[name] += paid
+                for kind in kinds:
+                    self._paid[name, kind] = self._paid.get((name, kind), 0.0) + 1.0

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from random import Random
+from statistics import median
 
 from pytest_hricdv.close.archive import Archive, Entry
 from pytest_hricdv.close.cross_entropy import elite_size
@@ -22,6 +23,9 @@ from pytest_hricdv.generate.rng import pick, weighted
 
 BEST = 4
 """One of so many scripts is tried that will probably come nearest, each half as often as the one before."""
+
+LEAST_RUNS = 8
+"""Fewer runs say nothing."""
 
 BY_INTERACTIONS = 0.75
 """So often scripts are chosen by how interactions end, where that makes a difference; otherwise by beliefs."""
@@ -81,14 +85,18 @@ class Climbing:
         return [number for _, number in sorted(worth)[:BEST]]
 
     def _drawing(self, product: str, near: Sequence[tuple[float, Entry]]) -> dict[Goal, float]:
-        """How much nearer a run is for each interaction that ends so, other things being equal (linear regression)."""
+        """How much nearer a run is for each interaction that ends so, other things being equal (linear regression).
+
+        Of the nearer runs if they differ: what keeps the others far away may be something else.
+        """
+        nearer = _nearer(near)
         size = self._experience.recipes[product].coordinates
         counts = [
-            Counter((product, *hit[size:]) for hit in entry.observation.hits.get(product, ())) for _, entry in near
+            Counter((product, *hit[size:]) for hit in entry.observation.hits.get(product, ())) for _, entry in nearer
         ]
         goals = sorted({goal for each in counts for goal in each})
         rows = [[float(each[goal]) for goal in goals] for each in counts]
-        slopes = regression(rows, [distance for distance, _ in near])
+        slopes = regression(rows, [distance for distance, _ in nearer])
         return {goal: -slope for goal, slope in zip(goals, slopes, strict=True)}
 
     def _by_beliefs(self, near: Sequence[tuple[float, Entry]], rng: Random) -> int | None:
@@ -102,3 +110,12 @@ class Climbing:
         counts = Counter(belief for test in elite for belief in test.beliefs)
         shares = {belief: count / len(elite) for belief, count in counts.items()}
         return self._scripts.of_beliefs(self._scripts.drawn_beliefs(shares, rng))
+
+
+def _nearer(near: Sequence[tuple[float, Entry]]) -> Sequence[tuple[float, Entry]]:
+    """The runs that are nearer than the median, or at least as near, or all: the first that say something."""
+    middle = median(distance for distance, _ in near)
+    for found in ([each for each in near if each[0] < middle], [each for each in near if each[0] <= middle]):
+        if len(found) >= LEAST_RUNS and len({distance for distance, _ in found}) > 1:
+            return found
+    return near

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Mapping
-from itertools import chain
 from math import prod
 from random import Random
 from typing import TypeVar
@@ -27,21 +26,11 @@ MOST_DOSES = 5
 CHOICES = 4
 """Where several doses may do, one of so many is taken."""
 
+PATIENCE = 2.0
+"""After so many tries in vain, something is expected half as often."""
+
 EAGERNESS = 4
 """It is drawn in proportion to this power of its chance."""
-
-
-def apart(one: Effect, two: Effect) -> float:
-    """How far two effects are apart: 1 for each text that differs, but for texts of one length, as patterns of bits
-    are, the share of their characters that differ."""
-    texts = zip(chain(*one), chain(*two), strict=False)
-    return sum(_differing(left, right) for left, right in texts)
-
-
-def _differing(left: str, right: str) -> float:
-    if left == right or len(left) != len(right):
-        return float(left != right)
-    return sum(a != b for a, b in zip(left, right, strict=True)) / len(left)
 
 
 class Compositions:
@@ -101,7 +90,7 @@ class Compositions:
         found: dict[str, float] = {}
         if wanted is not None and usual is not None:
             for lack in lacking(usual, wanted):
-                for name, share in self._remedies.promise(names, usual, lack).items():
+                for name, share in self._remedies.promise(names, lack).items():
                     found[name] = found.get(name, 0.0) + share
         return found
 
@@ -116,7 +105,7 @@ class Compositions:
         """How probably the shift comes, and what is lacking then can be mended: less, the more often it was in vain."""
         lacks = (self._remedies.against(lack) for lack in lacking(shift.effect, wanted))
         chance = shift.chance * prod(max(each.values(), default=0.0) for each in lacks)
-        return chance / (1.0 + chance * vain.get(shift.effect, 0))
+        return chance * PATIENCE / (PATIENCE + vain.get(shift.effect, 0))
 
     def _in_vain(self, usual: Effect, goal: Goal) -> Counter[Effect]:
         """The effect of a shift -> how often something was put together around it that has not led to a goal.
@@ -129,7 +118,7 @@ class Compositions:
         for each in self._recipes.seen:
             is_in_vain = len(each.treatment) > 1 and goal in each.aims and goal not in each.effect
             if is_in_vain and self._recipes.usual(each.planned) == usual:
-                vain.update({shifted[dose] for dose in each.treatment if dose in shifted})
+                vain.update({shifted[dose] for dose in each.treatment if dose in shifted} or {usual})
         return vain
 
 

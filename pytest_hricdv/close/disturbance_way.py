@@ -16,7 +16,7 @@ from typing import TypeVar
 from pytest_hricdv.close.aiming import LEAST, Aiming, Option
 from pytest_hricdv.close.archive import Archive
 from pytest_hricdv.close.compositions import Compositions
-from pytest_hricdv.close.experience import Experience
+from pytest_hricdv.close.experience import AT_THE_START, Experience
 from pytest_hricdv.close.interactions import Dose, Goal, Treatment
 from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.close.way import Proposal
@@ -80,7 +80,7 @@ class DisturbanceWay:
             if aimed is None:
                 found.append(Proposal(self._rarely_tried(treatments, rng), self.name))
             else:
-                draft = self._scripts.draft(aimed.script, aimed.product, aimed.treatments)
+                draft = self._scripts.draft(aimed.script, aimed.product, aimed.treatments, aimed.run_values)
                 found.append(Proposal(draft, self.name, aimed.aims))
         return found
 
@@ -147,16 +147,20 @@ class _Treatments:
         return self.single(slot, commands, is_first)
 
     def single(self, slot: Slot | None, commands: int, is_first: bool) -> Treatment:
-        """A disturbance that was tried as rarely as any where the same usually comes, at such a place."""
+        """A disturbance tried as rarely as any where the same usually comes, or at the start; at such a place."""
         usual = None if slot is None else self._experience.usual(slot)
-        name, _ = self._rarest([(name, usual) for name in self._disturbances], self._tried)
-        _, place = self._rarest([(name, place) for place in range(0 if is_first else 1, commands + 1)], self._doses)
+        begins = [(name, AT_THE_START) for name in self._disturbances] if is_first else []
+        name, where = self._rarest([(name, usual) for name in self._disturbances], self._tried, begins)
+        if where == AT_THE_START:
+            return (self._dose(name, 0),)
+        _, place = self._rarest([(name, place) for place in range(1, commands + 1)], self._doses)
         return (self._dose(name, place),)
 
-    def _rarest(self, choices: Sequence[T], counts: Counter[T]) -> T:
-        """One of the choices that was taken as rarely as any."""
-        rarest = min(counts[choice] for choice in choices)
-        choice = pick(self._rng, [choice for choice in choices if counts[choice] == rarest])
+    def _rarest(self, choices: Sequence[T], counts: Counter[T], preferred: Sequence[T] = ()) -> T:
+        """One of the choices that was taken as rarely as any; a preferred one, where one of these was."""
+        rarest = min(counts[choice] for choice in (*preferred, *choices))
+        rare = [choice for choice in preferred if counts[choice] == rarest]
+        choice = pick(self._rng, rare or [choice for choice in choices if counts[choice] == rarest])
         counts[choice] += 1
         return choice
 

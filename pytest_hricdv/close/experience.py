@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from pytest_hricdv.close.archive import Archive, Entry
-from pytest_hricdv.close.compositions import apart
 from pytest_hricdv.close.interactions import Goal, interactions_of
 from pytest_hricdv.close.recipes import Recipes
+from pytest_hricdv.close.remedies import apart
 from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.disturbance import PREFIX
+from pytest_hricdv.generate.abstract import AbstractTest
+
+AT_THE_START: Goal = ("the start of a run",)
+"""What is done there may do something that it does nowhere else."""
 
 
 class Experience:
@@ -20,29 +24,39 @@ class Experience:
 
     Args:
         scripts: of the model.
+        run_values: what the parameters of the run as a whole are in a test.
     """
 
-    def __init__(self, scripts: Scripts) -> None:
+    def __init__(
+        self, scripts: Scripts, run_values: Callable[[AbstractTest], Mapping[str, float]] = lambda test: {}
+    ) -> None:
         self._scripts = scripts
+        self._run_values = run_values
         sizes = {slot.product: len(slot.planned) for slot in scripts.by_slot}
         self.recipes: Mapping[str, Recipes] = {name: Recipes(sizes.get(name, 0)) for name in scripts.planned}
         self.doses: Counter[tuple[str, int]] = Counter()
         """How often a disturbance was tried after so many commands of an interaction, or of a test."""
         self.tried: Counter[tuple[str, Goal | None]] = Counter()
-        """How often a disturbance was tried where this, or nothing known, usually comes of an interaction."""
+        """How often a disturbance was tried where this, or nothing known, usually comes of an interaction; before the
+        first command, what usually comes is `AT_THE_START`."""
         self._learned = 0
 
     def learn(self, archive: Archive) -> None:
         """Learn from the runs that came since the last time."""
         for entry in archive.entries[self._learned :]:
             test, hits = entry.test, entry.observation.hits
+            run_values = tuple(sorted(self._run_values(test).items()))
             for product, planned in self._scripts.planned.items():
                 found = interactions_of(test.lines, test.values, hits, product, planned)
                 aims = self._aims(entry, product)
-                self.recipes[product].learn(each._replace(aims=aims.get(each.planned, ())) for each in found)
+                self.recipes[product].learn(
+                    each._replace(aims=aims.get(each.planned, ()), run_values=run_values) for each in found
+                )
                 self.doses.update((dose.name, dose.place) for each in found for dose in each.treatment)
                 self.tried.update(
-                    (dose.name, self.usual(Slot(product, each.planned))) for each in found for dose in each.treatment
+                    (dose.name, self.usual(Slot(product, each.planned)) if dose.place else AT_THE_START)
+                    for each in found
+                    for dose in each.treatment
                 )
             if not self._scripts.planned:
                 self.doses.update(_places(test.lines))

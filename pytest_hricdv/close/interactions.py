@@ -24,6 +24,9 @@ class Dose(NamedTuple):
     values: tuple[tuple[str, float], ...] = ()
 
 
+RunValues = tuple[tuple[str, float], ...]
+"""The parameters of a run as a whole, sorted."""
+
 Treatment = tuple[Dose, ...]
 """How an interaction is disturbed, in order."""
 
@@ -47,6 +50,7 @@ class Interaction(NamedTuple):
         effect: what came of it, by all cross products.
         is_clean: none before it was disturbed, so nothing lasts from there.
         aims: what its treatment was to lead to.
+        run_values: of its run.
     """
 
     planned: Bin
@@ -54,6 +58,7 @@ class Interaction(NamedTuple):
     effect: Effect
     is_clean: bool = True
     aims: tuple[Goal, ...] = ()
+    run_values: RunValues = ()
 
 
 def commands_of(lines: Sequence[str]) -> tuple[str, ...]:

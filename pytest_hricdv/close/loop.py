@@ -6,6 +6,7 @@ merged in the order in which they were proposed. So the same seed gives the same
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -83,7 +84,7 @@ class Loop:
                 if not proposals:
                     return "nothing to try"
                 entries = self._run(proposals)
-                bandit.learn((entry.way, bool(entry.new)) for entry in entries)
+                bandit.learn((entry.way, {point[0] for point in entry.new}) for entry in entries)
                 self.progress(self.archive)
         except KeyboardInterrupt:
             return "interrupted"
@@ -99,7 +100,9 @@ class Loop:
     def _proposals(self, number: int, bandit: Bandit) -> list[Proposal]:
         """A generation. What one way cannot use of its share, the others are offered."""
         count = min(GENERATION, self.budget.runs - self.budget.used)
-        shares = bandit.shares([way.name for way in self.ways], count, make_rng(NAME, self.seed, number, "shares"))
+        kinds = Counter(point[0] for point in self.archive.open)
+        rng = make_rng(NAME, self.seed, number, "shares")
+        shares = bandit.shares([way.name for way in self.ways], count, kinds, rng)
         found: list[Proposal] = []
         last = () if self.last is None else (self.last,)
         for again, ways in ((False, self.ways), (True, (*self.ways, *last))):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from itertools import combinations
 from typing import NamedTuple
 
-from pytest_hricdv.close.interactions import UNDISTURBED, Effect, Goal, Interaction, Treatment
+from pytest_hricdv.close.interactions import UNDISTURBED, Dose, Effect, Goal, Interaction, RunValues, Treatment
 from pytest_hricdv.coverage.cross_product import Bin
 
 DOUBT = 0.5
@@ -77,6 +77,8 @@ class Recipes:
         """What was planned -> what came of it; used as ordered sets."""
         self.seen_with: dict[Goal, Counter[Effect]] = {}
         """Goal -> how often it was part of which effect."""
+        self.run_values: dict[tuple[Dose, Goal], RunValues] = {}
+        """A dose and a goal that was reached with it -> the parameters of the first such run: it may owe to them."""
         self.seen: list[Interaction] = []
         """All interactions, in order."""
         self._undisturbed: dict[Bin, Counter[Effect]] = {}
@@ -91,7 +93,7 @@ class Recipes:
     def learn(self, interactions: Iterable[Interaction]) -> None:
         """Learn from the interactions of a run."""
         for each in interactions:
-            planned, treatment, effect, is_clean, aims = each
+            planned, treatment, effect, is_clean, aims, run_values = each
             results = self.results.setdefault(treatment, {})
             if treatment and not results:
                 self._first.setdefault(planned, Tally()).add(effect)
@@ -103,6 +105,8 @@ class Recipes:
             self._of_kind.setdefault(_kind(treatment), {}).setdefault(planned, Tally()).add(effect)
             for goal in effect:
                 self.seen_with.setdefault(goal, Counter())[effect] += 1
+                for dose in treatment:
+                    self.run_values.setdefault((dose, goal), run_values)
                 if treatment:
                     self.leading.setdefault(goal, {})[treatment] = None
             self.seen.append(each)

@@ -1,8 +1,8 @@
 """Remedies: doses that change what an interaction lacks to come to a goal.
 
 What it lacks are letters, where texts of one length differ, as patterns of bits do: what a dose does to one of several
-sensors, it does whatever the others say. Only where no letter is lacking, it is whole texts: what else differs may be a
-consequence of a pattern.
+sensors, it does whatever the others say. What else differs may be a consequence of a pattern. Only where no letter is
+lacking, it is all that differs together.
 """
 
 from __future__ import annotations
@@ -18,24 +18,30 @@ from pytest_hricdv.close.recipes import Recipes
 BLURRED = 0.3
 """What comes after an earlier interaction was disturbed counts so much: disturbances may last."""
 
+CONTRARY = 0.3
+"""That a dose changed a letter to another one counts so much for changing it back."""
+
 DOUBT = 1.0
 """What other doses of the same disturbance did weighs as much as so many tries of a dose."""
 
 
-class Lack(NamedTuple):
-    """What an effect lacks.
-
-    Args:
-        number: of a text in it.
-        place: of a letter in the text; -1: all of it.
-        wanted: there.
-        present: the text instead, where all of it is lacking: what another one becomes says nothing of it.
-    """
+class Letter(NamedTuple):
+    """A letter that an effect lacks: in which of its texts, of which length, where in the text, and which one."""
 
     number: int
+    size: int
     place: int
     wanted: str
-    present: str = ""
+
+
+class Whole(NamedTuple):
+    """An effect that is present instead of the one that is wanted."""
+
+    present: Effect
+    wanted: Effect
+
+
+Lack = Letter | Whole
 
 
 class Shift(NamedTuple):
@@ -48,23 +54,34 @@ class Shift(NamedTuple):
 
 def lacking(effect: Effect, wanted: Effect) -> tuple[Lack, ...]:
     """What an effect lacks to be the one that is wanted."""
-    texts = [*enumerate(zip(chain(*effect), chain(*wanted), strict=False))]
-    letters = [
-        Lack(number, place, letters[1])
-        for number, (one, other) in texts
+    letters = tuple(
+        Letter(number, len(one), place, there)
+        for number, (one, other) in enumerate(zip(chain(*effect), chain(*wanted), strict=False))
         if len(one) == len(other)
-        for place, letters in enumerate(zip(one, other, strict=True))
-        if letters[0] != letters[1]
-    ]
-    return tuple(letters or [Lack(number, -1, other, one) for number, (one, other) in texts if one != other])
+        for place, (here, there) in enumerate(zip(one, other, strict=True))
+        if here != there
+    )
+    return letters or ((Whole(effect, wanted),) if effect != wanted else ())
 
 
 def has(effect: Effect, lack: Lack) -> bool:
     """Whether an effect has what another one lacks."""
-    texts, place = tuple(chain(*effect)), lack.place
-    if lack.number >= len(texts):
-        return False
-    return (texts[lack.number] if place < 0 else texts[lack.number][place : place + 1]) == lack.wanted
+    if isinstance(lack, Whole):
+        return effect == lack.wanted
+    return _letter(effect, lack) == lack.wanted
+
+
+def apart(one: Effect, two: Effect) -> float:
+    """How far two effects are apart: 1 for each text that differs, but for texts of one length, as patterns of bits
+    are, the share of their characters that differ."""
+    texts = zip(chain(*one), chain(*two), strict=False)
+    return sum(_differing(left, right) for left, right in texts)
+
+
+def _differing(left: str, right: str) -> float:
+    if left == right or len(left) != len(right):
+        return float(left != right)
+    return sum(a != b for a, b in zip(left, right, strict=True)) / len(left)
 
 
 class Remedies:
@@ -77,7 +94,7 @@ class Remedies:
     def __init__(self, recipes: Recipes) -> None:
         self._singles: list[tuple[Dose, Effect, Effect, float]] = []
         """A dose, what is usual without it, what came with it, and how much that counts."""
-        for planned, treatment, effect, is_clean, _ in recipes.seen:
+        for planned, treatment, effect, is_clean, *_ in recipes.seen:
             usual = recipes.usual(planned)
             if len(treatment) == 1 and usual is not None and _comparable(usual, effect):
                 self._singles.append((treatment[0], usual, effect, 1.0 if is_clean else BLURRED))
@@ -85,16 +102,27 @@ class Remedies:
         self._known: dict[Lack, dict[Dose, float]] = {}
 
     def against(self, lack: Lack) -> dict[Dose, float]:
-        """Dose -> how probably it mends what is lacking. Those that never have are left out."""
+        """Dose -> how probably it mends what is lacking. Those that never have, nor the contrary, are left out.
+
+        What makes the contrary of a letter probably does both, as what inverts a sensor does.
+        """
         found = self._known.get(lack)
         if found is None:
             tries: dict[Dose | str, float] = defaultdict(float)
             came: dict[Dose | str, float] = defaultdict(float)
             for dose, before, after, weight in self._singles:
-                if not has(before, lack) and lack.present in ("", _text(before, lack.number)):
-                    for key in (dose, dose.name):
-                        tries[key] += weight
-                        came[key] += weight * has(after, lack)
+                if isinstance(lack, Whole):
+                    tried = weight * max(0.0, 1.0 - apart(before, lack.present))
+                    mended = tried * has(after, lack)
+                elif not _letter(before, lack):
+                    continue
+                elif not has(before, lack):
+                    tried, mended = weight, weight * has(after, lack)
+                else:
+                    tried, mended = CONTRARY * weight, CONTRARY * weight * _changes(before, after, lack)
+                for key in (dose, dose.name):
+                    tries[key] += tried
+                    came[key] += mended
             found = self._known[lack] = {
                 dose: (came[dose] + DOUBT * came[dose.name] / (tries[dose.name] + DOUBT)) / (tries[dose] + DOUBT)
                 for dose in came
@@ -119,30 +147,37 @@ class Remedies:
             ]
         return found
 
-    def promise(self, names: Iterable[str], usual: Effect, lack: Lack) -> dict[str, float]:
+    def promise(self, names: Iterable[str], lack: Lack) -> dict[str, float]:
         """Disturbance -> how often its doses probably change what is in question, whatever it becomes.
 
         Of two tries before all, one is taken to have done so: what was hardly tried is promising.
 
         Args:
             names: of the disturbances.
-            usual: what lacks it: only what was seen of texts of the same length counts.
             lack: in question.
         """
         tries, changed = dict.fromkeys(names, 2.0), dict.fromkeys(names, 1.0)
-        number, place = lack.number, lack.place
-        size = len(_text(usual, number))
         for dose, before, after, weight in self._singles:
-            one, other = _text(before, number), _text(after, number)
-            if len(one) == size and dose.name in tries:
-                tries[dose.name] += weight
-                differs = one != other if place < 0 else len(one) == len(other) and one[place] != other[place]
-                changed[dose.name] += weight * differs
+            if dose.name in tries:
+                if isinstance(lack, Whole):
+                    alike, differs = max(0.0, 1.0 - apart(before, lack.present)), before != after
+                else:
+                    alike, differs = float(_letter(before, lack) != ""), _changes(before, after, lack)
+                tries[dose.name] += weight * alike
+                changed[dose.name] += weight * alike * differs
         return {name: changed[name] / tries[name] for name in tries}
 
 
-def _text(effect: Effect, number: int) -> str:
-    return tuple(chain(*effect))[number]
+def _letter(effect: Effect, lack: Letter) -> str:
+    """The letter that is there; empty where the text is of another length."""
+    texts = tuple(chain(*effect))
+    is_alike = lack.number < len(texts) and len(texts[lack.number]) == lack.size
+    return texts[lack.number][lack.place] if is_alike else ""
+
+
+def _changes(before: Effect, after: Effect, lack: Letter) -> bool:
+    """Whether a letter is another one in a text of the same length."""
+    return _letter(after, lack) not in ("", _letter(before, lack))
 
 
 def _comparable(one: Effect, other: Effect) -> bool:

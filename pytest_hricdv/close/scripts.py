@@ -8,10 +8,11 @@ from random import Random
 from typing import NamedTuple
 
 from pytest_hricdv.close.cross_entropy import SMOOTHING
-from pytest_hricdv.close.interactions import Planned, Treatment, begins, disturbed
+from pytest_hricdv.close.interactions import Planned, RunValues, Treatment, begins, disturbed
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.generate.abstract import Draft, Plans
 from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.model import Exploration, ExploredRun
 from pytest_hricdv.generate.rng import random_index, weighted
 
@@ -111,18 +112,23 @@ class Scripts:
         """Any script."""
         return random_index(rng, len(self.runs))
 
-    def draft(self, number: int, product: str = "", treatments: Sequence[Treatment] = ()) -> Draft:
+    def draft(
+        self, number: int, product: str = "", treatments: Sequence[Treatment] = (), run_values: RunValues = ()
+    ) -> Draft:
         """The test of a script.
 
         Args:
             number: of the script.
             product: the cross product whose interactions are disturbed.
             treatments: of each of them, in order.
+            run_values: parameters of the run as a whole; the others are drawn.
         """
         run = self.runs[number]
         lines, values = run.lines, dict[int, dict[str, float]]()
         if any(treatments):
             lines, values = disturbed(run.lines, self.first(number, product), treatments)
+        if run_values:
+            values[RUN] = dict(run_values)
         beliefs = self.exploration.belief_set(run.beliefs)
         return Draft(self._space.target(beliefs), beliefs, lines, self._plans(run), values=values)
 

@@ -33,6 +33,7 @@ from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.coverage.reachability import Reachability, explored, reachable
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, Plans
+from pytest_hricdv.generate.concrete import concretize
 from pytest_hricdv.generate.model import Exploration
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.suite import Generation, Suite
@@ -114,7 +115,8 @@ class Closing:
         return tuple(way for way in ways if way.name not in without)
 
     def _ways(self) -> tuple[Way, ...]:
-        testbench, scripts, experience = self._collection.testbench, self._scripts, Experience(self._scripts)
+        testbench, scripts = self._collection.testbench, self._scripts
+        experience = Experience(scripts, lambda test: concretize(test, testbench.commands).run)
         disturbances = {name: each.parameters for name, each in testbench.disturbances.items()}
         role = role_of(testbench)
         return (

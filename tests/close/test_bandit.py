@@ -5,24 +5,35 @@ from __future__ import annotations
 from pytest_hricdv.close.bandit import LEAST, Bandit
 from pytest_hricdv.generate.rng import make_rng
 
+BIN, CODE = frozenset({"bin"}), frozenset({"statement", "branch"})
+
 
 def test_a_way_that_pays_off_gets_most_tests_and_the_other_one_still_some() -> None:
     bandit = Bandit(("good", "bad"))
     for _ in range(10):
-        bandit.learn([("good", True)] * 8 + [("bad", False)] * 8)
-    shares = bandit.shares(("good", "bad"), 1000, make_rng("shares"))
+        bandit.learn([("good", BIN)] * 4 + [("good", ())] * 4 + [("bad", ())] * 7 + [("bad", BIN)])
+    shares = bandit.shares(("good", "bad"), 1000, {"bin": 3}, make_rng("shares"))
     assert shares["good"] + shares["bad"] == 1000
-    assert 0 < shares["bad"] < 100
+    assert 0 < shares["bad"] < 200
+
+
+def test_each_kind_of_open_points_has_the_ways_that_reach_such_points() -> None:
+    bandit = Bandit(("bins", "code"))
+    for _ in range(10):
+        bandit.learn([("bins", BIN)] * 4 + [("code", CODE)] * 4)
+    for kinds, low, high in (({"bin": 5}, 0.9, 1.0), ({"branch": 5}, 0.0, 0.1), ({"bin": 2, "statement": 2}, 0.4, 0.6)):
+        shares = bandit.shares(("bins", "code"), 1000, kinds, make_rng("kinds"))
+        assert low <= shares["bins"] / 1000 <= high
 
 
 def test_what_paid_off_long_ago_counts_less() -> None:
     bandit = Bandit(("early", "late"))
-    bandit.learn([("early", True)] * 16 + [("late", False)] * 16)
-    for _ in range(20):
-        bandit.learn([("early", False)] * 4 + [("late", True)] * 4)
-    assert bandit.weight("late") > 5 * bandit.weight("early") >= LEAST
+    bandit.learn([("early", BIN)] * 16 + [("late", ())] * 16)
+    for _ in range(40):
+        bandit.learn([("early", ())] * 4 + [("late", BIN)] * 4)
+    assert bandit.weight("late", "bin") > 5 * bandit.weight("early", "bin") >= LEAST
 
 
 def test_ways_of_which_nothing_is_known_get_equal_shares() -> None:
-    shares = Bandit(("one", "two")).shares(("one", "two"), 1000, make_rng("equal"))
+    shares = Bandit(("one", "two")).shares(("one", "two"), 1000, {"plan": 1}, make_rng("equal"))
     assert 400 < shares["one"] < 600

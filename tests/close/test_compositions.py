@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.close.compositions import Compositions, apart
+from pytest_hricdv.close.compositions import Compositions
 from pytest_hricdv.close.interactions import UNDISTURBED
 from pytest_hricdv.close.recipes import Recipes
 from pytest_hricdv.generate.rng import make_rng
@@ -66,13 +66,6 @@ def test_disturbances_that_change_what_is_lacking_promise_most_and_those_that_do
     recipes.learn([seen(("1", "11"), (PUSH,), "01", "kept"), seen(("1", "11"), (LIGHT,), "10", "kept")])
     promise = Compositions(recipes).promise(("push", "pull", "light"), ("1", "01"), GIVEN)
     assert promise["push"] > promise["pull"] > promise["light"]
-
-
-def test_texts_of_one_length_are_compared_as_patterns_of_bits() -> None:
-    assert apart((("110", "kept"),), (("111", "kept"),)) == 1 / 3
-    assert apart((("000", "kept"),), (("111", "given"),)) == 2.0
-    assert apart((("none", "kept"),), (("111", "kept"),)) == 1.0
-    assert apart((("111",), ("kept",)), (("111",), ("kept",))) == 0.0
 
 
 def test_what_one_dose_changes_another_one_may_hide() -> None:
