@@ -10,9 +10,10 @@ from pytest_hricdv.close.experience import Experience
 from pytest_hricdv.close.interactions import Dose
 from pytest_hricdv.close.loop import Loop
 from pytest_hricdv.close.model_way import ModelWay, UntriedWay
-from pytest_hricdv.close.scripts import Scripts
+from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.close.way import Way
 from pytest_hricdv.generate.abstract import identify
+from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.search import Budget
 from tests.close import handover
@@ -61,3 +62,28 @@ def test_disturbances_are_tried_where_interactions_end_as_those_do_in_which_few_
     found = DisturbanceWay(scripts, experience, {"shake": {}, "ready_lost": {}}).propose(archive, 4, make_rng("few"))
     assert all("set gaze = 1" in each.draft.lines and "set grip = 1" in each.draft.lines for each in found)
     assert all(any(line.startswith("disturb ") for line in each.draft.lines) for each in found)
+
+
+def test_what_worked_is_done_again_with_the_parameters_of_the_run_in_which_it_did() -> None:
+    scripts = Scripts(handover.exploration(), handover.SPACE, {"handover": handover.planned})
+    experience = Experience(scripts, lambda test: {"patience_s": float(test.seed % 7)})
+    archive = Archive([("bin", "handover", "1", pose, "late") for pose in handover.POSES])
+    mute = [(Dose(2, "mute", (("for_s", 15.0),)),)]
+    for test in identify("closure", 0, [scripts.draft(number) for number in (0, 1, 2, 3) for _ in range(3)]):
+        archive.add(handover.run(test))
+    (worked,) = identify(
+        "closure", 5, [scripts.draft(scripts.by_slot[Slot("handover", ("1", "00"))][0], "handover", mute)]
+    )
+    archive.add(handover.run(worked))
+    proposals = DisturbanceWay(scripts, experience, handover.DISTURBANCES).propose(archive, 20, make_rng("again"))
+    again = [each.draft.values for each in proposals if {"for_s": 15.0} in each.draft.values.values()]
+    assert again
+    assert all(values[RUN] == {"patience_s": float(worked.seed % 7)} for values in again)
+
+
+def test_each_disturbance_is_soon_tried_at_the_start_of_a_run() -> None:
+    scripts = Scripts(handover.exploration(), handover.SPACE, {"handover": handover.planned})
+    archive = Archive([("statement", "robot.py", "7")])
+    way = DisturbanceWay(scripts, Experience(scripts), handover.DISTURBANCES)
+    drafts = [each.draft for each in way.propose(archive, 2 * len(handover.DISTURBANCES), make_rng("starts"))]
+    assert {each.lines[0] for each in drafts} >= {f"disturb {name}" for name in handover.DISTURBANCES}
