@@ -7,11 +7,17 @@ from random import Random
 
 from pytest_hricdv.generate.rng import weighted
 
-FADING = 0.97
+FADING = 0.95
 """After each generation, what was before counts so much less: what pays off at the beginning does not at the end."""
 
 LEAST = 0.004
 """No way gets a smaller weight, so that one that pays off later is found."""
+
+FIRST = 0.1
+"""The share of tests of a way that are expected to hit a new point of a kind, as long as nothing is known of it."""
+
+TRIES = 4.0
+"""This weighs as much as so many tests."""
 
 EAGERNESS = 2
 """Shares are in proportion to this power of the weights."""
@@ -29,8 +35,8 @@ class Bandit:
         self._paid: dict[tuple[str, str], float] = {}
 
     def weight(self, name: str, kind: str) -> float:
-        """The share of the way's tests that hit a new point of a kind, with one success in four tests before all."""
-        return max(LEAST, (self._paid.get((name, kind), 0.0) + 1.0) / (self._tests[name] + 4.0))
+        """The share of the way's tests that hit a new point of a kind, as if it had been `FIRST` in `TRIES` before."""
+        return max(LEAST, (self._paid.get((name, kind), 0.0) + FIRST * TRIES) / (self._tests[name] + TRIES))
 
     def shares(self, names: Sequence[str], count: int, kinds: Mapping[str, int], rng: Random) -> dict[str, int]:
         """How many of `count` tests each of these ways may propose.

@@ -26,7 +26,7 @@ from pytest_hricdv.generate.sampler import Sampler
 
 T = TypeVar("T")
 
-LIKELY = 0.1
+LIKELY = 0.02
 """What has led to a goal is done again with at least this chance."""
 
 HELPFUL = 0.75
