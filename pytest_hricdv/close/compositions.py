@@ -67,8 +67,8 @@ class Compositions:
     def masked(self, planned: Bin, commands: int, rng: Random) -> Treatment | None:
         """A dose that changes how the interaction ends, with doses of other disturbances that may hide this.
 
-        What seems as usual and is not leads to checks in the code that are beyond the first ones. None where no way to
-        hide a change is known.
+        What seems as usual and is not leads to checks in the code that are beyond the first ones. Disturbances that
+        were rarely combined come first. None where no way to hide a change is known.
         """
         usual = self._recipes.usual(planned)
         if usual is None:
@@ -76,13 +76,23 @@ class Compositions:
         shifts: dict[str, list[tuple[Dose, Effect]]] = {}
         for shift in self._remedies.shifts(usual):
             shifts.setdefault(shift.treatment[0].name, []).append((shift.treatment[0], shift.effect))
-        for name in shuffled(rng, [*shifts]):
+        combined = self._combined(usual)
+        for name in sorted(shuffled(rng, [*shifts]), key=lambda name: combined[name]):
             dose, effect = pick(rng, shifts[name])
             mending = [self._remedies.against(lack) for lack in lacking(effect, usual)]
             others = [{each: chance for each, chance in chances.items() if each.name != name} for chances in mending]
             if all(others) and len(others) < MOST_DOSES:
                 return fitted((dose, *dict.fromkeys(_drawn(each, rng) for each in others)), commands)
         return None
+
+    def _combined(self, usual: Effect) -> Counter[str]:
+        """Disturbance -> how often it was tried together with another one where this usually comes."""
+        return Counter(
+            name
+            for each in self._recipes.seen
+            if len(each.treatment) > 1 and self._recipes.usual(each.planned) == usual
+            for name in {dose.name for dose in each.treatment}
+        )
 
     def promise(self, names: Collection[str], planned: Bin, goal: Goal) -> dict[str, float]:
         """Disturbance -> how much of what is lacking where this is planned its doses probably change; may be empty."""

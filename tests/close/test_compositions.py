@@ -76,3 +76,14 @@ def test_what_one_dose_changes_another_one_may_hide() -> None:
     recipes.learn([seen(("2", "00"), (PUSH,), "01", "kept")] * 3)
     assert Compositions(recipes).masked(("1", "11"), 3, make_rng("hidden")) == (PUSH, PULL)
     assert Compositions(recipes).masked(("3", "11"), 3, make_rng("hidden")) is None
+
+
+def test_what_was_rarely_combined_is_hidden_first() -> None:
+    recipes = usually_kept()
+    recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
+    for dose in (PULL, LIGHT):
+        recipes.learn([seen(("1", "11"), (dose,), "10", "kept")] * 3)
+    recipes.learn([seen(("2", "00"), (PUSH,), "01", "kept")] * 3)
+    recipes.learn([seen(("1", "11"), (PUSH, PULL), "11", "given")] * 4)
+    rng = make_rng("rare")
+    assert all(LIGHT in (Compositions(recipes).masked(("1", "11"), 3, rng) or ()) for _ in range(10))
