@@ -24,7 +24,7 @@ FIDELITY = "dynamic"
 def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     """Hands the testbench over. Imports stay inside: a run without a suite pays for none of this."""
     from controller.journal import OUTCOMES, RELEASED
-    from controller.machine import STATES
+    from controller.machine import STATES, TRANSITIONS
     from controller.ports import MESSAGES
     from pytest_hricdv.testbench import (
         BeliefSpace,
@@ -105,6 +105,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "arm_moving": bool,
         },
         state="state.name",
+        transitions=tuple((state, following) for (state, _), following in TRANSITIONS.items() if following in STATES),
         values={"hand_place": HAND_PLACES, "state.name": tuple(STATES), "turn_done.outcome": OUTCOMES},
         units={
             "leg_offset": "m",

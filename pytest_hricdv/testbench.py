@@ -149,6 +149,7 @@ class Testbench:
         disturbances: what can go wrong, by name: a test has a line `disturb NAME` where it does. No published method
             generates such lines.
         state: the field in which the code under test tells its state, such as "state.name"; empty where it does not.
+        transitions: from one such state to the next one: those that the suite `closure` is to cover.
     """
 
     __test__ = False
@@ -178,6 +179,7 @@ class Testbench:
     values: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
     disturbances: Disturbances = field(default_factory=dict, hash=False)
     state: str = ""
+    transitions: tuple[tuple[str, str], ...] = ()
 
     @cached_property
     def commands(self) -> Concretization:
@@ -225,6 +227,16 @@ def _state_faults(testbench: Testbench) -> Iterator[str]:
         texts = sorted(f"{each}.{field}" for each, kinds in topics.items() for field in kinds if kinds[field] is str)
         known = ", ".join(texts) or "none"
         yield f"state is {testbench.state!r}, which is no text field of a message; there are: {known}"
+    if testbench.transitions and not testbench.state:
+        yield "transitions are given, but no state: expected the text field that tells it, such as state='state.name'"
+    states = testbench.values.get(testbench.state, ())
+    for each in testbench.transitions:
+        if not (isinstance(each, tuple) and len(each) == 2 and all(isinstance(name, str) for name in each)):
+            yield f"transitions has {each!r}; expected pairs of states, such as ('Idle', 'Move_hand')"
+            continue
+        for name in each if states else ():
+            if name not in states:
+                yield f"transitions has {each!r}: {name!r} is no value of {testbench.state}{nearest(name, states)}"
 
 
 _KINDS: tuple[Kind, ...] = (bool, float, str)

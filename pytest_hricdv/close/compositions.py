@@ -54,11 +54,11 @@ class Compositions:
             return None
         shifts = (Shift(UNDISTURBED, usual, 1.0), *self._remedies.shifts(usual))
         vain = self._in_vain(usual, goal)
-        chances = {shift: chance for shift in shifts if (chance := self._chance(shift, wanted, vain)) > 0.0}
+        chances = {shift: chance for shift in shifts if (chance := self._chance(shift, wanted, vain, commands)) > 0.0}
         if not chances:
             return None
         shift = _drawn(chances, rng)
-        doses = [_drawn(self._remedies.against(lack), rng) for lack in lacking(shift.effect, wanted)]
+        doses = [_drawn(self._remedies.against(lack, commands), rng) for lack in lacking(shift.effect, wanted)]
         treatment = fitted(tuple({*shift.treatment, *doses}), commands)
         if not 0 < len(treatment) <= MOST_DOSES:
             return None
@@ -79,7 +79,7 @@ class Compositions:
         combined = self._combined(usual)
         for name in sorted(shuffled(rng, [*shifts]), key=lambda name: combined[name]):
             dose, effect = pick(rng, shifts[name])
-            mending = [self._remedies.against(lack) for lack in lacking(effect, usual)]
+            mending = [self._remedies.against(lack, commands) for lack in lacking(effect, usual)]
             others = [{each: chance for each, chance in chances.items() if each.name != name} for chances in mending]
             if all(others) and len(others) < MOST_DOSES:
                 return fitted((dose, *dict.fromkeys(_drawn(each, rng) for each in others)), commands)
@@ -111,9 +111,9 @@ class Compositions:
             return max(counts, key=lambda effect: (counts[effect], effect))
         return tuple(goal if each[0] == goal[0] else each for each in usual) if usual else None
 
-    def _chance(self, shift: Shift, wanted: Effect, vain: Mapping[Effect, int]) -> float:
+    def _chance(self, shift: Shift, wanted: Effect, vain: Mapping[Effect, int], commands: int) -> float:
         """How probably the shift comes, and what is lacking then can be mended: less, the more often it was in vain."""
-        lacks = (self._remedies.against(lack) for lack in lacking(shift.effect, wanted))
+        lacks = (self._remedies.against(lack, commands) for lack in lacking(shift.effect, wanted))
         chance = shift.chance * prod(max(each.values(), default=0.0) for each in lacks)
         return chance * PATIENCE / (PATIENCE + vain.get(shift.effect, 0))
 

@@ -4,12 +4,14 @@ A point is a tuple of texts, the kind first (as `pytest_hricdv.coverage.closure.
 
     ("statement", file, line)  ("branch", file, line, line)  ("plan", agent, label)  ("bin", cross product, *bin)
     ("verdict", requirement, "Passed" | "Failed")            ("antecedent", requirement, "true" | "false")
+    ("transition", state of the code under test, next state)
     and kinds of violations, see `pytest_hricdv.close.violations`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Container, Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import msgspec
@@ -80,6 +82,7 @@ def observe(
     """
     points = {*code_points(code, result.code), *plan_points(test), *_bin_points(result, cross)}
     points.update(_requirement_points(result))
+    points.update(_transition_points(result, state))
     points.update(
         violation_points(test.lines, result, cross=cross, requirements=requirements, known=known, state=state)
     )
@@ -130,6 +133,12 @@ def _requirement_points(result: CaseResult) -> Iterator[Point]:
         yield "antecedent", name, "true" if verdict.attempts else "false"
         if verdict.verdict != "NC":
             yield "verdict", name, verdict.verdict
+
+
+def _transition_points(result: CaseResult, state: str) -> Iterator[Point]:
+    topic, _, name = state.partition(".")
+    states = [str(each.fields[name]) for each in result.record.messages if each.topic == topic]
+    yield from (("transition", *each) for each in pairwise(states))
 
 
 def _distances(verdicts: Sequence[Verdict]) -> Iterator[tuple[Point, float]]:

@@ -8,12 +8,12 @@ lacking, it is all that differs together.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import chain
 from typing import NamedTuple
 
 from pytest_hricdv.close.interactions import Dose, Effect, Treatment
-from pytest_hricdv.close.recipes import Recipes
+from pytest_hricdv.close.recipes import Recipes, fitted
 
 BLURRED = 0.3
 """What comes after an earlier interaction was disturbed counts so much: disturbances may last."""
@@ -84,46 +84,62 @@ def _differing(left: str, right: str) -> float:
     return sum(a != b for a, b in zip(left, right, strict=True)) / len(left)
 
 
+class Tried(NamedTuple):
+    """A dose that was tried.
+
+    Args:
+        dose: that was tried.
+        before: what would probably have come without it: what is usual, or what another dose makes of it.
+        after: what came.
+        weight: how much this counts.
+    """
+
+    dose: Dose
+    before: tuple[Effect, ...]
+    after: Effect
+    weight: float
+
+
 class Remedies:
-    """What single doses have done.
+    """What doses have done.
 
     Args:
         recipes: what is known; nothing more is learned while this is used.
     """
 
     def __init__(self, recipes: Recipes) -> None:
-        self._singles: list[tuple[Dose, Effect, Effect, float]] = []
-        """A dose, what is usual without it, what came with it, and how much that counts."""
+        self._recipes = recipes
+        self._singles: list[Tried] = []
         for planned, treatment, effect, is_clean, *_ in recipes.seen:
             usual = recipes.usual(planned)
             if len(treatment) == 1 and usual is not None and _comparable(usual, effect):
-                self._singles.append((treatment[0], usual, effect, 1.0 if is_clean else BLURRED))
+                self._singles.append(Tried(treatment[0], (usual,), effect, 1.0 if is_clean else BLURRED))
         self._shifts: dict[Effect, list[Shift]] = {}
-        self._known: dict[Lack, dict[Dose, float]] = {}
+        self._known: dict[tuple[Lack, int], dict[Dose, float]] = {}
+        self._together = [*self._with_others()]
 
-    def against(self, lack: Lack) -> dict[Dose, float]:
+    def against(self, lack: Lack, commands: int) -> dict[Dose, float]:
         """Dose -> how probably it mends what is lacking. Those that never have, nor the contrary, are left out.
 
-        What makes the contrary of a letter probably does both, as what inverts a sensor does.
+        What makes the contrary of a letter probably does both, as what inverts a sensor does. With other doses, those
+        count that have mended it alone.
+
+        Args:
+            lack: what is lacking.
+            commands: of the interaction: doses come within it.
         """
-        found = self._known.get(lack)
+        found = self._known.get((lack, commands))
         if found is None:
             tries: dict[Dose | str, float] = defaultdict(float)
             came: dict[Dose | str, float] = defaultdict(float)
-            for dose, before, after, weight in self._singles:
-                if isinstance(lack, Whole):
-                    tried = weight * max(0.0, 1.0 - apart(before, lack.present))
-                    mended = tried * has(after, lack)
-                elif not _letter(before, lack):
-                    continue
-                elif not has(before, lack):
-                    tried, mended = weight, weight * has(after, lack)
-                else:
-                    tried, mended = CONTRARY * weight, CONTRARY * weight * _changes(before, after, lack)
-                for key in (dose, dose.name):
-                    tries[key] += tried
-                    came[key] += mended
-            found = self._known[lack] = {
+            for each in (*self._singles, *self._together):
+                if len(each.before) == 1 or came[each.dose.name]:
+                    tried, mended = _mended(each, lack)
+                    keys: tuple[Dose | str, ...] = (*fitted((each.dose,), commands), each.dose.name)
+                    for key in keys:
+                        tries[key] += tried
+                        came[key] += mended
+            found = self._known[lack, commands] = {
                 dose: (came[dose] + DOUBT * came[dose.name] / (tries[dose.name] + DOUBT)) / (tries[dose] + DOUBT)
                 for dose in came
                 if isinstance(dose, Dose) and came[dose]
@@ -136,7 +152,7 @@ class Remedies:
         if found is None:
             came: dict[Dose, dict[Effect, float]] = {}
             for dose, before, after, weight in self._singles:
-                if before == usual:
+                if before == (usual,):
                     shares = came.setdefault(dose, {})
                     shares[after] = shares.get(after, 0.0) + weight
             most = {dose: max(counts, key=lambda effect: (counts[effect], effect)) for dose, counts in came.items()}
@@ -146,6 +162,16 @@ class Remedies:
                 if effect != usual
             ]
         return found
+
+    def _with_others(self) -> Iterator[Tried]:
+        """The doses of treatments with several, each with what may have come of the others."""
+        for planned, treatment, effect, is_clean, *_ in self._recipes.seen:
+            usual = self._recipes.usual(planned)
+            if len(treatment) > 1 and usual is not None and _comparable(usual, effect):
+                made = {shift.treatment[0]: shift.effect for shift in self.shifts(usual)}
+                for dose in treatment:
+                    others = [made[each] for each in treatment if each in made and each != dose]
+                    yield Tried(dose, (usual, *others), effect, 1.0 if is_clean else BLURRED)
 
     def promise(self, names: Iterable[str], lack: Lack) -> dict[str, float]:
         """Disturbance -> how often its doses probably change what is in question, whatever it becomes.
@@ -157,7 +183,7 @@ class Remedies:
             lack: in question.
         """
         tries, changed = dict.fromkeys(names, 2.0), dict.fromkeys(names, 1.0)
-        for dose, before, after, weight in self._singles:
+        for dose, (before,), after, weight in self._singles:
             if dose.name in tries:
                 if isinstance(lack, Whole):
                     alike, differs = max(0.0, 1.0 - apart(before, lack.present)), before != after
@@ -166,6 +192,19 @@ class Remedies:
                 tries[dose.name] += weight * alike
                 changed[dose.name] += weight * alike * differs
         return {name: changed[name] / tries[name] for name in tries}
+
+
+def _mended(each: Tried, lack: Lack) -> tuple[float, float]:
+    """How much a try says of what is lacking, and of this, how much that it was mended."""
+    if isinstance(lack, Whole):
+        tried = each.weight * max(0.0, *(1.0 - apart(before, lack.present) for before in each.before))
+        return tried, tried * has(each.after, lack)
+    before = next((before for before in each.before if _letter(before, lack)), None)
+    if before is None:
+        return 0.0, 0.0
+    if not has(before, lack):
+        return each.weight, each.weight * has(each.after, lack)
+    return CONTRARY * each.weight, CONTRARY * each.weight * _changes(before, each.after, lack)
 
 
 def _letter(effect: Effect, lack: Letter) -> str:

@@ -20,6 +20,7 @@ def wanted_points(
     cross: Mapping[str, CrossProduct],
     reachability: Reachability,
     ids: Iterable[str],
+    transitions: Iterable[tuple[str, str]] = (),
 ) -> tuple[Point, ...]:
     """All points that are to be hit, without those that are waived, forbidden, or proved impossible by the model.
 
@@ -29,11 +30,13 @@ def wanted_points(
         cross: the cross products.
         reachability: what exploring the model has shown.
         ids: of the requirements, each of which is to be checked at least once with the result Passed.
+        transitions: of the state of the code under test.
     """
     return (
         *(_of_code(code) if code is not None else ()),
         *_of_plans(plans, reachability),
         *(("verdict", name, "Passed") for name in ids),
+        *(("transition", *each) for each in transitions),
         *_of_cross(cross, reachability),
     )
 

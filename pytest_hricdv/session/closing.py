@@ -164,7 +164,8 @@ class Closing:
 
     @property
     def _wanted(self) -> tuple[Point, ...]:
-        return wanted_points(*self._declared, [requirement.id for requirement in self._running.requirements])
+        ids = [requirement.id for requirement in self._running.requirements]
+        return wanted_points(*self._declared, ids, self._collection.testbench.transitions)
 
     @cached_property
     def _declared(self) -> tuple[CodeMap | None, Plans, Mapping[str, CrossProduct], Reachability]:
@@ -212,6 +213,7 @@ class Closing:
             options.coverage,
             testbench.name,
             testbench.fidelity,
+            testbench.transitions,
             [test.id for test in given],
         )
 

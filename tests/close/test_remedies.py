@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.close.interactions import UNDISTURBED
+from pytest_hricdv.close.interactions import UNDISTURBED, Dose
 from pytest_hricdv.close.recipes import Recipes
 from pytest_hricdv.close.remedies import Letter, Remedies, Whole, apart, has, lacking
 from tests.close.test_recipes import LIGHT, PULL, PUSH, seen, usually_kept
@@ -23,37 +23,37 @@ def test_letters_are_lacking_where_patterns_differ_and_all_together_only_where_n
 def test_a_dose_mends_a_letter_whatever_the_others_are() -> None:
     recipes = usually_kept()
     recipes.learn([seen(("1", "01"), (PUSH,), "11", "given"), seen(("1", "00"), (PULL,), "00", "kept")])
-    assert set(Remedies(recipes).against(Letter(3, 2, 0, "1"))) == {PUSH}
+    assert set(Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)) == {PUSH}
 
 
 def test_what_comes_after_a_disturbed_interaction_counts_less() -> None:
     recipes = usually_kept()
     recipes.learn([seen(("1", "00"), (PUSH,), "10", "kept")])
     recipes.learn([seen(("1", "00"), (LIGHT,), "10", "kept")._replace(is_clean=False)])
-    chances = Remedies(recipes).against(Letter(3, 2, 0, "1"))
+    chances = Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)
     assert chances[PUSH] > chances[LIGHT] > 0.0
 
 
 def test_effects_of_other_cross_products_are_not_compared() -> None:
     recipes = usually_kept()
     recipes.learn([seen(("1", "00"), (PUSH,), "10", "kept")._replace(effect=(("outcome", "given"),))])
-    assert not Remedies(recipes).against(Letter(3, 2, 0, "1"))
+    assert not Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)
 
 
 def test_nothing_is_known_where_nothing_was_run_undisturbed() -> None:
     recipes = Recipes(2)
     recipes.learn([seen(("1", "00"), (PUSH,), "10", "kept"), seen(("1", "00"), UNDISTURBED, "0", "lost")][:1])
-    assert not Remedies(recipes).against(Letter(3, 2, 0, "1"))
+    assert not Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)
 
 
 def test_what_makes_the_contrary_of_a_letter_probably_mends_it_too() -> None:
     recipes = Recipes(2)
     recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 3)
     recipes.learn([seen(("1", "11"), (PUSH,), "01", "kept"), seen(("1", "11"), (PULL,), "11", "given")] * 2)
-    chances = Remedies(recipes).against(Letter(3, 2, 0, "1"))
+    chances = Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)
     assert set(chances) == {PUSH}
     recipes.learn([seen(("1", "00"), UNDISTURBED, "00", "kept"), seen(("1", "00"), (PUSH,), "10", "kept")])
-    assert Remedies(recipes).against(Letter(3, 2, 0, "1"))[PUSH] > chances[PUSH]
+    assert Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)[PUSH] > chances[PUSH]
 
 
 def test_where_no_pattern_differs_what_has_mended_it_elsewhere_does() -> None:
@@ -62,11 +62,11 @@ def test_where_no_pattern_differs_what_has_mended_it_elsewhere_does() -> None:
     recipes.learn([seen(("1", "away"), (PULL,), "11", "given")])
     silent = (("outcome", "silent"), ("reading", "none"))
     (from_kept,) = lacking((("outcome", "kept"), ("reading", "none")), silent)
-    assert not Remedies(recipes).against(from_kept)
+    assert not Remedies(recipes).against(from_kept, 3)
     (from_pattern,) = (Whole((("outcome", "kept"), ("reading", "00")), silent),)
-    assert set(Remedies(recipes).against(from_pattern)) == {PUSH}
+    assert set(Remedies(recipes).against(from_pattern, 3)) == {PUSH}
     (from_silent,) = (Whole(silent, (("outcome", "given"), ("reading", "11"))),)
-    assert set(Remedies(recipes).against(from_silent)) == {PULL}
+    assert set(Remedies(recipes).against(from_silent, 3)) == {PULL}
 
 
 def test_how_far_effects_are_apart() -> None:
@@ -74,3 +74,23 @@ def test_how_far_effects_are_apart() -> None:
     assert apart((("000", "kept"),), (("111", "given"),)) == 2.0
     assert apart((("none", "kept"),), (("111", "kept"),)) == 1.0
     assert apart((("111",), ("kept",)), (("111",), ("kept",))) == 0.0
+
+
+def test_with_another_dose_a_dose_may_not_do_what_it_does_alone() -> None:
+    def after(*together: str) -> dict[Dose, float]:
+        recipes = usually_kept()
+        recipes.learn([seen(("1", "away"), UNDISTURBED, "none", "silent"), seen(("1", "away"), (PULL,), "00", "kept")])
+        recipes.learn([seen(("1", "00"), (dose,), "10", "kept") for dose in (PUSH, LIGHT)])
+        recipes.learn([seen(("1", "away"), (PUSH, PULL), reading, "kept") for reading in together])
+        return Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)
+
+    assert after()[PUSH] == after()[LIGHT]
+    assert after("00", "00")[PUSH] < after("00", "00")[LIGHT]
+    assert after("10", "10")[PUSH] > after("10", "10")[LIGHT]
+    assert set(after("10")) == {PUSH, LIGHT}, "the other dose has mended nothing alone"
+
+
+def test_doses_come_within_the_interaction() -> None:
+    recipes, late = usually_kept(), Dose(9, "push")
+    recipes.learn([seen(("1", "00"), (late,), "10", "kept"), seen(("1", "01"), (late,), "11", "given")])
+    assert set(Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)) == {Dose(3, "push")}
