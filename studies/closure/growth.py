@@ -114,8 +114,13 @@ def _points(test: TestResult, code: CodeMap) -> Iterator[Point]:
     yield from (("verdict", name, result.verdict) for name, result in test.requirements.items())
 
 
+UNRECORDED = "transition"
+"""Points of this kind are in no report of a suite that is not closed."""
+
+
 def wanted_points(sessions: Iterable[Growth]) -> set[Point]:
     """The points that are to be hit: of the loops, those that are hit or open."""
     loops = [each.closing for each in sessions if each.closing is not None]
     hit = {each.point for closing in loops for each in closing.hit}
-    return hit | {each.point for closing in loops for each in closing.open}
+    found = hit | {each.point for closing in loops for each in closing.open}
+    return {point for point in found if point[0] != UNRECORDED}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.json_schema import REPORT
-from tests.plugin.project import report
+from tests.plugin.project import change, report
 
 SUITE = ("--hri-suite=closure", "--hri-close-runs=40")
 
@@ -62,3 +62,18 @@ def test_ways_can_be_left_out(lamps: pytest.Pytester) -> None:
     assert set(report(lamps.path)["closing"]["ways"]) <= {"disturbances", "untried", "online", "parameters"}
     result = lamps.runpytest_inprocess(*SUITE, "--hri-close-without=luck")
     result.stderr.fnmatch_lines(["ERROR: --hri-close-without: no way 'luck'; there are: model, *"])
+
+
+def test_transitions_of_the_state_are_covered_like_other_points(lamps: pytest.Pytester) -> None:
+    messages, guide = lamps.path / "lamps" / "messages.py", "lamps/guide.py"
+    messages.write_text(messages.read_text(encoding="utf-8").rstrip() + "\n    name: str\n", encoding="utf-8")
+    change(lamps.path, guide, "        clock.sleep(", '        bus.publish(Switched(level, "busy")); clock.sleep(')
+    change(lamps.path, guide, "Switched(level))", 'Switched(level, "on" if level else "off"))')
+    wanted = 'transitions=(("busy", "on"), ("busy", "off"), ("off", "gone"))'
+    change(lamps.path, "conftest.py", 'code=("lamps",),', f'code=("lamps",), state="switched.name", {wanted},')
+    result = lamps.runpytest_inprocess(*SUITE)
+    closing = report(lamps.path)["closing"]
+    assert closing["kinds"]["transition"] == {"hit": 2, "impossible": 0, "open": 1}
+    (never,) = [each for each in closing["open"] if each["point"][0] == "transition"]
+    assert never["point"] == ["transition", "off", "gone"]
+    result.stdout.fnmatch_lines(["  open: off -> gone: *"])

@@ -167,6 +167,11 @@ BAD = [
     ('Range(1.0, 2.0, "%")', "1.0", "'disturb brownout': parameter 'level' is 1.0; expected a Range, Chance or "),
     ('"leave": {},', '"leave": {}, "disturb lost_wish": {},', "has the command 'disturb lost_wish', too; rename one"),
     ("disturbances={", 'state="wish.level", disturbances={', "state is 'wish.level', which is no text field of a mess"),
+    (
+        "disturbances={",
+        'transitions=(("on", "off"),), disturbances={',
+        "transitions are given, but no state: expected",
+    ),
 ]
 
 
