@@ -7,8 +7,9 @@ from random import Random
 
 from pytest_hricdv.generate.rng import weighted
 
-FADING = 0.95
-"""After each generation, what was before counts so much less: what pays off at the beginning does not at the end."""
+FADING = 0.9
+"""After each generation that hit new points of a kind, what was before counts so much less for this kind: what pays off
+at the beginning does not at the end. As long as nothing pays off, nothing is forgotten."""
 
 LEAST = 0.004
 """No way gets a smaller weight, so that one that pays off later is found."""
@@ -28,15 +29,17 @@ class Bandit:
 
     Args:
         names: of the ways.
+        kinds: of points.
     """
 
-    def __init__(self, names: Iterable[str]) -> None:
-        self._tests = dict.fromkeys(names, 0.0)
-        self._paid: dict[tuple[str, str], float] = {}
+    def __init__(self, names: Iterable[str], kinds: Iterable[str]) -> None:
+        ways = tuple(names)
+        self._tests = {kind: dict.fromkeys(ways, 0.0) for kind in kinds}
+        self._paid = {kind: dict.fromkeys(ways, 0.0) for kind in self._tests}
 
     def weight(self, name: str, kind: str) -> float:
         """The share of the way's tests that hit a new point of a kind, as if it had been `FIRST` in `TRIES` before."""
-        return max(LEAST, (self._paid.get((name, kind), 0.0) + FIRST * TRIES) / (self._tests[name] + TRIES))
+        return max(LEAST, (self._paid[kind][name] + FIRST * TRIES) / (self._tests[kind][name] + TRIES))
 
     def shares(self, names: Sequence[str], count: int, kinds: Mapping[str, int], rng: Random) -> dict[str, int]:
         """How many of `count` tests each of these ways may propose.
@@ -57,12 +60,14 @@ class Bandit:
 
     def learn(self, results: Iterable[tuple[str, Iterable[str]]]) -> None:
         """Learn from a generation: for each test, its way and the kinds of its new points. Other ways do not count."""
-        for name in self._tests:
-            self._tests[name] *= FADING
-        for key in self._paid:
-            self._paid[key] *= FADING
-        for name, kinds in results:
-            if name in self._tests:
-                self._tests[name] += 1.0
-                for kind in kinds:
-                    self._paid[name, kind] = self._paid.get((name, kind), 0.0) + 1.0
+        found = [(name, frozenset(kinds)) for name, kinds in results]
+        for kind, tests in self._tests.items():
+            paid = self._paid[kind]
+            if any(kind in hit for name, hit in found if name in tests):
+                for name in tests:
+                    tests[name] *= FADING
+                    paid[name] *= FADING
+            for name, hit in found:
+                if name in tests:
+                    tests[name] += 1.0
+                    paid[name] += kind in hit

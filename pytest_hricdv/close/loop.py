@@ -75,7 +75,7 @@ class Loop:
         Raises:
             LoopError: every run of the first generation errs.
         """
-        bandit = Bandit(way.name for way in self.ways)
+        bandit = Bandit((way.name for way in self.ways), dict.fromkeys(point[0] for point in self.archive.wanted))
         try:
             for number in range(self.budget.runs):
                 if ended := self._ended():

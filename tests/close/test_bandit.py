@@ -5,11 +5,12 @@ from __future__ import annotations
 from pytest_hricdv.close.bandit import LEAST, Bandit
 from pytest_hricdv.generate.rng import make_rng
 
+KINDS = ("bin", "statement", "branch", "plan")
 BIN, CODE = frozenset({"bin"}), frozenset({"statement", "branch"})
 
 
 def test_a_way_that_pays_off_gets_most_tests_and_the_other_one_still_some() -> None:
-    bandit = Bandit(("good", "bad"))
+    bandit = Bandit(("good", "bad"), KINDS)
     for _ in range(10):
         bandit.learn([("good", BIN)] * 4 + [("good", ())] * 4 + [("bad", ())] * 7 + [("bad", BIN)])
     shares = bandit.shares(("good", "bad"), 1000, {"bin": 3}, make_rng("shares"))
@@ -18,7 +19,7 @@ def test_a_way_that_pays_off_gets_most_tests_and_the_other_one_still_some() -> N
 
 
 def test_each_kind_of_open_points_has_the_ways_that_reach_such_points() -> None:
-    bandit = Bandit(("bins", "code"))
+    bandit = Bandit(("bins", "code"), KINDS)
     for _ in range(10):
         bandit.learn([("bins", BIN)] * 4 + [("code", CODE)] * 4)
     for kinds, low, high in (({"bin": 5}, 0.9, 1.0), ({"branch": 5}, 0.0, 0.1), ({"bin": 2, "statement": 2}, 0.4, 0.6)):
@@ -27,7 +28,7 @@ def test_each_kind_of_open_points_has_the_ways_that_reach_such_points() -> None:
 
 
 def test_what_paid_off_long_ago_counts_less() -> None:
-    bandit = Bandit(("early", "late"))
+    bandit = Bandit(("early", "late"), KINDS)
     bandit.learn([("early", BIN)] * 16 + [("late", ())] * 16)
     for _ in range(40):
         bandit.learn([("early", ())] * 4 + [("late", BIN)] * 4)
@@ -35,5 +36,15 @@ def test_what_paid_off_long_ago_counts_less() -> None:
 
 
 def test_ways_of_which_nothing_is_known_get_equal_shares() -> None:
-    shares = Bandit(("one", "two")).shares(("one", "two"), 1000, {"plan": 1}, make_rng("equal"))
+    shares = Bandit(("one", "two"), KINDS).shares(("one", "two"), 1000, {"plan": 1}, make_rng("equal"))
     assert 400 < shares["one"] < 600
+
+
+def test_while_nothing_pays_off_it_is_not_forgotten_what_did() -> None:
+    bandit = Bandit(("once", "never"), KINDS)
+    bandit.learn([("once", CODE)] * 2 + [("once", ())] * 20 + [("never", ())] * 20)
+    before = bandit.weight("once", "branch") / bandit.weight("never", "branch")
+    for _ in range(40):
+        bandit.learn([("once", BIN)] * 4 + [("never", BIN)] * 4)
+    assert bandit.weight("once", "branch") > 2 * bandit.weight("never", "branch")
+    assert before > 2
