@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from random import Random
 from typing import Protocol
 
 from pytest_hricdv.close.archive import Archive, Entry
@@ -98,20 +99,26 @@ class Loop:
         return "seconds" if self.budget.seconds is not None and self.budget.elapsed_s >= self.budget.seconds else None
 
     def _proposals(self, number: int, bandit: Bandit) -> list[Proposal]:
-        """A generation. What one way cannot use of its share, the others are offered."""
+        """A generation. What one way cannot use of its share, the others share."""
         count = min(GENERATION, self.budget.runs - self.budget.used)
         kinds = Counter(point[0] for point in self.archive.open)
         rng = make_rng(NAME, self.seed, number, "shares")
-        shares = bandit.shares([way.name for way in self.ways], count, kinds, rng)
         found: list[Proposal] = []
-        last = () if self.last is None else (self.last,)
-        for again, ways in ((False, self.ways), (True, (*self.ways, *last))):
-            for way in ways:
-                wanted = count - len(found) if again else min(shares[way.name], count - len(found))
-                if wanted > 0:
-                    rng = make_rng(NAME, self.seed, number, way.name, again)
-                    found += way.propose(self.archive, wanted, rng)[:wanted]
+        ways = [*self.ways]
+        for attempt in range(len(self.ways)):
+            shares = bandit.shares([way.name for way in ways], count - len(found), kinds, rng)
+            for way in [*ways]:
+                if wanted := shares[way.name]:
+                    proposed = way.propose(self.archive, wanted, self._rng(number, way, attempt))[:wanted]
+                    found += proposed
+                    if len(proposed) < wanted:
+                        ways.remove(way)
+        if self.last is not None and len(found) < count:
+            found += self.last.propose(self.archive, count - len(found), self._rng(number, self.last, 0))
         return found
+
+    def _rng(self, generation: int, way: Way, attempt: int) -> Random:
+        return make_rng(NAME, self.seed, generation, way.name, attempt)
 
     def _run(self, proposals: Sequence[Proposal]) -> list[Entry]:
         """Run a generation, and merge it in order: of an interrupted one, what has come to its end."""
