@@ -16,11 +16,13 @@ from typing import TypeVar
 from pytest_hricdv.close.aiming import LEAST, Aiming, Option
 from pytest_hricdv.close.archive import Archive
 from pytest_hricdv.close.compositions import Compositions
+from pytest_hricdv.close.cross_entropy import elite_size
 from pytest_hricdv.close.experience import AT_THE_START, Experience
-from pytest_hricdv.close.interactions import Dose, Goal, Treatment
+from pytest_hricdv.close.interactions import Dose, Goal, Treatment, commands_of
+from pytest_hricdv.close.nearness import nearest_runs
 from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.close.way import Proposal
-from pytest_hricdv.generate.abstract import Draft
+from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.generate.rng import pick, random_index, weighted
 from pytest_hricdv.generate.sampler import Sampler
 
@@ -41,6 +43,9 @@ EXPLORING = 0.4
 
 TRYING = 0.15
 """At least so often all interactions of a test have one, as long as more than bins is open."""
+
+CLIMBING = 0.5
+"""So often what was rarely tried is tried where a run came near to an open point, where there is one."""
 
 MASKED = 0.5
 """So often such a disturbance is a known one, with another one that hides what it changes."""
@@ -78,15 +83,16 @@ class DisturbanceWay:
         for _ in range(count):
             aimed = aiming.aim(rng) if rng.random() >= trying else None
             if aimed is None:
-                found.append(Proposal(self._rarely_tried(treatments, rng), self.name))
+                found.append(self._rarely_tried(treatments, archive, rng))
             else:
                 draft = self._scripts.draft(aimed.script, aimed.product, aimed.treatments, aimed.run_values)
                 found.append(Proposal(draft, self.name, aimed.aims))
         return found
 
-    def _rarely_tried(self, treatments: _Treatments, rng: Random) -> Draft:
+    def _rarely_tried(self, treatments: _Treatments, archive: Archive, rng: Random) -> Proposal:
         """A script with disturbances that were rarely tried: for what is open beside the bins."""
-        script, product = treatments.rarest_script()
+        near = self._near(archive, rng) if rng.random() < CLIMBING else None
+        (script, product), aims = (treatments.rarest_script(), ()) if near is None else near
         first = self._scripts.first(script, product)
         ends = (*first[1:], len(self._scripts.runs[script].lines))
         slots: list[Slot | None] = [slot for slot in self._scripts.slots(script) if slot.product == product]
@@ -94,7 +100,24 @@ class DisturbanceWay:
             treatments.rare(slot, end - begin, begin == first[0])
             for slot, begin, end in zip(slots or [None], first, ends, strict=True)
         ]
-        return self._scripts.draft(script, product, chosen)
+        return Proposal(self._scripts.draft(script, product, chosen), self.name, aims)
+
+    def _near(self, archive: Archive, rng: Random) -> tuple[tuple[int, str], tuple[Point, ...]] | None:
+        """A script with an interaction like one of a run that came near to an open point; and this point."""
+        near = {point: runs for point in archive.open if point[0] != "bin" and (runs := nearest_runs(point, archive))}
+        if not near or not self._scripts.by_slot:
+            return None
+        point = pick(rng, [*near])
+        runs = near[point][: elite_size(len(near[point]))]
+        commands = commands_of(pick(rng, runs)[1].test.lines)
+        slots = [
+            Slot(name, tuple(each)) for name, planned in self._scripts.planned.items() for each in planned(commands)
+        ]
+        known = [slot for slot in slots if slot in self._scripts.by_slot]
+        if not known:
+            return None
+        slot = pick(rng, known)
+        return (pick(rng, self._scripts.by_slot[slot]), slot.product), (point,)
 
 
 class _Treatments:
@@ -128,14 +151,14 @@ class _Treatments:
         return sorted(found, key=lambda option: -option.worth)
 
     def rarest_script(self) -> tuple[int, str]:
-        """A script, and a cross product one of whose interactions usually ends as those with the fewest tries."""
+        """A script, and a cross product one of whose interactions usually ends as those where most is new."""
         slots: dict[Goal | None, list[Slot]] = {}
         for slot in self._scripts.by_slot:
             slots.setdefault(self._experience.usual(slot), []).append(slot)
         if not slots:
             return self._scripts.any(self._rng), next(iter(self._scripts.planned), "")
-        tries = {usual: sum(self._tried[name, usual] for name in self._disturbances) for usual in slots}
-        slot = pick(self._rng, slots[min(tries, key=lambda usual: tries[usual])])
+        new = {usual: sum(1.0 / (1 + self._tried[name, usual]) for name in self._disturbances) for usual in slots}
+        slot = pick(self._rng, slots[max(new, key=lambda usual: new[usual])])
         return pick(self._rng, self._scripts.by_slot[slot]), slot.product
 
     def rare(self, slot: Slot | None, commands: int, is_first: bool) -> Treatment:
