@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from msgspec.structs import replace
 
 from pytest_hricdv.close.archive import Archive
 from pytest_hricdv.close.disturbance_way import DisturbanceWay
@@ -87,3 +88,16 @@ def test_each_disturbance_is_soon_tried_at_the_start_of_a_run() -> None:
     way = DisturbanceWay(scripts, Experience(scripts), handover.DISTURBANCES)
     drafts = [each.draft for each in way.propose(archive, 2 * len(handover.DISTURBANCES), make_rng("starts"))]
     assert {each.lines[0] for each in drafts} >= {f"disturb {name}" for name in handover.DISTURBANCES}
+
+
+def test_disturbances_are_tried_where_runs_came_near_to_what_is_open() -> None:
+    scripts = Scripts(handover.exploration(), handover.SPACE, {"handover": handover.planned})
+    before, behind = ("statement", "robot.py", "7"), ("statement", "robot.py", "8")
+    archive = Archive([before, behind])
+    for number, test in enumerate(identify("closure", 0, [scripts.draft(number) for number in range(20)])):
+        is_near = all(slot.planned[1] == "11" for slot in scripts.slots(number))
+        archive.add(replace(handover.run(test), points=(before,) if is_near else ()))
+    way = DisturbanceWay(scripts, Experience(scripts), handover.DISTURBANCES)
+    aimed = [each.draft.lines for each in way.propose(archive, 40, make_rng("near")) if each.aims]
+    assert len(aimed) > 10
+    assert all("set gaze = 1" in lines and "set grip = 1" in lines for lines in aimed)
