@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from pytest_hricdv.close.interactions import UNDISTURBED, Dose, Effect, Goal, Treatment
 from pytest_hricdv.close.recipes import Recipe, Recipes, fitted
-from pytest_hricdv.close.remedies import Remedies, Shift, lacking
+from pytest_hricdv.close.remedies import Letter, Remedies, Shift, lacking
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.generate.rng import pick, shuffled, weighted
 
@@ -86,20 +86,23 @@ class Compositions:
         return None
 
     def _combined(self, usual: Effect) -> Counter[str]:
-        """Disturbance -> how often it was tried together with another one where this usually comes."""
+        """Disturbance -> how often it was tried together with another one where this usually comes, not for a goal."""
         return Counter(
             name
             for each in self._recipes.seen
-            if len(each.treatment) > 1 and self._recipes.usual(each.planned) == usual
+            if len(each.treatment) > 1 and not each.aims and self._recipes.usual(each.planned) == usual
             for name in {dose.name for dose in each.treatment}
         )
 
     def promise(self, names: Collection[str], planned: Bin, goal: Goal) -> dict[str, float]:
-        """Disturbance -> how much of what is lacking where this is planned its doses probably change; may be empty."""
+        """Disturbance -> how many of the letters that are lacking where this is planned its doses probably change.
+
+        Empty where no letter is: that something else comes does not promise that it is nearer.
+        """
         wanted, usual = self._wanted(planned, goal), self._recipes.usual(planned)
         found: dict[str, float] = {}
         if wanted is not None and usual is not None:
-            for lack in lacking(usual, wanted):
+            for lack in (each for each in lacking(usual, wanted) if isinstance(each, Letter)):
                 for name, share in self._remedies.promise(names, lack).items():
                     found[name] = found.get(name, 0.0) + share
         return found

@@ -23,7 +23,7 @@ from pytest_hricdv.close.nearness import nearest_runs
 from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.close.way import Proposal
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.generate.rng import pick, random_index, weighted
+from pytest_hricdv.generate.rng import pick, weighted
 from pytest_hricdv.generate.sampler import Sampler
 
 T = TypeVar("T")
@@ -176,8 +176,12 @@ class _Treatments:
         name, where = self._rarest([(name, usual) for name in self._disturbances], self._tried, begins)
         if where == AT_THE_START:
             return (self._dose(name, 0),)
-        _, place = self._rarest([(name, place) for place in range(1, commands + 1)], self._doses)
-        return (self._dose(name, place),)
+        return (self._dose(name, self._place(name, usual, commands)),)
+
+    def _place(self, name: str, usual: Goal | None, commands: int) -> int:
+        """After so many commands the disturbance was tried as rarely as any where the same usually comes."""
+        places = [(name, usual, place) for place in range(1, commands + 1)]
+        return self._rarest(places, self._doses)[2]
 
     def _rarest(self, choices: Sequence[T], counts: Counter[T], preferred: Sequence[T] = ()) -> T:
         """One of the choices that was taken as rarely as any; a preferred one, where one of these was."""
@@ -195,7 +199,7 @@ class _Treatments:
         if not promise:
             return self.single(slot, commands, is_first)
         name = weighted(self._rng, {name: share**EAGERNESS for name, share in promise.items()})
-        return (self._dose(name, 1 + random_index(self._rng, commands)),)
+        return (self._dose(name, self._place(name, self._experience.usual(slot), commands)),)
 
     def _dose(self, name: str, place: int) -> Dose:
         values = ((each, sampler.sample(self._rng)) for each, sampler in sorted(self._disturbances[name].items()))

@@ -34,11 +34,11 @@ class Experience:
         self._run_values = run_values
         sizes = {slot.product: len(slot.planned) for slot in scripts.by_slot}
         self.recipes: Mapping[str, Recipes] = {name: Recipes(sizes.get(name, 0)) for name in scripts.planned}
-        self.doses: Counter[tuple[str, int]] = Counter()
-        """How often a disturbance was tried after so many commands of an interaction, or of a test."""
         self.tried: Counter[tuple[str, Goal | None]] = Counter()
         """How often a disturbance was tried where this, or nothing known, usually comes of an interaction; before the
         first command, what usually comes is `AT_THE_START`."""
+        self.doses: Counter[tuple[str, Goal | None, int]] = Counter()
+        """The same after so many commands of the interaction, or of a test without any."""
         self._learned = 0
 
     def learn(self, archive: Archive) -> None:
@@ -52,15 +52,19 @@ class Experience:
                 self.recipes[product].learn(
                     each._replace(aims=aims.get(each.planned, ()), run_values=run_values) for each in found
                 )
-                self.doses.update((dose.name, dose.place) for each in found for dose in each.treatment)
-                self.tried.update(
-                    (dose.name, self.usual(Slot(product, each.planned)) if dose.place else AT_THE_START)
-                    for each in found
-                    for dose in each.treatment
-                )
+                for each in found:
+                    usual = self.usual(Slot(product, each.planned))
+                    for dose in each.treatment:
+                        self._count(dose.name, usual, dose.place)
             if not self._scripts.planned:
-                self.doses.update(_places(test.lines))
+                for name, place in _places(test.lines):
+                    self._count(name, None, place)
         self._learned = len(archive.entries)
+
+    def _count(self, name: str, usual: Goal | None, place: int) -> None:
+        where = usual if place else AT_THE_START
+        self.tried[name, where] += 1
+        self.doses[name, where, place] += 1
 
     def _aims(self, entry: Entry, product: str) -> dict[Bin, tuple[Goal, ...]]:
         size = self.recipes[product].coordinates

@@ -173,24 +173,16 @@ class Remedies:
                     others = [made[each] for each in treatment if each in made and each != dose]
                     yield Tried(dose, (usual, *others), effect, 1.0 if is_clean else BLURRED)
 
-    def promise(self, names: Iterable[str], lack: Lack) -> dict[str, float]:
-        """Disturbance -> how often its doses probably change what is in question, whatever it becomes.
+    def promise(self, names: Iterable[str], letter: Letter) -> dict[str, float]:
+        """Disturbance -> how often its doses probably change a letter, whatever it becomes.
 
         Of two tries before all, one is taken to have done so: what was hardly tried is promising.
-
-        Args:
-            names: of the disturbances.
-            lack: in question.
         """
         tries, changed = dict.fromkeys(names, 2.0), dict.fromkeys(names, 1.0)
         for dose, (before,), after, weight in self._singles:
-            if dose.name in tries:
-                if isinstance(lack, Whole):
-                    alike, differs = max(0.0, 1.0 - apart(before, lack.present)), before != after
-                else:
-                    alike, differs = float(_letter(before, lack) != ""), _changes(before, after, lack)
-                tries[dose.name] += weight * alike
-                changed[dose.name] += weight * alike * differs
+            if dose.name in tries and _letter(before, letter):
+                tries[dose.name] += weight
+                changed[dose.name] += weight * _changes(before, after, letter)
         return {name: changed[name] / tries[name] for name in tries}
 
 
