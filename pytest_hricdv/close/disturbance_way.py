@@ -18,7 +18,7 @@ from pytest_hricdv.close.archive import Archive
 from pytest_hricdv.close.compositions import Compositions
 from pytest_hricdv.close.cross_entropy import elite_size
 from pytest_hricdv.close.experience import AT_THE_START, Experience
-from pytest_hricdv.close.interactions import Dose, Goal, Treatment, commands_of
+from pytest_hricdv.close.interactions import Dose, Goal, Treatment
 from pytest_hricdv.close.nearness import nearest_runs
 from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.close.way import Proposal
@@ -103,20 +103,17 @@ class DisturbanceWay:
         return Proposal(self._scripts.draft(script, product, chosen), self.name, aims)
 
     def _near(self, archive: Archive, rng: Random) -> tuple[tuple[int, str], tuple[Point, ...]] | None:
-        """A script with an interaction like one of a run that came near to an open point; and this point."""
+        """A script with an interaction that usually ends as in runs that came near to an open point; and this point."""
         near = {point: runs for point in archive.open if point[0] != "bin" and (runs := nearest_runs(point, archive))}
-        if not near or not self._scripts.by_slot:
+        if not near:
             return None
         point = pick(rng, [*near])
-        runs = near[point][: elite_size(len(near[point]))]
-        commands = commands_of(pick(rng, runs)[1].test.lines)
-        slots = [
-            Slot(name, tuple(each)) for name, planned in self._scripts.planned.items() for each in planned(commands)
-        ]
-        known = [slot for slot in slots if slot in self._scripts.by_slot]
-        if not known:
+        elite = [entry for _, entry in near[point][: elite_size(len(near[point]))]]
+        goal = self._experience.distinctive(elite, archive)
+        slots = [slot for slot in self._scripts.by_slot if goal is not None and self._experience.usual(slot) == goal]
+        if not slots:
             return None
-        slot = pick(rng, known)
+        slot = pick(rng, slots)
         return (pick(rng, self._scripts.by_slot[slot]), slot.product), (point,)
 
 

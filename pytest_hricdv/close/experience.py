@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 from pytest_hricdv.close.archive import Archive, Entry
 from pytest_hricdv.close.interactions import Goal, interactions_of
@@ -79,6 +79,19 @@ class Experience:
         """What usually comes of an interaction without disturbances, by its own cross product."""
         effect = self.recipes[slot.product].usual(slot.planned) or ()
         return next((goal for goal in effect if goal[0] == slot.product), None)
+
+    def distinctive(self, runs: Collection[Entry], archive: Archive) -> Goal | None:
+        """What came of interactions in these runs more often than in all: what comes in the most more of them."""
+        among, overall = (Counter(goal for run in each for goal in self._came(run)) for each in (runs, archive.entries))
+        lift = {goal: among[goal] / len(runs) - overall[goal] / len(archive.entries) for goal in among}
+        best = max(lift, key=lambda goal: (lift[goal], goal), default=None)
+        return best if best is not None and lift[best] > 0.0 else None
+
+    def _came(self, run: Entry) -> set[Goal]:
+        hits = run.observation.hits
+        return {
+            (name, *hit[recipes.coordinates :]) for name, recipes in self.recipes.items() for hit in hits.get(name, ())
+        }
 
     def open_goals(self, archive: Archive) -> dict[Slot, dict[Goal, Point]]:
         """What interactions may be aimed at: slot -> goal -> open bin.
