@@ -44,8 +44,11 @@ EXPLORING = 0.4
 TRYING = 0.15
 """At least so often all interactions of a test have one, as long as more than bins is open."""
 
-CLIMBING = 0.5
+CLIMBING = 0.75
 """So often what was rarely tried is tried where a run came near to an open point, where there is one."""
+
+CANDIDATES = 12
+"""Of so many scripts, the one with most such interactions is taken."""
 
 MASKED = 0.5
 """So often such a disturbance is a known one, with another one that hides what it changes."""
@@ -103,7 +106,7 @@ class DisturbanceWay:
         return Proposal(self._scripts.draft(script, product, chosen), self.name, aims)
 
     def _near(self, archive: Archive, rng: Random) -> tuple[tuple[int, str], tuple[Point, ...]] | None:
-        """A script with an interaction that usually ends as in runs that came near to an open point; and this point."""
+        """A script with interactions that usually end as in runs that came near to an open point; and this point."""
         near = {point: runs for point in archive.open if point[0] != "bin" and (runs := nearest_runs(point, archive))}
         if not near:
             return None
@@ -113,8 +116,10 @@ class DisturbanceWay:
         slots = [slot for slot in self._scripts.by_slot if goal is not None and self._experience.usual(slot) == goal]
         if not slots:
             return None
-        slot = pick(rng, slots)
-        return (pick(rng, self._scripts.by_slot[slot]), slot.product), (point,)
+        slot, alike = pick(rng, slots), frozenset(slots)
+        candidates = [pick(rng, self._scripts.by_slot[slot]) for _ in range(CANDIDATES)]
+        script = max(candidates, key=lambda number: sum(each in alike for each in self._scripts.slots(number)))
+        return (script, slot.product), (point,)
 
 
 class _Treatments:
