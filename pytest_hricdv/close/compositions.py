@@ -1,13 +1,14 @@
 """Treatments that were never tried, put together from doses so that they may lead to a goal.
 
-One dose may make an interaction end as another one usually does; and against each letter or text that is lacking then,
-there may be a dose that mended it elsewhere.
+A treatment may make an interaction end as another one usually does; and against each letter or text that is lacking
+then, there may be a dose that mended it elsewhere.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from itertools import combinations
 from math import prod
 from random import Random
 from typing import TypeVar
@@ -43,6 +44,7 @@ class Compositions:
     def __init__(self, recipes: Recipes) -> None:
         self._recipes = recipes
         self._remedies = Remedies(recipes)
+        self._vain: dict[tuple[Effect, Goal], Counter[Effect]] = {}
 
     def drawn(self, planned: Bin, goal: Goal, commands: int, rng: Random) -> Recipe | None:
         """A treatment that may lead to a goal where this is planned, in an interaction of so many commands.
@@ -53,7 +55,9 @@ class Compositions:
         if wanted is None or usual is None:
             return None
         shifts = (Shift(UNDISTURBED, usual, 1.0), *self._remedies.shifts(usual))
-        vain = self._in_vain(usual, goal)
+        vain = self._vain.get((usual, goal))
+        if vain is None:
+            vain = self._vain[usual, goal] = self._in_vain(usual, goal)
         chances = {shift: chance for shift in shifts if (chance := self._chance(shift, wanted, vain, commands)) > 0.0}
         if not chances:
             return None
@@ -74,7 +78,7 @@ class Compositions:
         if usual is None:
             return None
         shifts: dict[str, list[tuple[Dose, Effect]]] = {}
-        for shift in self._remedies.shifts(usual):
+        for shift in self._remedies.single_shifts(usual):
             shifts.setdefault(shift.treatment[0].name, []).append((shift.treatment[0], shift.effect))
         combined = self._combined(usual)
         for name in sorted(shuffled(rng, [*shifts]), key=lambda name: combined[name]):
@@ -126,13 +130,18 @@ class Compositions:
         What is lacking then may not be what it seems: who is given nothing because there is nothing to give lacks more
         than a good sensor.
         """
-        shifted = {shift.treatment[0]: shift.effect for shift in self._remedies.shifts(usual)}
+        shifted = {frozenset(shift.treatment): shift.effect for shift in self._remedies.shifts(usual)}
         vain: Counter[Effect] = Counter()
         for each in self._recipes.seen:
             is_in_vain = len(each.treatment) > 1 and goal in each.aims and goal not in each.effect
             if is_in_vain and self._recipes.usual(each.planned) == usual:
-                vain.update({shifted[dose] for dose in each.treatment if dose in shifted} or {usual})
+                vain.update({shifted[part] for part in _parts(each.treatment) if part in shifted} or {usual})
         return vain
+
+
+def _parts(treatment: Treatment) -> Iterator[frozenset[Dose]]:
+    """What may have been added to, to make a treatment."""
+    return (frozenset(part) for size in range(1, len(treatment)) for part in combinations(treatment, size))
 
 
 def _drawn(chances: Mapping[Drawn, float], rng: Random) -> Drawn:

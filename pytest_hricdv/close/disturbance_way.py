@@ -41,7 +41,7 @@ EAGERNESS = 2
 EXPLORING = 0.4
 """So often an interaction has a new dose, whatever else is known."""
 
-TRYING = 0.15
+TRYING = 0.25
 """At least so often all interactions of a test have one, as long as more than bins is open."""
 
 CLIMBING = 0.75

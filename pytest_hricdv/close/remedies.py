@@ -21,6 +21,9 @@ BLURRED = 0.3
 CONTRARY = 0.3
 """That a dose changed a letter to another one counts so much for changing it back."""
 
+MOST_SHIFTS = 3
+"""Of the treatments with the same effect, so many are known."""
+
 DOUBT = 1.0
 """What other doses of the same disturbance did weighs as much as so many tries of a dose."""
 
@@ -115,6 +118,7 @@ class Remedies:
             if len(treatment) == 1 and usual is not None and _comparable(usual, effect):
                 self._singles.append(Tried(treatment[0], (usual,), effect, 1.0 if is_clean else BLURRED))
         self._shifts: dict[Effect, list[Shift]] = {}
+        self._made: dict[Effect, dict[Dose, Effect]] = {}
         self._known: dict[tuple[Lack, int], dict[Dose, float]] = {}
         self._together = [*self._with_others()]
 
@@ -147,31 +151,48 @@ class Remedies:
         return found
 
     def shifts(self, usual: Effect) -> list[Shift]:
-        """The doses that made something else of what is usual."""
+        """The treatments that made something else of what is usual; of each effect, the most certain ones."""
         found = self._shifts.get(usual)
         if found is None:
-            came: dict[Dose, dict[Effect, float]] = {}
-            for dose, before, after, weight in self._singles:
-                if before == (usual,):
-                    shares = came.setdefault(dose, {})
-                    shares[after] = shares.get(after, 0.0) + weight
-            most = {dose: max(counts, key=lambda effect: (counts[effect], effect)) for dose, counts in came.items()}
+            by_effect: dict[Effect, list[Shift]] = {}
+            for shift in self._all_shifts(usual):
+                by_effect.setdefault(shift.effect, []).append(shift)
             found = self._shifts[usual] = [
-                Shift((dose,), effect, came[dose][effect] / (sum(came[dose].values()) + DOUBT))
-                for dose, effect in most.items()
-                if effect != usual
+                shift
+                for shifts in by_effect.values()
+                for shift in sorted(shifts, key=lambda each: (-each.chance, len(each.treatment)))[:MOST_SHIFTS]
             ]
         return found
+
+    def single_shifts(self, usual: Effect) -> list[Shift]:
+        """Those of one dose, all of them."""
+        return [shift for shift in self._all_shifts(usual) if len(shift.treatment) == 1]
+
+    def _all_shifts(self, usual: Effect) -> Iterator[Shift]:
+        came: dict[Treatment, dict[Effect, float]] = {}
+        for planned, treatment, effect, is_clean, *_ in self._recipes.seen:
+            if treatment and self._recipes.usual(planned) == usual and _comparable(usual, effect):
+                shares = came.setdefault(treatment, {})
+                shares[effect] = shares.get(effect, 0.0) + (1.0 if is_clean else BLURRED)
+        for treatment, counts in came.items():
+            effect = max(counts, key=lambda each: (counts[each], each))
+            if effect != usual:
+                yield Shift(treatment, effect, counts[effect] / (sum(counts.values()) + DOUBT))
 
     def _with_others(self) -> Iterator[Tried]:
         """The doses of treatments with several, each with what may have come of the others."""
         for planned, treatment, effect, is_clean, *_ in self._recipes.seen:
             usual = self._recipes.usual(planned)
             if len(treatment) > 1 and usual is not None and _comparable(usual, effect):
-                made = {shift.treatment[0]: shift.effect for shift in self.shifts(usual)}
+                made = self._made_by(usual)
                 for dose in treatment:
                     others = [made[each] for each in treatment if each in made and each != dose]
                     yield Tried(dose, (usual, *others), effect, 1.0 if is_clean else BLURRED)
+
+    def _made_by(self, usual: Effect) -> dict[Dose, Effect]:
+        if usual not in self._made:
+            self._made[usual] = {shift.treatment[0]: shift.effect for shift in self.single_shifts(usual)}
+        return self._made[usual]
 
     def promise(self, names: Iterable[str], letter: Letter) -> dict[str, float]:
         """Disturbance -> how often its doses probably change a letter, whatever it becomes.
