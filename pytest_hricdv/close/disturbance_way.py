@@ -23,7 +23,7 @@ from pytest_hricdv.close.nearness import nearest_runs
 from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.close.way import Proposal
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.generate.rng import pick, weighted
+from pytest_hricdv.generate.rng import pick, random_index, weighted
 from pytest_hricdv.generate.sampler import Sampler
 
 T = TypeVar("T")
@@ -34,6 +34,9 @@ LIKELY = 0.02
 HELPFUL = 0.75
 """How often a new dose is one of a disturbance that promises to change what is lacking, instead of one that was rarely
 tried."""
+
+VARYING = 0.35
+"""So often a dose of what is put together is varied."""
 
 EAGERNESS = 2
 """Such disturbances are drawn in proportion to this power of how much they promise."""
@@ -143,11 +146,11 @@ class _Treatments:
         first = 0.0
         for goal, left in goals.items():
             composed = self._compositions[slot.product].drawn(slot.planned, goal, commands, self._rng)
-            found += [
-                Option(recipe.chance * left, (goal,), partial(_again, recipe.treatment))
-                for recipe in (recipes.best(slot.planned, goal, commands), composed)
-                if recipe is not None and recipe.chance >= LIKELY
-            ]
+            best = recipes.best(slot.planned, goal, commands)
+            if best is not None and best.chance >= LIKELY:
+                found.append(Option(best.chance * left, (goal,), partial(_again, best.treatment)))
+            if composed is not None and composed.chance >= LIKELY:
+                found.append(Option(composed.chance * left, (goal,), partial(self._varied, composed.treatment)))
             first += max(recipes.first_chance(slot.planned, goal), LEAST) * left
         found.append(Option(first, tuple(goals), partial(self._new, slot, tuple(goals))))
         return sorted(found, key=lambda option: -option.worth)
@@ -202,6 +205,15 @@ class _Treatments:
             return self.single(slot, commands, is_first)
         name = weighted(self._rng, {name: share**EAGERNESS for name, share in promise.items()})
         return (self._dose(name, self._place(name, self._experience.usual(slot), commands)),)
+
+    def _varied(self, treatment: Treatment, commands: int, is_first: bool) -> Treatment:
+        """What was put together; at times one dose has another place and other parameters, as what it does together
+        with others may depend on them."""
+        if self._rng.random() >= VARYING:
+            return treatment
+        dose = pick(self._rng, treatment)
+        other = self._dose(dose.name, 1 + random_index(self._rng, commands))
+        return tuple(sorted(other if each == dose else each for each in treatment))
 
     def _dose(self, name: str, place: int) -> Dose:
         values = ((each, sampler.sample(self._rng)) for each, sampler in sorted(self._disturbances[name].items()))
