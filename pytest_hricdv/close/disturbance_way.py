@@ -13,7 +13,7 @@ from functools import partial
 from random import Random
 from typing import TypeVar
 
-from pytest_hricdv.close.aiming import LEAST, Aiming, Option
+from pytest_hricdv.close.aiming import Aiming, Option
 from pytest_hricdv.close.archive import Archive
 from pytest_hricdv.close.compositions import Compositions
 from pytest_hricdv.close.cross_entropy import elite_size
@@ -28,8 +28,11 @@ from pytest_hricdv.generate.sampler import Sampler
 
 T = TypeVar("T")
 
-LIKELY = 0.02
-"""What has led to a goal is done again with at least this chance."""
+LIKELY = 0.01
+"""What has led to a goal is done again, and what may lead there is put together, with at least this chance."""
+
+UNLIKELY = 0.004
+"""Of a new dose no less is expected."""
 
 HELPFUL = 0.75
 """How often a new dose is one of a disturbance that promises to change what is lacking, instead of one that was rarely
@@ -151,7 +154,7 @@ class _Treatments:
                 found.append(Option(best.chance * left, (goal,), partial(_again, best.treatment)))
             if composed is not None and composed.chance >= LIKELY:
                 found.append(Option(composed.chance * left, (goal,), partial(self._varied, composed.treatment)))
-            first += max(recipes.first_chance(slot.planned, goal), LEAST) * left
+            first += max(recipes.first_chance(slot.planned, goal), UNLIKELY) * left
         found.append(Option(first, tuple(goals), partial(self._new, slot, tuple(goals))))
         return sorted(found, key=lambda option: -option.worth)
 
