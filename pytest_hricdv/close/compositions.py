@@ -98,17 +98,19 @@ class Compositions:
             for name in {dose.name for dose in each.treatment}
         )
 
-    def promise(self, names: Collection[str], planned: Bin, goal: Goal) -> dict[str, float]:
-        """Disturbance -> how many of the letters that are lacking where this is planned its doses probably change.
+    def promise(self, names: Collection[str], planned: Bin, goal: Goal, commands: int) -> dict[str, float]:
+        """Disturbance -> how many of the letters that are lacking where this is planned its doses probably change, of
+        which no dose is known that mends them.
 
-        Empty where no letter is: that something else comes does not promise that it is nearer.
+        Empty where no letter is lacking: that something else comes does not promise that it is nearer.
         """
         wanted, usual = self._wanted(planned, goal), self._recipes.usual(planned)
         found: dict[str, float] = {}
         if wanted is not None and usual is not None:
             for lack in (each for each in lacking(usual, wanted) if isinstance(each, Letter)):
+                need = 1.0 - max(self._remedies.against(lack, commands).values(), default=0.0)
                 for name, share in self._remedies.promise(names, lack).items():
-                    found[name] = found.get(name, 0.0) + share
+                    found[name] = found.get(name, 0.0) + need * share
         return found
 
     def _wanted(self, planned: Bin, goal: Goal) -> Effect | None:

@@ -203,7 +203,8 @@ class _Treatments:
         """A new dose."""
         promise: Mapping[str, float] = {}
         if goals and self._rng.random() < HELPFUL:
-            promise = self._compositions[slot.product].promise(self._disturbances, slot.planned, pick(self._rng, goals))
+            goal = pick(self._rng, goals)
+            promise = self._compositions[slot.product].promise(self._disturbances, slot.planned, goal, commands)
         if not promise:
             return self.single(slot, commands, is_first)
         name = weighted(self._rng, {name: share**EAGERNESS for name, share in promise.items()})

@@ -33,6 +33,9 @@ TRUST = 1.0
 USUAL = 0.3
 """What comes with this probability without any disturbance is no merit of one."""
 
+ALIKE = 0.25
+"""What usually comes is taken from where something else is planned, if this says at least so much."""
+
 Kind = tuple[tuple[int, str], ...]
 """The disturbances of a treatment without their parameters."""
 
@@ -83,6 +86,7 @@ class Recipes:
         """All interactions, in order."""
         self._undisturbed: dict[Bin, Counter[Effect]] = {}
         self._usual: dict[Bin, Effect] = {}
+        self._assumed: dict[Bin, Effect | None] = {}
         self._first: Tallies = {}
         self._of_kind: dict[Kind, Tallies] = {}
         self._foreign: dict[tuple[Effect, Goal], Tally] = {}
@@ -115,10 +119,20 @@ class Recipes:
                 counts[effect] += 1
                 self._usual[planned] = max(counts, key=lambda effect: (counts[effect], effect))
             self.effects.setdefault(planned, {})[effect] = None
+        self._assumed.clear()
 
     def usual(self, planned: Bin) -> Effect | None:
-        """What most often comes without disturbances where this is planned; None where it was never run so."""
-        return self._usual.get(planned)
+        """What most often comes without disturbances where this is planned.
+
+        Where it was never run so, it is what comes where something alike is planned; None where nothing alike is known.
+        """
+        if planned in self._usual:
+            return self._usual[planned]
+        if planned not in self._assumed:
+            likeness = {other: self.likeness(planned, other) for other in sorted(self._usual)}
+            alike = max(likeness, key=lambda other: likeness[other], default=planned)
+            self._assumed[planned] = self._usual[alike] if likeness.get(alike, 0.0) >= ALIKE else None
+        return self._assumed[planned]
 
     def likeness(self, planned: Bin, other: Bin) -> float:
         """How much what was seen where `other` is planned says of where `planned` is, from 0 to 1."""

@@ -92,7 +92,7 @@ class Tried(NamedTuple):
 
     Args:
         dose: that was tried.
-        before: what would probably have come without it: what is usual, or what another dose makes of it.
+        before: what would probably have come without it: what other doses make of what is usual, or this itself.
         after: what came.
         weight: how much this counts.
     """
@@ -187,7 +187,7 @@ class Remedies:
                 made = self._made_by(usual)
                 for dose in treatment:
                     others = [made[each] for each in treatment if each in made and each != dose]
-                    yield Tried(dose, (usual, *others), effect, 1.0 if is_clean else BLURRED)
+                    yield Tried(dose, (*others, usual), effect, 1.0 if is_clean else BLURRED)
 
     def _made_by(self, usual: Effect) -> dict[Dose, Effect]:
         if usual not in self._made:

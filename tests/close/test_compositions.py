@@ -64,8 +64,17 @@ def test_disturbances_that_change_what_is_lacking_promise_most_and_those_that_do
     recipes = usually_kept()
     recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
     recipes.learn([seen(("1", "11"), (PUSH,), "01", "kept"), seen(("1", "11"), (LIGHT,), "10", "kept")])
-    promise = Compositions(recipes).promise(("push", "pull", "light"), ("1", "01"), GIVEN)
+    promise = Compositions(recipes).promise(("push", "pull", "light"), ("1", "01"), GIVEN, commands=3)
     assert promise["push"] > promise["pull"] > promise["light"]
+
+
+def test_new_doses_are_for_the_letters_that_no_known_one_mends() -> None:
+    recipes = usually_kept()
+    recipes.learn([seen(("1", "00"), (PUSH,), "10", "kept")] * 9)
+    recipes.learn([seen(("2", "00"), (PULL,), "00", "kept")])
+    recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
+    promise = Compositions(recipes).promise(("push", "pull", "light"), ("1", "00"), GIVEN, commands=3)
+    assert max(promise, key=lambda name: promise[name]) == "light"
 
 
 def test_what_one_dose_changes_another_one_may_hide() -> None:
@@ -75,7 +84,7 @@ def test_what_one_dose_changes_another_one_may_hide() -> None:
     assert Compositions(recipes).masked(("1", "11"), 3, make_rng("hidden")) is None
     recipes.learn([seen(("2", "00"), (PUSH,), "01", "kept")] * 3)
     assert Compositions(recipes).masked(("1", "11"), 3, make_rng("hidden")) == (PUSH, PULL)
-    assert Compositions(recipes).masked(("3", "11"), 3, make_rng("hidden")) is None
+    assert Compositions(recipes).masked(("3", "11"), 3, make_rng("hidden")) == (PUSH, PULL)
 
 
 def test_what_was_rarely_combined_is_hidden_first() -> None:

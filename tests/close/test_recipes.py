@@ -86,3 +86,9 @@ def test_a_treatment_is_made_to_fit_into_a_shorter_interaction() -> None:
     assert recipe is not None
     assert recipe.treatment == (PULL._replace(place=1),)
     assert recipe.chance > HOPE
+
+
+def test_what_usually_comes_where_it_was_never_run_is_taken_from_what_is_alike_and_only_from_that() -> None:
+    recipes = usually_kept()
+    assert recipes.usual(("3", "00")) == recipes.usual(("1", "00"))
+    assert recipes.usual(("3", "11")) is None

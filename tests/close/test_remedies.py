@@ -90,6 +90,15 @@ def test_with_another_dose_a_dose_may_not_do_what_it_does_alone() -> None:
     assert set(after("10")) == {PUSH, LIGHT}, "the other dose has mended nothing alone"
 
 
+def test_what_hides_the_effect_of_another_dose_has_mended_it() -> None:
+    recipes = Recipes(2)
+    recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 3)
+    recipes.learn([seen(("1", "11"), (dose,), "01", "kept") for dose in (PUSH, PULL)])
+    before = Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)[PUSH]
+    recipes.learn([seen(("1", "11"), (PUSH, PULL), "11", "given")] * 2)
+    assert Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)[PUSH] > before
+
+
 def test_doses_come_within_the_interaction() -> None:
     recipes, late = usually_kept(), Dose(9, "push")
     recipes.learn([seen(("1", "00"), (late,), "10", "kept"), seen(("1", "01"), (late,), "11", "given")])
