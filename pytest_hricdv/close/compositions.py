@@ -24,6 +24,9 @@ Drawn = TypeVar("Drawn", Dose, Shift)
 MOST_DOSES = 5
 """An interaction is disturbed so often at most."""
 
+CUT = 0.5
+"""What has more doses than that loses some. Each that is left out may have been needed: it is expected so much less."""
+
 CHOICES = 4
 """Where several doses may do, one of so many is taken."""
 
@@ -62,9 +65,10 @@ class Compositions:
         if not chances:
             return None
         shift = _drawn(chances, rng)
-        doses = [_drawn(self._remedies.against(lack, commands), rng) for lack in lacking(shift.effect, wanted)]
-        treatment = fitted(tuple({*shift.treatment, *doses}), commands)
-        if not 0 < len(treatment) <= MOST_DOSES:
+        doses = {_drawn(self._remedies.against(lack, commands), rng) for lack in lacking(shift.effect, wanted)}
+        kept = shuffled(rng, [*shift.treatment])[: MOST_DOSES - len(doses)]
+        treatment = fitted(tuple({*kept, *doses}), commands)
+        if not treatment:
             return None
         return Recipe(treatment, self._recipes.chance(planned, treatment, goal, expected=chances[shift]))
 
@@ -122,8 +126,11 @@ class Compositions:
 
     def _chance(self, shift: Shift, wanted: Effect, vain: Mapping[Effect, int], commands: int) -> float:
         """How probably the shift comes, and what is lacking then can be mended: less, the more often it was in vain."""
-        lacks = (self._remedies.against(lack, commands) for lack in lacking(shift.effect, wanted))
+        lacks = [self._remedies.against(lack, commands) for lack in lacking(shift.effect, wanted)]
+        if len(lacks) > MOST_DOSES:
+            return 0.0
         chance = shift.chance * prod(max(each.values(), default=0.0) for each in lacks)
+        chance *= CUT ** max(0, len(shift.treatment) + len(lacks) - MOST_DOSES)
         return chance * PATIENCE / (PATIENCE + vain.get(shift.effect, 0))
 
     def _in_vain(self, usual: Effect, goal: Goal) -> Counter[Effect]:

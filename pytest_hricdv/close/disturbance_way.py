@@ -41,6 +41,9 @@ tried."""
 VARYING = 0.35
 """So often a dose of what is put together is varied."""
 
+LEAVING_OUT = 0.3
+"""So often it is left out then."""
+
 EAGERNESS = 2
 """Such disturbances are drawn in proportion to this power of how much they promise."""
 
@@ -211,11 +214,13 @@ class _Treatments:
         return (self._dose(name, self._place(name, self._experience.usual(slot), commands)),)
 
     def _varied(self, treatment: Treatment, commands: int, is_first: bool) -> Treatment:
-        """What was put together; at times one dose has another place and other parameters, as what it does together
-        with others may depend on them."""
+        """What was put together; at times one dose is left out, as it may not be needed, or has another place and other
+        parameters, as what it does together with others may depend on them."""
         if self._rng.random() >= VARYING:
             return treatment
         dose = pick(self._rng, treatment)
+        if len(treatment) > 1 and self._rng.random() < LEAVING_OUT:
+            return tuple(each for each in treatment if each != dose)
         other = self._dose(dose.name, 1 + random_index(self._rng, commands))
         return tuple(sorted(other if each == dose else each for each in treatment))
 

@@ -24,6 +24,9 @@ CONTRARY = 0.3
 MOST_SHIFTS = 3
 """Of the treatments with the same effect, so many are known."""
 
+LEAN = 0.7
+"""Of these, each dose more has to make the effect more certain by this factor."""
+
 DOUBT = 1.0
 """What other doses of the same disturbance did weighs as much as so many tries of a dose."""
 
@@ -160,7 +163,7 @@ class Remedies:
             found = self._shifts[usual] = [
                 shift
                 for shifts in by_effect.values()
-                for shift in sorted(shifts, key=lambda each: (-each.chance, len(each.treatment)))[:MOST_SHIFTS]
+                for shift in sorted(shifts, key=lambda each: -each.chance * LEAN ** len(each.treatment))[:MOST_SHIFTS]
             ]
         return found
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.close.compositions import Compositions
-from pytest_hricdv.close.interactions import UNDISTURBED
+from pytest_hricdv.close.compositions import MOST_DOSES, Compositions
+from pytest_hricdv.close.interactions import UNDISTURBED, Dose
 from pytest_hricdv.close.recipes import Recipes
 from pytest_hricdv.generate.rng import make_rng
 from tests.close.test_recipes import GIVEN, LIGHT, PULL, PUSH, seen, usually_kept
@@ -54,6 +54,18 @@ def test_what_was_put_together_in_vain_around_something_is_put_together_less() -
     assert before is not None
     assert after is not None
     assert after.chance < before.chance / 2
+
+
+def test_what_is_put_together_around_many_doses_loses_some_of_these() -> None:
+    recipes = each_mends_one_letter()
+    many = tuple(Dose(1, f"other{number}") for number in range(MOST_DOSES))
+    recipes.learn([seen(("1", "away"), UNDISTURBED, "none", "silent")] * 2)
+    recipes.learn([seen(("1", "away"), many, "01", "kept")] * 4)
+    recipe = Compositions(recipes).drawn(("1", "away"), GIVEN, 3, make_rng("many"))
+    assert recipe is not None
+    assert PUSH in recipe.treatment
+    assert set(recipe.treatment) < {PUSH, *many}
+    assert len(recipe.treatment) == MOST_DOSES
 
 
 def test_where_no_dose_has_mended_what_is_lacking_nothing_is_known() -> None:

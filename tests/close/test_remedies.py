@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pytest_hricdv.close.interactions import UNDISTURBED, Dose
 from pytest_hricdv.close.recipes import Recipes
-from pytest_hricdv.close.remedies import Letter, Remedies, Whole, apart, has, lacking
+from pytest_hricdv.close.remedies import MOST_SHIFTS, Letter, Remedies, Whole, apart, has, lacking
 from tests.close.test_recipes import LIGHT, PULL, PUSH, seen, usually_kept
 
 KEPT = (("outcome", "kept"), ("reading", "00"))
@@ -97,6 +97,15 @@ def test_what_hides_the_effect_of_another_dose_has_mended_it() -> None:
     before = Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)[PUSH]
     recipes.learn([seen(("1", "11"), (PUSH, PULL), "11", "given")] * 2)
     assert Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)[PUSH] > before
+
+
+def test_of_treatments_with_the_same_effect_those_of_few_doses_are_known() -> None:
+    recipes = Recipes(2)
+    recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 3)
+    more = [(PUSH, Dose(2, f"other{number}"), LIGHT) for number in range(MOST_SHIFTS)]
+    recipes.learn([seen(("1", "11"), each, "01", "kept") for each in (*more, *more, (PUSH,))])
+    usual = recipes.usual(("1", "11")) or ()
+    assert (PUSH,) in [shift.treatment for shift in Remedies(recipes).shifts(usual)]
 
 
 def test_doses_come_within_the_interaction() -> None:
