@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import cast
 
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Vocabulary, evaluate, load_requirements
-from pytest_hricdv.monitor.logged import nearest_miss
+from pytest_hricdv.monitor.antecedent import nearest_miss
 from studies.session import machine
 
 RATE_HZ = 240

@@ -51,7 +51,8 @@ Modules, each built on the ones before it:
   `program` (what monitors execute)
 - `formula_monitor` (the monitor of a condition), `requirement_monitor` (that of a requirement), `monitor_set` (the
   monitors of a run)
-- `logged` (logged runs: verdicts on them, and why a requirement was not triggered)
+- `log` (logged runs), `antecedent` (why a requirement was not triggered, and outcomes of conjuncts), `logged` (verdicts
+  on logged runs)
 
 A new operator is added in this order; where a `match` has to be complete, mypy reports the missing case.
 
@@ -81,7 +82,8 @@ from pytest_hricdv.monitor.loading import (
     parse_condition,
     parse_formula,
 )
-from pytest_hricdv.monitor.logged import Log, evaluate, explained, watched
+from pytest_hricdv.monitor.log import Log
+from pytest_hricdv.monitor.logged import evaluate, explained, watched
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.requirement import Criterion, FormulaSource, Requirement, RequirementError
 from pytest_hricdv.monitor.verdict import Attempt, NearestMiss, Verdict, Violation

@@ -8,7 +8,7 @@ from typing import Any
 
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.monitor.formula import Formula
-from pytest_hricdv.monitor.logged import Log
+from pytest_hricdv.monitor.log import Log
 from tests.monitor.reference import Summary, in_order
 from tests.monitor.trace import TICK_S, Trace, Value
 

@@ -90,6 +90,16 @@ class ReferenceEvaluator(PastEvaluator):
         _, alone, p, missing = min(found, key=lambda each: each[:3])
         return tick_of(p), [str(part) for part in missing], alone if math.isfinite(alone) else None
 
+    def outcomes(self, antecedent: PastFormula) -> dict[str, set[bool]]:
+        """What each conjunct was, where it had a value."""
+        found: dict[str, set[bool]] = {}
+        for part in flattened(antecedent):
+            truth = self.truth(part)
+            found.setdefault(str(part), set()).update(
+                bool(truth[p]) for p in range(1, self.end + 1) if self.is_known(part, p)
+            )
+        return found
+
     def is_known(self, f: PastFormula, p: int) -> bool:
         """A field is unknown before its first message, except where the formula asks for the message as well.
 

@@ -9,8 +9,10 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
 from pytest_hricdv.monitor import MonitorSet, Requirement
+from pytest_hricdv.monitor.antecedent import nearest_miss
 from pytest_hricdv.monitor.formula import Formula
-from pytest_hricdv.monitor.logged import Log, explained, nearest_miss
+from pytest_hricdv.monitor.log import Log
+from pytest_hricdv.monitor.logged import explained
 from pytest_hricdv.monitor.verdict import NearestMiss
 from tests.monitor.logs import Logged, log_of, run
 from tests.monitor.reference import ReferenceEvaluator

@@ -1,0 +1,178 @@
+"""What became of an antecedent and of its conjuncts in a logged run.
+
+The log is replayed after the run, so that monitors stay fast: for the nearest miss only where a requirement was never
+triggered, for the outcomes of conjuncts only until each was true and false.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple, cast
+
+from pytest_hricdv.monitor.analysis import conjuncts, fields_read, names_of, topics_of
+from pytest_hricdv.monitor.compiler import ExpressionCompiler, HysteresisScope, function_of
+from pytest_hricdv.monitor.evaluation_state import (
+    NO_MESSAGE,
+    Condition,
+    EvaluationState,
+    Measure,
+    Nanoseconds,
+    Outputs,
+    UnknownValueError,
+    Value,
+    Values,
+    seconds,
+)
+from pytest_hricdv.monitor.formula import And, Arithmetic, ArithmeticOperator, Comparison, Not, Number, Or, PastFormula
+from pytest_hricdv.monitor.log import Log, Update
+from pytest_hricdv.monitor.verdict import NearestMiss
+from pytest_hricdv.monitor.vocabulary import last_of
+
+# A conjunct is evaluated by itself, so without the conjuncts that guard it in the antecedent.
+_UNDEFINED = (UnknownValueError, ArithmeticError)
+
+
+def nearest_miss(antecedent: PastFormula, log: Log) -> NearestMiss:
+    """When an antecedent that was never true in a run was nearest to it.
+
+    The search minimizes, in this order: the number of false conjuncts; if a single comparison is false, its distance
+    to its bound; the time.
+    """
+    replay = _Replay(antecedent)
+    best, missing = (math.inf, math.inf), list[_Conjunct]()
+    time_ns: Nanoseconds = 0
+    for moment in replay.moments(log):
+        false = [each for each in replay.conjuncts if not each.holds(moment)]
+        if len(false) <= best[0]:
+            candidate = (len(false), false[0].distance(moment) if len(false) == 1 else math.inf)
+            if candidate < best:
+                best, missing, time_ns = candidate, false, moment.now_ns
+    return NearestMiss(
+        time_s=seconds(time_ns),
+        missing=tuple(each.text for each in missing),
+        # At the bound a distance may be -0.0; adding 0.0 makes it 0.0.
+        distance=best[1] + 0.0 if math.isfinite(best[1]) else None,
+    )
+
+
+def conjunct_outcomes(antecedent: PastFormula, log: Log) -> dict[str, frozenset[bool]]:
+    """The text of each conjunct -> what it was in a run: true, false, both, or neither as long as it has no value."""
+    replay = _Replay(antecedent)
+    found = {each.text: set[bool]() for each in replay.conjuncts}
+    waiting = [*replay.conjuncts]
+    for moment in replay.moments(log):
+        for each in waiting:
+            outcome = each.holds(moment)
+            if outcome is not None:
+                found[each.text].add(outcome)
+        waiting = [each for each in waiting if len(found[each.text]) < 2]
+        if not waiting:
+            break
+    return {text: frozenset(outcomes) for text, outcomes in found.items()}
+
+
+class _Moment(NamedTuple):
+    """At an instant of a replayed log, or right after it."""
+
+    now_ns: Nanoseconds
+    values: Values
+    arrived: Mapping[str, int]
+    outputs: Outputs
+
+
+@dataclass(frozen=True)
+class _Conjunct:
+    text: str
+    condition: Condition
+    robustness: Measure | None  # with respect to the bound at which it would become true
+
+    def holds(self, moment: _Moment) -> bool | None:
+        """Whether it is true; None where it has no value."""
+        try:
+            return bool(self.condition(moment.values, moment.arrived, moment.outputs))
+        except _UNDEFINED:
+            return None
+
+    def distance(self, moment: _Moment) -> float:
+        """How far it is from being true; infinite where this is not known."""
+        if self.robustness is None:
+            return math.inf
+        try:
+            return -self.robustness(moment.values, moment.arrived, moment.outputs)
+        except _UNDEFINED:
+            return math.inf
+
+
+class _Replay:
+    """Replays logs for the conjuncts of an antecedent."""
+
+    def __init__(self, antecedent: PastFormula) -> None:
+        self._kinds = names_of([antecedent])
+        self._topics = topics_of([antecedent])
+        compiler = ExpressionCompiler()
+        self.conjuncts = [_compiled(part, compiler) for part in conjuncts(antecedent)]
+        self._operators = [make() for make in compiler.run_operators]
+        self._fields = {topic: fields_read(self._kinds, topic) for topic in self._topics}
+        self._arrived: dict[str, int] = {}
+        self._state = EvaluationState(Values(), self._arrived)
+
+    def moments(self, log: Log) -> Iterator[_Moment]:
+        """Each instant at which something may change, and the time right after it. What is yielded is valid until the
+        next one."""
+        wake_ns = math.inf
+        signals = [name for name in self._kinds if "." not in name]
+        for now_ns, updates in log.instants(signals, self._topics):
+            while wake_ns < now_ns:
+                yield from self._at(wake_ns, last=False)
+                wake_ns = self._wake_ns()
+            self._update(updates)
+            yield from self._at(now_ns, last=now_ns == log.end_ns)
+            wake_ns = self._wake_ns()
+
+    def _update(self, updates: Iterable[Update]) -> None:
+        """Apply the updates of an instant."""
+        for name, value in updates:
+            if isinstance(value, Mapping):
+                self._arrived[name] = self._arrived.get(name, 0) + 1
+                for field, keep_last in self._fields[name].items():
+                    kind = self._kinds.get(field) or self._kinds[last_of(field)]
+                    new = cast("Value", value[field.partition(".")[2]])
+                    self._state.values.set_field(field, kind(new), keep_last=keep_last)
+            else:
+                self._state.values[name] = self._kinds[name](value)
+
+    def _at(self, now_ns: Nanoseconds, *, last: bool) -> Iterator[_Moment]:
+        """An instant and, unless it is the last, the time right after it."""
+        for operator in self._operators:
+            operator.step(now_ns, self._state)
+        yield _Moment(now_ns, self._state.values, self._state.arrived, self._state.at)
+        if not last:
+            yield _Moment(now_ns, self._state.values, NO_MESSAGE, self._state.after)
+        self._arrived.clear()
+
+    def _wake_ns(self) -> float:
+        return min((operator.wake_ns for operator in self._operators), default=math.inf)
+
+
+def _compiled(conjunct: PastFormula, compiler: ExpressionCompiler) -> _Conjunct:
+    condition = function_of(compiler.condition(conjunct, HysteresisScope.RUN))
+    robustness = compiler.robustness(_with_shifted_bounds(conjunct, wanted=True))
+    return _Conjunct(str(conjunct), condition, None if robustness is None else function_of(robustness))
+
+
+def _with_shifted_bounds(formula: PastFormula, *, wanted: bool) -> PastFormula:
+    """`formula` with the bounds at which it becomes `wanted`: a comparison becomes true only past its hysteresis."""
+    match formula:
+        case Comparison(for_s=0):
+            width = Number(formula.hysteresis if wanted else 0.0)
+            sign: ArithmeticOperator = "-" if formula.relation in ("<", "<=") else "+"
+            bound = Arithmetic(sign, formula.right, width) if width.value else formula.right
+            return Comparison(formula.relation, formula.left, bound)
+        case Not():
+            return Not(_with_shifted_bounds(formula.operand, wanted=not wanted))
+        case And() | Or():
+            return formula.changed(lambda operand: _with_shifted_bounds(operand, wanted=wanted))
+        case _:
+            return formula
