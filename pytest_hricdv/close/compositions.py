@@ -15,7 +15,7 @@ from typing import TypeVar
 
 from pytest_hricdv.close.interactions import UNDISTURBED, Dose, Effect, Goal, Treatment
 from pytest_hricdv.close.recipes import Recipe, Recipes, fitted
-from pytest_hricdv.close.remedies import Letter, Remedies, Shift, lacking
+from pytest_hricdv.close.remedies import Lack, Letter, Remedies, Shift, lacking
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.generate.rng import pick, shuffled, weighted
 
@@ -73,7 +73,7 @@ class Compositions:
         return Recipe(treatment, self._recipes.chance(planned, treatment, goal, expected=chances[shift]))
 
     def masked(self, planned: Bin, commands: int, rng: Random) -> Treatment | None:
-        """A dose that changes how the interaction ends, with doses of other disturbances that may hide this.
+        """A dose that probably changes how the interaction ends, with doses of other disturbances that may hide this.
 
         What seems as usual and is not leads to checks in the code that are beyond the first ones. Disturbances that
         were rarely combined come first. None where no way to hide a change is known.
@@ -81,13 +81,13 @@ class Compositions:
         usual = self._recipes.usual(planned)
         if usual is None:
             return None
-        shifts: dict[str, list[tuple[Dose, Effect]]] = {}
-        for shift in self._remedies.single_shifts(usual):
-            shifts.setdefault(shift.treatment[0].name, []).append((shift.treatment[0], shift.effect))
+        changes: dict[str, list[tuple[Dose, tuple[Lack, ...]]]] = {}
+        for change in self._remedies.changes(usual).items():
+            changes.setdefault(change[0].name, []).append(change)
         combined = self._combined(usual)
-        for name in sorted(shuffled(rng, [*shifts]), key=lambda name: combined[name]):
-            dose, effect = pick(rng, shifts[name])
-            mending = [self._remedies.against(lack, commands) for lack in lacking(effect, usual)]
+        for name in sorted(shuffled(rng, [*changes]), key=lambda name: combined[name]):
+            dose, lacks = pick(rng, changes[name])
+            mending = [self._remedies.against(lack, commands) for lack in lacks]
             others = [{each: chance for each, chance in chances.items() if each.name != name} for chances in mending]
             if all(others) and len(others) < MOST_DOSES:
                 return fitted((dose, *dict.fromkeys(_drawn(each, rng) for each in others)), commands)

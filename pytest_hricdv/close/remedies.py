@@ -121,6 +121,7 @@ class Remedies:
             if len(treatment) == 1 and usual is not None and _comparable(usual, effect):
                 self._singles.append(Tried(treatment[0], (usual,), effect, 1.0 if is_clean else BLURRED))
         self._shifts: dict[Effect, list[Shift]] = {}
+        self._changes: dict[Effect, dict[Dose, tuple[Lack, ...]]] = {}
         self._made: dict[Effect, dict[Dose, Effect]] = {}
         self._known: dict[tuple[Lack, int], dict[Dose, float]] = {}
         self._together = [*self._with_others()]
@@ -170,6 +171,21 @@ class Remedies:
     def single_shifts(self, usual: Effect) -> list[Shift]:
         """Those of one dose, all of them."""
         return [shift for shift in self._all_shifts(usual) if len(shift.treatment) == 1]
+
+    def changes(self, usual: Effect) -> dict[Dose, tuple[Lack, ...]]:
+        """The doses that changed something that is so in what is usual, each with what is lacking then.
+
+        Where it was seen, something else may have been usual, if it has the same letters where these were changed.
+        """
+        found = self._changes.get(usual)
+        if found is None:
+            found = self._changes[usual] = {}
+            for dose, (before,), after, _ in self._singles:
+                lacks = lacking(after, before)
+                is_letters = all(isinstance(lack, Letter) and has(usual, lack) for lack in lacks)
+                if lacks and (before == usual or is_letters):
+                    found[dose] = lacks
+        return found
 
     def _all_shifts(self, usual: Effect) -> Iterator[Shift]:
         came: dict[Treatment, dict[Effect, float]] = {}

@@ -108,3 +108,10 @@ def test_what_was_rarely_combined_is_hidden_first() -> None:
     recipes.learn([seen(("1", "11"), (PUSH, PULL), "11", "given")] * 4)
     rng = make_rng("rare")
     assert all(LIGHT in (Compositions(recipes).masked(("1", "11"), 3, rng) or ()) for _ in range(10))
+
+
+def test_what_changes_a_letter_where_something_else_is_planned_is_hidden_too() -> None:
+    recipes = usually_kept()
+    recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
+    recipes.learn([seen(("2", "01"), (PULL,), "00", "kept"), seen(("2", "00"), (PUSH,), "01", "kept")] * 3)
+    assert Compositions(recipes).masked(("1", "11"), 3, make_rng("hidden")) == (PUSH, PULL)
