@@ -219,11 +219,16 @@ def _finished(
     if not isinstance(outcome, Outcome):
         raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
     record, end_s = run.recorder.finish(), run.kernel.now_s
-    heard = tuple(each for each in record.messages if not each.is_disturbance)
-    log = Log({**record.signals, **record.texts}, heard, end_s)
+    log = log_of(record, end_s)
     verdicts = explained(run.monitors.finish(end_s), _formulas(requirements), log)
     verdicts += tuple(follower.finish(end_s) for follower in followers)
     return outcome, tuple(_marked(verdict, known_while, log) for verdict in verdicts), record
+
+
+def log_of(record: Record, end_s: float) -> Log:
+    """What requirements are judged by: a record without its disturbances."""
+    heard = tuple(each for each in record.messages if not each.is_disturbance)
+    return Log({**record.signals, **record.texts}, heard, end_s)
 
 
 def _marked(verdict: Verdict, known_while: Mapping[str, PastFormula], log: Log) -> Verdict:

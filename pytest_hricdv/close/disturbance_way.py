@@ -31,7 +31,7 @@ T = TypeVar("T")
 LIKELY = 0.01
 """What has led to a goal is done again, and what may lead there is put together, with at least this chance."""
 
-UNLIKELY = 0.004
+UNLIKELY = 0.01
 """Of a new dose no less is expected."""
 
 HELPFUL = 0.75

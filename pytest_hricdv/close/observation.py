@@ -4,26 +4,28 @@ A point is a tuple of texts, the kind first (as `pytest_hricdv.coverage.closure.
 
     ("statement", file, line)  ("branch", file, line, line)  ("plan", agent, label)  ("bin", cross product, *bin)
     ("verdict", requirement, "Passed" | "Failed")            ("antecedent", requirement, "true" | "false")
+    ("condition", requirement, conjunct of its antecedent, "true" | "false")
     ("transition", state of the code under test, next state)
     and kinds of violations, see `pytest_hricdv.close.violations`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
 import msgspec
 
-from pytest_hricdv.case import CaseResult
+from pytest_hricdv.case import CaseResult, log_of
 from pytest_hricdv.close.decision_points import DecisionPoint, decision_points
 from pytest_hricdv.close.violations import violation_points
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.monitor import Criterion, NearestMiss, Verdict
+from pytest_hricdv.monitor import Criterion, NearestMiss, Requirement, Verdict
+from pytest_hricdv.monitor.antecedent import conjunct_outcomes
 from pytest_hricdv.online.chooser import Choice
 
 
@@ -82,6 +84,7 @@ def observe(
     """
     points = {*code_points(code, result.code), *plan_points(test), *_bin_points(result, cross)}
     points.update(_requirement_points(result))
+    points.update(_condition_points(result, requirements))
     points.update(_transition_points(result, state))
     points.update(
         violation_points(test.lines, result, cross=cross, requirements=requirements, known=known, state=state)
@@ -135,6 +138,14 @@ def _requirement_points(result: CaseResult) -> Iterator[Point]:
             yield "verdict", name, verdict.verdict
 
 
+def _condition_points(result: CaseResult, requirements: Iterable[Criterion]) -> Iterator[Point]:
+    log = log_of(result.record, result.sim_s)
+    for requirement in requirements:
+        if isinstance(requirement, Requirement):
+            for text, outcomes in conjunct_outcomes(requirement.formula.antecedent, log).items():
+                yield from (("condition", requirement.id, text, str(outcome).lower()) for outcome in outcomes)
+
+
 def _transition_points(result: CaseResult, state: str) -> Iterator[Point]:
     topic, _, name = state.partition(".")
     states = [str(each.fields[name]) for each in result.record.messages if each.topic == topic]
@@ -143,8 +154,10 @@ def _transition_points(result: CaseResult, state: str) -> Iterator[Point]:
 
 def _distances(verdicts: Sequence[Verdict]) -> Iterator[tuple[Point, float]]:
     for verdict in verdicts:
-        if verdict.nearest_miss is not None:
-            yield ("verdict", verdict.requirement, "Passed"), _distance(verdict.nearest_miss)
+        miss = verdict.nearest_miss
+        if miss is not None:
+            yield ("verdict", verdict.requirement, "Passed"), _distance(miss)
+            yield from ((("condition", verdict.requirement, text, "true"), _distance(miss)) for text in miss.missing)
 
 
 def _distance(miss: NearestMiss) -> float:

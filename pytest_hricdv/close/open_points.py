@@ -74,6 +74,8 @@ def lacking(point: Point, entry: Entry | None, archive: Archive, known: Surround
             return ", ".join(f"{name} {there} instead of {mine}" for name, mine, there in parts if mine != there)
         case ("verdict", requirement, "Passed") if entry is not None:
             return " & ".join(entry.observation.missing.get(requirement, ()))
+        case ("condition", *names, "false") if ("condition", *names, "true") in archive.best:
+            return "it was always true: the antecedent may do without it"
         case ("statement", file, line):
             return _before(file, line, archive, known)
         case ("branch", file, begin, end) if entry is not None:

@@ -27,7 +27,7 @@ KINSHIP = 0.5
 HEARSAY = 2.0
 """What was seen where other things are planned weighs no more than so many own tries."""
 
-TRUST = 1.0
+TRUST = 0.3
 """As if so many foreign treatments had been tried where something usually comes, and had led to each goal."""
 
 USUAL = 0.3

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from pytest_hricdv.close.observation import code_points
 from pytest_hricdv.coverage.closure import Point
@@ -11,6 +11,8 @@ from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.coverage.reachability import Reachability
 from pytest_hricdv.generate.abstract import Plans
+from pytest_hricdv.monitor import Criterion, Requirement
+from pytest_hricdv.monitor.analysis import conjuncts
 from pytest_hricdv.results.closing import ImpossiblePoint
 
 
@@ -19,7 +21,7 @@ def wanted_points(
     plans: Plans,
     cross: Mapping[str, CrossProduct],
     reachability: Reachability,
-    ids: Iterable[str],
+    requirements: Iterable[Criterion],
     transitions: Iterable[tuple[str, str]] = (),
 ) -> tuple[Point, ...]:
     """All points that are to be hit, without those that are waived, forbidden, or proved impossible by the model.
@@ -29,13 +31,14 @@ def wanted_points(
         plans: the coverage plans, by agent.
         cross: the cross products.
         reachability: what exploring the model has shown.
-        ids: of the requirements, each of which is to be checked at least once with the result Passed.
+        requirements: each of which is to be checked at least once with the result Passed, and each conjunct of whose
+            antecedent is to be true and false.
         transitions: of the state of the code under test.
     """
     return (
         *(_of_code(code) if code is not None else ()),
         *_of_plans(plans, reachability),
-        *(("verdict", name, "Passed") for name in ids),
+        *_of_requirements(tuple(requirements)),
         *(("transition", *each) for each in transitions),
         *_of_cross(cross, reachability),
     )
@@ -61,6 +64,14 @@ def _of_code(code: CodeMap) -> Iterator[Point]:
     waived = code.waived()
     statements, branches = (1 << code.statements) - 1, (1 << code.branches) - 1
     return code_points(code, Bits(statements & ~waived.statements, branches & ~(waived.branches or 0)))
+
+
+def _of_requirements(requirements: Sequence[Criterion]) -> Iterator[Point]:
+    yield from (("verdict", each.id, "Passed") for each in requirements)
+    for each in requirements:
+        if isinstance(each, Requirement):
+            for conjunct in dict.fromkeys(map(str, conjuncts(each.formula.antecedent))):
+                yield from (("condition", each.id, conjunct, outcome) for outcome in ("true", "false"))
 
 
 def _of_plans(plans: Plans, reachability: Reachability) -> Iterator[Point]:

@@ -110,6 +110,8 @@ def point_text(point: Sequence[str]) -> str:
             return f"{product}: {' x '.join(parts)}"
         case ("plan", agent, label):
             return f"{agent}: {label}"
+        case ("condition", requirement, conjunct, outcome):
+            return f"{requirement}: {conjunct} {outcome}"
         case ("transition", state, following):
             return f"{state} -> {following}"
         case (_, *names):

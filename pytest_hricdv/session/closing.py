@@ -164,8 +164,7 @@ class Closing:
 
     @property
     def _wanted(self) -> tuple[Point, ...]:
-        ids = [requirement.id for requirement in self._running.requirements]
-        return wanted_points(*self._declared, ids, self._collection.testbench.transitions)
+        return wanted_points(*self._declared, self._running.requirements, self._collection.testbench.transitions)
 
     @cached_property
     def _declared(self) -> tuple[CodeMap | None, Plans, Mapping[str, CrossProduct], Reachability]:

@@ -114,8 +114,8 @@ def _points(test: TestResult, code: CodeMap) -> Iterator[Point]:
     yield from (("verdict", name, result.verdict) for name, result in test.requirements.items())
 
 
-UNRECORDED = "transition"
-"""Points of this kind are in no report of a suite that is not closed."""
+UNRECORDED = frozenset({"condition", "transition"})
+"""Points of these kinds are in no report of a suite that is not closed."""
 
 
 def wanted_points(sessions: Iterable[Growth]) -> set[Point]:
@@ -123,4 +123,4 @@ def wanted_points(sessions: Iterable[Growth]) -> set[Point]:
     loops = [each.closing for each in sessions if each.closing is not None]
     hit = {each.point for closing in loops for each in closing.hit}
     found = hit | {each.point for closing in loops for each in closing.open}
-    return {point for point in found if point[0] != UNRECORDED}
+    return {point for point in found if point[0] not in UNRECORDED}

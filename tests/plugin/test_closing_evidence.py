@@ -77,3 +77,15 @@ def test_transitions_of_the_state_are_covered_like_other_points(lamps: pytest.Py
     (never,) = [each for each in closing["open"] if each["point"][0] == "transition"]
     assert never["point"] == ["transition", "off", "gone"]
     result.stdout.fnmatch_lines(["  open: off -> gone: *"])
+
+
+def test_each_conjunct_of_an_antecedent_is_to_be_true_and_false(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "requirements.toml", "always(lamp_level > 0 ->", "always(lamp_level > 0 & lamp_level < 1000 ->")
+    result = lamps.runpytest_inprocess(*SUITE)
+    closing = report(lamps.path)["closing"]
+    (never,) = [each for each in closing["open"] if each["point"][0] == "condition" and each["point"][1] == "R2"]
+    assert never["point"] == ["condition", "R2", "lamp_level < 1000", "false"]
+    assert never["lacking"] == "it was always true: the antecedent may do without it"
+    hit = [each["point"] for each in closing["hit"]]
+    assert ["condition", "R2", "lamp_level > 0", "false"] in hit
+    result.stdout.fnmatch_lines(["  open: R2: lamp_level < 1000 false: *"])
