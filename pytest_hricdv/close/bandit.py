@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from random import Random
+from typing import NamedTuple
 
 from pytest_hricdv.generate.rng import weighted
 
@@ -24,6 +25,20 @@ EAGERNESS = 2
 """Shares are in proportion to this power of the weights."""
 
 
+class Result(NamedTuple):
+    """What a test has brought.
+
+    Args:
+        way: that proposed it.
+        hit: the kinds of its new points.
+        aimed: the kinds of points that it was aimed at.
+    """
+
+    way: str
+    hit: frozenset[str] = frozenset()
+    aimed: frozenset[str] = frozenset()
+
+
 class Bandit:
     """Chooses ways, as a bandit with fading memory does.
 
@@ -33,9 +48,9 @@ class Bandit:
     """
 
     def __init__(self, names: Iterable[str], kinds: Iterable[str]) -> None:
-        ways = tuple(names)
-        self._tests = {kind: dict.fromkeys(ways, 0.0) for kind in kinds}
-        self._paid = {kind: dict.fromkeys(ways, 0.0) for kind in self._tests}
+        self._ways = tuple(names)
+        self._tests = {kind: dict.fromkeys(self._ways, 0.0) for kind in kinds}
+        self._paid = {kind: dict.fromkeys(self._ways, 0.0) for kind in self._tests}
 
     def weight(self, name: str, kind: str) -> float:
         """The share of the way's tests that hit a new point of a kind, as if it had been `FIRST` in `TRIES` before."""
@@ -58,16 +73,17 @@ class Bandit:
             shares[weighted(rng, {name: self.weight(name, kind) ** EAGERNESS for name in names})] += 1
         return shares
 
-    def learn(self, results: Iterable[tuple[str, Iterable[str]]]) -> None:
-        """Learn from a generation: for each test, its way and the kinds of its new points. Other ways do not count."""
-        found = [(name, frozenset(kinds)) for name, kinds in results]
+    def learn(self, results: Iterable[Result]) -> None:
+        """Learn from a generation: a test says something of the kinds of points that it was aimed at; without aims, of
+        all. Tests of other ways do not count."""
+        found = [each for each in results if each.way in self._ways]
         for kind, tests in self._tests.items():
             paid = self._paid[kind]
-            if any(kind in hit for name, hit in found if name in tests):
+            telling = [each for each in found if not each.aimed or kind in each.aimed]
+            if any(kind in each.hit for each in telling):
                 for name in tests:
                     tests[name] *= FADING
                     paid[name] *= FADING
-            for name, hit in found:
-                if name in tests:
-                    tests[name] += 1.0
-                    paid[name] += kind in hit
+            for each in telling:
+                tests[each.way] += 1.0
+                paid[each.way] += kind in each.hit

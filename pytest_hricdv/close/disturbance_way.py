@@ -50,8 +50,8 @@ EAGERNESS = 2
 EXPLORING = 0.4
 """So often an interaction has a new dose, whatever else is known."""
 
-TRYING = 0.25
-"""At least so often all interactions of a test have one, as long as more than bins is open."""
+LEAST, MOST = 0.25, 0.5
+"""Between so often and so often, by the share of open points that are no bins, all interactions of a test have one."""
 
 CLIMBING = 0.75
 """So often what was rarely tried is tried where a run came near to an open point, where there is one."""
@@ -87,10 +87,10 @@ class DisturbanceWay:
         if not self._disturbances or not self._scripts.runs:
             return []
         self._experience.learn(archive)
-        treatments = _Treatments(self._scripts, self._experience, self._disturbances, rng)
+        treatments = _Treatments(self._scripts, self._experience, self._disturbances, archive, rng)
         aiming = Aiming(self._scripts, self._experience, archive, treatments.options)
         beside = sum(point[0] != "bin" for point in archive.open)
-        trying = max(TRYING, beside / len(archive.open)) if beside else 0.0
+        trying = min(MOST, max(LEAST, beside / len(archive.open))) if beside else 0.0
         found = []
         for _ in range(count):
             aimed = aiming.aim(rng) if rng.random() >= trying else None
@@ -134,7 +134,9 @@ class DisturbanceWay:
 class _Treatments:
     """The treatments of a generation."""
 
-    def __init__(self, scripts: Scripts, experience: Experience, disturbances: Disturbances, rng: Random) -> None:
+    def __init__(
+        self, scripts: Scripts, experience: Experience, disturbances: Disturbances, archive: Archive, rng: Random
+    ) -> None:
         self._scripts = scripts
         self._experience = experience
         self._disturbances = disturbances
@@ -142,6 +144,11 @@ class _Treatments:
         self._doses = experience.doses.copy()
         self._tried = experience.tried.copy()
         self._compositions = {name: Compositions(recipes) for name, recipes in experience.recipes.items()}
+        self._alike = Counter(
+            (experience.recipes[slot.product].usual(slot.planned), goal)
+            for slot, goals in experience.open_goals(archive).items()
+            for goal in goals
+        )
 
     def options(self, slot: Slot, goals: dict[Goal, float]) -> list[Option]:
         """See `aiming.Options`."""
@@ -157,7 +164,9 @@ class _Treatments:
                 found.append(Option(best.chance * left, (goal,), partial(_again, best.treatment)))
             if composed is not None and composed.chance >= LIKELY:
                 found.append(Option(composed.chance * left, (goal,), partial(self._varied, composed.treatment)))
-            first += max(recipes.first_chance(slot.planned, goal), UNLIKELY) * left
+            # What is found here will probably lead to all bins of the goal where the same usually comes.
+            alike = self._alike[recipes.usual(slot.planned), goal]
+            first += max(recipes.first_chance(slot.planned, goal), UNLIKELY) * left * alike
         found.append(Option(first, tuple(goals), partial(self._new, slot, tuple(goals))))
         return sorted(found, key=lambda option: -option.worth)
 

@@ -13,9 +13,10 @@ from random import Random
 from typing import Protocol
 
 from pytest_hricdv.close.archive import Archive, Entry
-from pytest_hricdv.close.bandit import Bandit
+from pytest_hricdv.close.bandit import Bandit, Result
 from pytest_hricdv.close.observation import Observation
 from pytest_hricdv.close.way import Proposal, Way
+from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.generate.abstract import AbstractTest, Draft, identify
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.online.chooser import Weight
@@ -85,7 +86,7 @@ class Loop:
                 if not proposals:
                     return "nothing to try"
                 entries = self._run(proposals)
-                bandit.learn((entry.way, {point[0] for point in entry.new}) for entry in entries)
+                bandit.learn(Result(entry.way, _kinds(entry.new), _kinds(entry.aims)) for entry in entries)
                 self.progress(self.archive)
         except KeyboardInterrupt:
             return "interrupted"
@@ -141,3 +142,7 @@ class Loop:
         """The tests of new drafts: equal ones are numbered among all so far, so each has its own seed."""
         self._drafts += drafts
         return [*identify(NAME, self.seed, self._drafts)[len(self._drafts) - len(drafts) :]]
+
+
+def _kinds(points: Iterable[Point]) -> frozenset[str]:
+    return frozenset(point[0] for point in points)
