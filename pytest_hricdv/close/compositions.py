@@ -15,9 +15,9 @@ from typing import TypeVar
 
 from pytest_hricdv.close.interactions import UNDISTURBED, Dose, Effect, Goal, Treatment
 from pytest_hricdv.close.recipes import Recipe, Recipes, fitted
-from pytest_hricdv.close.remedies import Lack, Letter, Remedies, Shift, lacking
+from pytest_hricdv.close.remedies import Change, Letter, Remedies, Shift, lacking
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.generate.rng import pick, shuffled, weighted
+from pytest_hricdv.generate.rng import shuffled, weighted
 
 Drawn = TypeVar("Drawn", Dose, Shift)
 
@@ -75,31 +75,33 @@ class Compositions:
     def masked(self, planned: Bin, commands: int, rng: Random) -> Treatment | None:
         """A dose that probably changes how the interaction ends, with doses of other disturbances that may hide this.
 
-        What seems as usual and is not leads to checks in the code that are beyond the first ones. Disturbances that
-        were rarely combined come first. None where no way to hide a change is known.
+        What seems as usual and is not leads to checks in the code that are beyond the first ones. Of several, the one
+        whose disturbances were most rarely combined. None where no way to hide a change is known.
         """
         usual = self._recipes.usual(planned)
-        if usual is None:
+        changes = {} if usual is None else {each: each.chance for each in self._remedies.changes(usual)}
+        if usual is None or not changes:
             return None
-        changes: dict[str, list[tuple[Dose, tuple[Lack, ...]]]] = {}
-        for change in self._remedies.changes(usual).items():
-            changes.setdefault(change[0].name, []).append(change)
+        drawn = [self._hidden(weighted(rng, changes), commands, rng) for _ in range(CHOICES)]
+        found = [each for each in drawn if each is not None]
         combined = self._combined(usual)
-        for name in sorted(shuffled(rng, [*changes]), key=lambda name: combined[name]):
-            dose, lacks = pick(rng, changes[name])
-            mending = [self._remedies.against(lack, commands) for lack in lacks]
-            others = [{each: chance for each, chance in chances.items() if each.name != name} for chances in mending]
-            if all(others) and len(others) < MOST_DOSES:
-                return fitted((dose, *dict.fromkeys(_drawn(each, rng) for each in others)), commands)
-        return None
+        return min(found, key=lambda each: combined[_names(each)], default=None)
 
-    def _combined(self, usual: Effect) -> Counter[str]:
-        """Disturbance -> how often it was tried together with another one where this usually comes, not for a goal."""
+    def _hidden(self, change: Change, commands: int, rng: Random) -> Treatment | None:
+        mending = [self._remedies.against(lack, commands) for lack in change.lacks]
+        others = [
+            {dose: chance for dose, chance in chances.items() if dose.name != change.dose.name} for chances in mending
+        ]
+        if not all(others) or len(others) >= MOST_DOSES:
+            return None
+        return fitted((change.dose, *dict.fromkeys(_drawn(each, rng) for each in others)), commands)
+
+    def _combined(self, usual: Effect) -> Counter[frozenset[str]]:
+        """Disturbances -> how often they were tried together where this usually comes, not for a goal."""
         return Counter(
-            name
+            _names(each.treatment)
             for each in self._recipes.seen
             if len(each.treatment) > 1 and not each.aims and self._recipes.usual(each.planned) == usual
-            for name in {dose.name for dose in each.treatment}
         )
 
     def promise(self, names: Collection[str], planned: Bin, goal: Goal, commands: int) -> dict[str, float]:
@@ -151,6 +153,10 @@ class Compositions:
 def _parts(treatment: Treatment) -> Iterator[frozenset[Dose]]:
     """What may have been added to, to make a treatment."""
     return (frozenset(part) for size in range(1, len(treatment)) for part in combinations(treatment, size))
+
+
+def _names(treatment: Treatment) -> frozenset[str]:
+    return frozenset(dose.name for dose in treatment)
 
 
 def _drawn(chances: Mapping[Drawn, float], rng: Random) -> Drawn:

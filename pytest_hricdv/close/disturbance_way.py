@@ -56,7 +56,7 @@ LEAST, MOST = 0.25, 0.5
 CLIMBING = 0.75
 """So often what was rarely tried is tried where a run came near to an open point, where there is one."""
 
-CANDIDATES = 12
+CANDIDATES = 48
 """Of so many scripts, the one with most such interactions is taken."""
 
 MASKED = 0.5
@@ -125,10 +125,11 @@ class DisturbanceWay:
         slots = [slot for slot in self._scripts.by_slot if goal is not None and self._experience.usual(slot) == goal]
         if not slots:
             return None
-        slot, alike = pick(rng, slots), frozenset(slots)
-        candidates = [pick(rng, self._scripts.by_slot[slot]) for _ in range(CANDIDATES)]
-        script = max(candidates, key=lambda number: sum(each in alike for each in self._scripts.slots(number)))
-        return (script, slot.product), (point,)
+        alike = frozenset(slots)
+        drawn = [pick(rng, slots) for _ in range(CANDIDATES)]
+        candidates = [(pick(rng, self._scripts.by_slot[slot]), slot.product) for slot in drawn]
+        best = max(candidates, key=lambda each: sum(slot in alike for slot in self._scripts.slots(each[0])))
+        return best, (point,)
 
 
 class _Treatments:
@@ -143,6 +144,7 @@ class _Treatments:
         self._rng = rng
         self._doses = experience.doses.copy()
         self._tried = experience.tried.copy()
+        self._has_others = any(point[0] != "bin" for point in archive.open)
         self._compositions = {name: Compositions(recipes) for name, recipes in experience.recipes.items()}
         self._alike = Counter(
             (experience.recipes[slot.product].usual(slot.planned), goal)
@@ -153,7 +155,9 @@ class _Treatments:
     def options(self, slot: Slot, goals: dict[Goal, float]) -> list[Option]:
         """See `aiming.Options`."""
         recipes, commands = self._experience.recipes[slot.product], self._scripts.commands(slot)
-        if not goals or self._rng.random() < EXPLORING:
+        if not goals:
+            return [Option(0.0, (), partial(self.rare if self._has_others else self.single, slot))]
+        if self._rng.random() < EXPLORING:
             return [Option(0.0, tuple(goals), partial(self._new, slot, tuple(goals)))]
         found: list[Option] = []
         first = 0.0

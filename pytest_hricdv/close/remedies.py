@@ -58,6 +58,14 @@ class Shift(NamedTuple):
     chance: float
 
 
+class Change(NamedTuple):
+    """A dose that changed something, what is lacking then to be as before, and how often its disturbance does so."""
+
+    dose: Dose
+    lacks: tuple[Lack, ...]
+    chance: float
+
+
 def lacking(effect: Effect, wanted: Effect) -> tuple[Lack, ...]:
     """What an effect lacks to be the one that is wanted."""
     letters = tuple(
@@ -121,7 +129,7 @@ class Remedies:
             if len(treatment) == 1 and usual is not None and _comparable(usual, effect):
                 self._singles.append(Tried(treatment[0], (usual,), effect, 1.0 if is_clean else BLURRED))
         self._shifts: dict[Effect, list[Shift]] = {}
-        self._changes: dict[Effect, dict[Dose, tuple[Lack, ...]]] = {}
+        self._changes: dict[Effect, list[Change]] = {}
         self._made: dict[Effect, dict[Dose, Effect]] = {}
         self._known: dict[tuple[Lack, int], dict[Dose, float]] = {}
         self._together = [*self._with_others()]
@@ -172,20 +180,30 @@ class Remedies:
         """Those of one dose, all of them."""
         return [shift for shift in self._all_shifts(usual) if len(shift.treatment) == 1]
 
-    def changes(self, usual: Effect) -> dict[Dose, tuple[Lack, ...]]:
-        """The doses that changed something that is so in what is usual, each with what is lacking then.
+    def changes(self, usual: Effect) -> list[Change]:
+        """The doses that changed something that is so in what is usual.
 
         Where it was seen, something else may have been usual, if it has the same letters where these were changed.
         """
         found = self._changes.get(usual)
         if found is None:
-            found = self._changes[usual] = {}
-            for dose, (before,), after, _ in self._singles:
-                lacks = lacking(after, before)
-                is_letters = all(isinstance(lack, Letter) and has(usual, lack) for lack in lacks)
-                if lacks and (before == usual or is_letters):
-                    found[dose] = lacks
+            lacks = {each.dose: lacking(each.after, each.before[0]) for each in self._singles}
+            found = self._changes[usual] = [
+                Change(dose, each, chance)
+                for dose, each in lacks.items()
+                if each and (chance := self._change_chance(dose.name, each, usual))
+            ]
         return found
+
+    def _change_chance(self, name: str, lacks: tuple[Lack, ...], usual: Effect) -> float:
+        """How often a disturbance changed what is so in what is usual, in the same way; 0 where it was never so."""
+        tries = came = 0.0
+        for dose, (before,), after, weight in self._singles:
+            is_alike = all(isinstance(lack, Letter) and has(before, lack) and has(usual, lack) for lack in lacks)
+            if dose.name == name and (before == usual or is_alike):
+                tries += weight
+                came += weight * (lacking(after, before) == lacks)
+        return came / (tries + DOUBT)
 
     def _all_shifts(self, usual: Effect) -> Iterator[Shift]:
         came: dict[Treatment, dict[Effect, float]] = {}
