@@ -15,7 +15,7 @@ from typing import TypeVar
 
 from pytest_hricdv.close.interactions import UNDISTURBED, Dose, Effect, Goal, Treatment
 from pytest_hricdv.close.recipes import Recipe, Recipes, fitted
-from pytest_hricdv.close.remedies import Change, Letter, Remedies, Shift, lacking
+from pytest_hricdv.close.remedies import Change, Lack, Letter, Remedies, Shift, lacking
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.generate.rng import shuffled, weighted
 
@@ -33,7 +33,7 @@ CHOICES = 4
 PATIENCE = 2.0
 """After so many tries in vain, something is expected half as often."""
 
-EAGERNESS = 4
+EAGERNESS = 3
 """It is drawn in proportion to this power of its chance."""
 
 
@@ -47,7 +47,7 @@ class Compositions:
     def __init__(self, recipes: Recipes) -> None:
         self._recipes = recipes
         self._remedies = Remedies(recipes)
-        self._vain: dict[tuple[Effect, Goal], Counter[Effect]] = {}
+        self._vain: dict[tuple[Effect, Goal, int], Counter[Effect]] = {}
 
     def drawn(self, planned: Bin, goal: Goal, commands: int, rng: Random) -> Recipe | None:
         """A treatment that may lead to a goal where this is planned, in an interaction of so many commands.
@@ -58,9 +58,9 @@ class Compositions:
         if wanted is None or usual is None:
             return None
         shifts = (Shift(UNDISTURBED, usual, 1.0), *self._remedies.shifts(usual))
-        vain = self._vain.get((usual, goal))
+        vain = self._vain.get((usual, goal, commands))
         if vain is None:
-            vain = self._vain[usual, goal] = self._in_vain(usual, goal)
+            vain = self._vain[usual, goal, commands] = self._in_vain(usual, goal, wanted, commands)
         chances = {shift: chance for shift in shifts if (chance := self._chance(shift, wanted, vain, commands)) > 0.0}
         if not chances:
             return None
@@ -135,19 +135,30 @@ class Compositions:
         chance *= CUT ** max(0, len(shift.treatment) + len(lacks) - MOST_DOSES)
         return chance * PATIENCE / (PATIENCE + vain.get(shift.effect, 0))
 
-    def _in_vain(self, usual: Effect, goal: Goal) -> Counter[Effect]:
-        """The effect of a shift -> how often something was put together around it that has not led to a goal.
+    def _in_vain(self, usual: Effect, goal: Goal, wanted: Effect, commands: int) -> Counter[Effect]:
+        """The effect of a shift -> how often what is lacking then was mended by good doses, but has not led to a goal.
 
-        What is lacking then may not be what it seems: who is given nothing because there is nothing to give lacks more
-        than a good sensor.
+        What is lacking may not be what it seems: who is given nothing because there is nothing to give lacks more than
+        a good sensor.
         """
         shifted = {frozenset(shift.treatment): shift.effect for shift in self._remedies.shifts(usual)}
         vain: Counter[Effect] = Counter()
         for each in self._recipes.seen:
             is_in_vain = len(each.treatment) > 1 and goal in each.aims and goal not in each.effect
             if is_in_vain and self._recipes.usual(each.planned) == usual:
-                vain.update({shifted[part] for part in _parts(each.treatment) if part in shifted} or {usual})
+                effects = {shifted[part] for part in _parts(each.treatment) if part in shifted} or {usual}
+                names = _names(each.treatment)
+                vain.update(effect for effect in effects if self._is_mended(effect, wanted, names, commands))
         return vain
+
+    def _is_mended(self, effect: Effect, wanted: Effect, names: frozenset[str], commands: int) -> bool:
+        """Whether there is a good dose against each letter or text that is lacking: half as good as the best one."""
+        return all(self._good(lack, commands) & names for lack in lacking(effect, wanted))
+
+    def _good(self, lack: Lack, commands: int) -> frozenset[str]:
+        chances = self._remedies.against(lack, commands)
+        best = max(chances.values(), default=0.0)
+        return frozenset(dose.name for dose, chance in chances.items() if chance >= best / 2)
 
 
 def _parts(treatment: Treatment) -> Iterator[frozenset[Dose]]:

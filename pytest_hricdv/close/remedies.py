@@ -27,6 +27,9 @@ MOST_SHIFTS = 3
 LEAN = 0.7
 """Of these, each dose more has to make the effect more certain by this factor."""
 
+SURPRISE = 2.0
+"""As if a treatment had been tried so often more in vain: what came may have come by chance."""
+
 DOUBT = 1.0
 """What other doses of the same disturbance did weighs as much as so many tries of a dose."""
 
@@ -214,7 +217,7 @@ class Remedies:
         for treatment, counts in came.items():
             effect = max(counts, key=lambda each: (counts[each], each))
             if effect != usual:
-                yield Shift(treatment, effect, counts[effect] / (sum(counts.values()) + DOUBT))
+                yield Shift(treatment, effect, counts[effect] / (sum(counts.values()) + SURPRISE))
 
     def _with_others(self) -> Iterator[Tried]:
         """The doses of treatments with several, each with what may have come of the others."""
