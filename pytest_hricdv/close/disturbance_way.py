@@ -59,6 +59,9 @@ CLIMBING = 0.75
 CANDIDATES = 48
 """Of so many scripts, the one with most such interactions is taken."""
 
+ENOUGH = 2
+"""So often a disturbance is tried at the start of a run."""
+
 MASKED = 0.5
 """So often such a disturbance is a known one, with another one that hides what it changes."""
 
@@ -196,8 +199,9 @@ class _Treatments:
     def single(self, slot: Slot | None, commands: int, is_first: bool) -> Treatment:
         """A disturbance tried as rarely as any where the same usually comes, or at the start; at such a place."""
         usual = None if slot is None else self._experience.usual(slot)
-        begins = [(name, AT_THE_START) for name in self._disturbances] if is_first else []
-        name, where = self._rarest([(name, usual) for name in self._disturbances], self._tried, begins)
+        begins = [(name, AT_THE_START) for name in self._disturbances if is_first]
+        new = [each for each in begins if self._tried[each] < ENOUGH]
+        name, where = self._rarest([(name, usual) for name in self._disturbances], self._tried, new)
         if where == AT_THE_START:
             return (self._dose(name, 0),)
         return (self._dose(name, self._place(name, usual, commands)),)
