@@ -17,7 +17,7 @@ def test_the_tutorial_leads_to_a_report(tmp_path: Path) -> None:
                 assert not (found := differences(shown, status, printed)), f"$ {command}\n{found}"
                 ran += 1
         write_files([block], tmp_path)
-    assert ran == 10
+    assert ran == 11
     report = json.loads((tmp_path / "hri-report" / "report.json").read_text(encoding="utf-8"))
     assert report["testbench"] == "coffee"
     assert report["selected"] == report["reported"] > 8
