@@ -15,7 +15,7 @@ from typing import TypeVar
 
 from pytest_hricdv.close.interactions import UNDISTURBED, Dose, Effect, Goal, Treatment
 from pytest_hricdv.close.recipes import Recipe, Recipes, fitted
-from pytest_hricdv.close.remedies import Change, Lack, Letter, Remedies, Shift, lacking
+from pytest_hricdv.close.remedies import Change, Lack, Letter, Remedies, Shift, Whole, lacking
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.generate.rng import shuffled, weighted
 
@@ -75,8 +75,8 @@ class Compositions:
     def masked(self, planned: Bin, commands: int, rng: Random) -> Treatment | None:
         """A dose that probably changes how the interaction ends, with doses of other disturbances that may hide this.
 
-        What seems as usual and is not leads to checks in the code that are beyond the first ones. Of several, the one
-        whose disturbances were most rarely combined. None where no way to hide a change is known.
+        What seems as usual and is not leads to checks in the code that are beyond the first ones. Of several, it is
+        rather one whose disturbances were rarely combined. None where no way to hide a change is known.
         """
         usual = self._recipes.usual(planned)
         changes = {} if usual is None else {each: each.chance for each in self._remedies.changes(usual)}
@@ -85,7 +85,7 @@ class Compositions:
         drawn = [self._hidden(weighted(rng, changes), commands, rng) for _ in range(CHOICES)]
         found = [each for each in drawn if each is not None]
         combined = self._combined(usual)
-        return min(found, key=lambda each: combined[_names(each)], default=None)
+        return weighted(rng, {each: 1.0 / (1 + combined[_names(each)]) for each in found}) if found else None
 
     def _hidden(self, change: Change, commands: int, rng: Random) -> Treatment | None:
         mending = [self._remedies.against(lack, commands) for lack in change.lacks]
@@ -97,11 +97,15 @@ class Compositions:
         return fitted((change.dose, *dict.fromkeys(_drawn(each, rng) for each in others)), commands)
 
     def _combined(self, usual: Effect) -> Counter[frozenset[str]]:
-        """Disturbances -> how often they were tried together where this usually comes, not for a goal."""
+        """Disturbances -> how often they were tried together where this usually comes, not for a goal.
+
+        Where something came that differs in more than letters, something else went wrong: it was not tried.
+        """
         return Counter(
             _names(each.treatment)
             for each in self._recipes.seen
             if len(each.treatment) > 1 and not each.aims and self._recipes.usual(each.planned) == usual
+            if not any(isinstance(lack, Whole) for lack in lacking(each.effect, usual))
         )
 
     def promise(self, names: Collection[str], planned: Bin, goal: Goal, commands: int) -> dict[str, float]:

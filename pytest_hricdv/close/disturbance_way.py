@@ -31,7 +31,7 @@ T = TypeVar("T")
 LIKELY = 0.01
 """What has led to a goal is done again, and what may lead there is put together, with at least this chance."""
 
-UNLIKELY = 0.01
+UNLIKELY = 0.015
 """Of a new dose no less is expected."""
 
 HELPFUL = 0.75
@@ -149,11 +149,7 @@ class _Treatments:
         self._tried = experience.tried.copy()
         self._has_others = any(point[0] != "bin" for point in archive.open)
         self._compositions = {name: Compositions(recipes) for name, recipes in experience.recipes.items()}
-        self._alike = Counter(
-            (experience.recipes[slot.product].usual(slot.planned), goal)
-            for slot, goals in experience.open_goals(archive).items()
-            for goal in goals
-        )
+        self._unlocked = experience.first_of_many(archive)
 
     def options(self, slot: Slot, goals: dict[Goal, float]) -> list[Option]:
         """See `aiming.Options`."""
@@ -165,15 +161,14 @@ class _Treatments:
         found: list[Option] = []
         first = 0.0
         for goal, left in goals.items():
+            left *= self._unlocked.get((recipes.usual(slot.planned), goal), 1)
             composed = self._compositions[slot.product].drawn(slot.planned, goal, commands, self._rng)
             best = recipes.best(slot.planned, goal, commands)
             if best is not None and best.chance >= LIKELY:
                 found.append(Option(best.chance * left, (goal,), partial(_again, best.treatment)))
             if composed is not None and composed.chance >= LIKELY:
                 found.append(Option(composed.chance * left, (goal,), partial(self._varied, composed.treatment)))
-            # What is found here will probably lead to all bins of the goal where the same usually comes.
-            alike = self._alike[recipes.usual(slot.planned), goal]
-            first += max(recipes.first_chance(slot.planned, goal), UNLIKELY) * left * alike
+            first += max(recipes.first_chance(slot.planned, goal), UNLIKELY) * left
         found.append(Option(first, tuple(goals), partial(self._new, slot, tuple(goals))))
         return sorted(found, key=lambda option: -option.worth)
 

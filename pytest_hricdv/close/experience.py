@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 
 from pytest_hricdv.close.archive import Archive, Entry
-from pytest_hricdv.close.interactions import Goal, interactions_of
+from pytest_hricdv.close.interactions import Effect, Goal, interactions_of
 from pytest_hricdv.close.recipes import Recipes
 from pytest_hricdv.close.remedies import apart
 from pytest_hricdv.close.scripts import Scripts, Slot
@@ -104,6 +104,24 @@ class Experience:
                 for slot, goal in self._slots(point):
                     found.setdefault(slot, {})[goal] = point
         return found
+
+    def first_of_many(self, archive: Archive) -> Counter[tuple[Effect | None, Goal]]:
+        """What usually comes, and a goal that no treatment has led to from there -> how many bins of it are open.
+
+        What leads to one of them will probably lead to all.
+        """
+        many = Counter(
+            (self.recipes[slot.product].usual(slot.planned), goal)
+            for slot, goals in self.open_goals(archive).items()
+            for goal in goals
+        )
+        for recipes in self.recipes.values():
+            for each in recipes.seen:
+                if each.treatment:
+                    usual = recipes.usual(each.planned)
+                    for goal in each.effect:
+                        many.pop((usual, goal), None)
+        return many
 
     def has_unplanned_bins(self, archive: Archive) -> bool:
         """Whether a bin is open of which no interaction is known that may be aimed at it."""

@@ -103,15 +103,24 @@ def test_what_one_dose_changes_another_one_may_hide() -> None:
     assert Compositions(recipes).masked(("3", "11"), 3, make_rng("hidden")) == (PUSH, PULL)
 
 
-def test_what_was_rarely_combined_is_hidden_first() -> None:
+def pushed_and_pulled(tries: int, came: str) -> int:
+    """How often of 100 times pushing is to hide pulling, after so many tries in which this came; it may hide light."""
     recipes = usually_kept()
     recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
     for dose in (PULL, LIGHT):
         recipes.learn([seen(("1", "11"), (dose,), "10", "kept")] * 3)
-    recipes.learn([seen(("2", "00"), (PUSH,), "01", "kept")] * 3)
-    recipes.learn([seen(("1", "11"), (PUSH, PULL), "11", "given")] * 4)
+    recipes.learn([seen(("2", "00"), (PUSH,), "01", "kept")] * 30)
+    recipes.learn([seen(("1", "11"), (PUSH, PULL), came, "given")] * tries)
     rng = make_rng("rare")
-    assert all(LIGHT in (Compositions(recipes).masked(("1", "11"), 3, rng) or ()) for _ in range(10))
+    return sum(Compositions(recipes).masked(("1", "11"), 3, rng) == (PUSH, PULL) for _ in range(100))
+
+
+def test_what_was_rarely_combined_is_rather_hidden() -> None:
+    assert pushed_and_pulled(9, "11") < 0.5 * pushed_and_pulled(0, "11")
+
+
+def test_tries_in_which_something_else_went_wrong_do_not_count() -> None:
+    assert pushed_and_pulled(9, "none") > 0.7 * pushed_and_pulled(0, "none")
 
 
 def test_what_changes_a_letter_where_something_else_is_planned_is_hidden_too() -> None:
