@@ -197,7 +197,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             ),
         ),
         by_hand=HERE / "tests" / "hri" / "by_hand.toml",
-        requires=("sim.engine",),
+        requires=("sim.bullet.client",),
         fidelities=("dynamic", "kinematic"),
         film=Film(
             camera=camera,

@@ -22,7 +22,7 @@ from pytest_hricdv.coverage.measurement import Measurement, choose
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.runtime import Recorder
 from sim import workshop
-from sim.engine import bullet
+from sim.bullet.client import bullet
 from sim.world import World
 from studies.session import machine
 from tests.hri import bench

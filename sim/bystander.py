@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sim.engine import Engine, Vector, bullet
+from sim.engine import Engine
 from sim.fingers import Fingers
+from sim.geometry import Vector
 from sim.layout import PERSON
+from sim.shapes import Sphere
 from sim.torso import ARM_LINKS, Torso
 
 RADIUS_M = 0.10
@@ -28,8 +30,8 @@ Signal = Callable[[str, float | bool], None]
 
 def add_body(engine: Engine, place: Vector) -> int:
     """Adds the body of a person who leans in at a place (m); nothing collides with it. Returns its id."""
-    body = engine.add(0.0, place, SHIRT, shapeType=bullet.GEOM_SPHERE, radius=RADIUS_M)
-    bullet.setCollisionFilterGroupMask(body, -1, PERSON, 0, physicsClientId=engine.client)
+    body = engine.add(0.0, place, SHIRT, Sphere(RADIUS_M))
+    engine.set_collision_group(body, PERSON, 0)
     return body
 
 

@@ -10,8 +10,8 @@ import math
 from collections.abc import Mapping
 
 from controller.ports import HumanReady, Request
-from sim.engine import Vector
 from sim.events import SupplyDisturbed, WayBlocked
+from sim.geometry import Vector
 from sim.gripper import FingerMotion
 from sim.layout import HANDOVER_M, PICKUP_M, REST_HAND_M
 from sim.leg import Leg

@@ -1,59 +1,19 @@
-"""PyBullet with checked arguments, and the time of physics.
+"""What the simulated world needs of a physics engine, and the time of physics.
 
-PyBullet answers a wrong id with an empty result and a NaN with a NaN state. Either would let a requirement pass that
-was never checked, so both are errors here. Physics advances in whole steps of 1/120 s (see docs/convergence.md), the
-kernel in microseconds.
+`Engine` is the seam: beside a folder of an engine, nothing in `sim` knows which one it is. Physics advances in whole
+steps of 1/120 s (see docs/convergence.md), the kernel in microseconds.
 """
 
 from __future__ import annotations
 
 import math
-import os
-import sys
-import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Self
+from typing import NamedTuple, Protocol, Self
 
-
-@contextmanager
-def silenced() -> Iterator[None]:
-    """Discard what C code prints on the process's output and error streams."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    saved = os.dup(1), os.dup(2)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, 1)
-        os.dup2(nowhere, 2)
-        yield
-    finally:
-        for number, stream in zip(saved, (1, 2), strict=True):
-            os.dup2(number, stream)
-            os.close(number)
-        os.close(nowhere)
-
-
-try:
-    with silenced():  # its banner
-        import pybullet
-except ImportError as error:  # numpy missing counts too: PyBullet needs it without declaring it
-    raise ImportError(
-        f'the simulated world needs PyBullet and numpy ({error}): pip install "pytest-hricdv[sim]"'
-    ) from error
-
-Vector = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
-Pose = tuple[Vector, Quaternion]
-
-UPRIGHT: Quaternion = (0.0, 0.0, 0.0, 1.0)
-FAR_M = 10.0
-"""Search distance for closest points: larger than the whole scene, so that there is always a pair."""
-
-bullet: Any = pybullet
-"""The PyBullet module; it has no types."""
+from sim.geometry import Pose, Quaternion, Vector
+from sim.shapes import Shape, Surface, Visual
 
 STEP_HZ = 120
 """Physics steps per second: measured joint speeds equal the planned ones (tests/sim/test_robot.py)."""
@@ -77,135 +37,189 @@ def check_finite(what: str, values: Sequence[float]) -> None:
             raise SimulationError(f"{what} is {tuple(values)!r}: expected finite numbers")
 
 
-class Engine:
-    """One PyBullet client without a window, with gravity and a solver that keeps planned speeds.
+class Robot(NamedTuple):
+    """A robot with a fixed base.
 
-    Fixed time step `step_s`. Dantzig's direct LCP solver instead of the default iterative one: the latter read 0.2625
-    rad/s for a 0.24 rad/s motor (tests/sim/test_robot.py measures the speeds), and is slower here.
+    Args:
+        body: its id.
+        joints: name of a joint without "_joint" -> its number, which is that of the link it moves.
+        limits_rad: name -> its limits.
     """
 
-    def __init__(self, step_s: float) -> None:
-        self._link_counts: dict[int, int] = {}
-        with silenced():
-            self.client: int = bullet.connect(bullet.DIRECT)
-            if self.client < 0:
-                raise SimulationError("PyBullet gave no client")
-            bullet.setPhysicsEngineParameter(
-                fixedTimeStep=step_s,
-                numSubSteps=0,
-                constraintSolverType=bullet.CONSTRAINT_SOLVER_LCP_DANTZIG,
-                physicsClientId=self.client,
-            )
-            bullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self.client)
+    body: int
+    joints: dict[str, int]
+    limits_rad: dict[str, tuple[float, float]]
 
-    def __enter__(self) -> Self:
-        return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self.close()
+class Contact(NamedTuple):
+    """Where one body is deepest in another: depth (m, negative when apart), place (m), direction out of the other."""
+
+    depth_m: float
+    place: Vector
+    away: Vector
+
+
+class Drive(Protocol):
+    """Some joints of a body that move together."""
+
+    def move(self, goal: Sequence[float], duration_s: float, ramp_s: float = 0.0) -> None:
+        """Start towards `goal` (rad), all joints to arrive after `duration_s`.
+
+        They accelerate during `ramp_s` and decelerate during the same time. Raises SimulationError for a number that is
+        not finite, a duration that is not positive, or ramps that are too long for it.
+        """
+
+    def advance(self, steps: int) -> None:
+        """Called before physics steps."""
+
+    def stop(self) -> None:
+        """Brake, and hold the present angles."""
+
+    def reset(self, pose: Sequence[float]) -> None:
+        """Set the joints to `pose` (rad) at once, and hold it."""
+
+    def angles(self) -> tuple[float, ...]:
+        """Joint angles (rad)."""
+
+    def speed(self) -> float:
+        """Speed of the fastest joint (rad/s)."""
+
+
+class Engine(Protocol):
+    """One scene of a physics engine, with gravity and a fixed time step.
+
+    Engines answer a wrong id with an empty result and a NaN with a NaN state. Either would let a requirement pass that
+    was never checked: all methods raise SimulationError instead. Link -1 of a body is its base.
+    """
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None
+    ) -> None: ...
 
     def close(self) -> None:
-        """Disconnect the client; may be called more than once."""
-        if self.client >= 0:
-            bullet.disconnect(self.client)
-            self.client = -1
+        """Release all resources; may be called more than once."""
 
-    def load(
-        self, description: str, *, may_sleep: bool, merge_links: bool = False
-    ) -> tuple[int, dict[str, int], dict[str, tuple[float, float]]]:
-        """Load a robot with a fixed base from URDF text.
+    def step(self) -> None:
+        """Advance by one time step."""
+
+    # bodies
+
+    def load(self, description: str, *, may_sleep: bool = False) -> Robot:
+        """Load a robot with a fixed base, without drag of the air, from URDF text.
 
         Args:
-            description: the text.
-            may_sleep: the body can be put to sleep, and falls asleep by itself unless it is kept awake.
-            merge_links: rigidly joined links are merged, which leaks their memory (see `sim.urdf`).
-
-        Returns:
-            Its body id; joint name without "_joint" -> index; joint name -> limits (rad).
+            description: the text; links without visual shapes.
+            may_sleep: the robot can be put to sleep (`sleep`).
         """
-        flags = bullet.URDF_USE_INERTIA_FROM_FILE | (bullet.URDF_MERGE_FIXED_LINKS if merge_links else 0)
-        flags |= bullet.URDF_ENABLE_SLEEPING if may_sleep else 0
-        with (
-            tempfile.NamedTemporaryFile("w", suffix=".urdf", encoding="utf-8") as file,
-            silenced(),
-        ):  # PyBullet wants a file
-            file.write(description)
-            file.flush()
-            try:
-                body: int = bullet.loadURDF(file.name, useFixedBase=True, flags=flags, physicsClientId=self.client)
-            except bullet.error as error:
-                raise SimulationError(f"PyBullet refused the robot description {description[:80]!r}...") from error
-        count = bullet.getNumJoints(body, physicsClientId=self.client)
-        self._link_counts[body] = count
-        infos = [bullet.getJointInfo(body, index, physicsClientId=self.client) for index in range(count)]
-        names = [info[1].decode().removesuffix("_joint") for info in infos]
-        limits = {name: (info[8], info[9]) for name, info in zip(names, infos, strict=True)}
-        return body, {name: index for index, name in enumerate(names)}, limits
 
-    def set_collision_group(self, body: int, group: int, by: int) -> None:
-        """Put all links of a body into a collision group that collides with the groups `by`; switch damping off."""
-        self.check(body)
-        for link in range(-1, self._link_counts[body]):
-            bullet.setCollisionFilterGroupMask(body, link, group, by, physicsClientId=self.client)
-            bullet.changeDynamics(body, link, linearDamping=0.0, angularDamping=0.0, physicsClientId=self.client)
-
-    def add(self, mass_kg: float, position: Vector, rgba: Sequence[float], **shape: Any) -> int:
-        """Add a body of one primitive shape (keyword arguments of PyBullet's createCollisionShape).
-
-        Physics never moves a body of mass 0. Returns its body id.
-        """
-        check_finite("mass and position of a body", (mass_kg, *position))
-        seen = {"length" if name == "height" else name: value for name, value in shape.items()}
-        collision = bullet.createCollisionShape(physicsClientId=self.client, **shape)
-        visual = bullet.createVisualShape(rgbaColor=rgba, physicsClientId=self.client, **seen)
-        body: int = bullet.createMultiBody(mass_kg, collision, visual, position, physicsClientId=self.client)
-        if body < 0:
-            raise SimulationError(f"PyBullet refused a body of shape {shape!r}")
-        self._link_counts[body] = 0
-        return body
+    def add(self, mass_kg: float, position: Vector, rgba: Sequence[float], shape: Shape) -> int:
+        """Add a body of one shape; physics never moves a body of mass 0. Returns its id."""
 
     def remove(self, body: int) -> None:
         """Remove a body."""
-        self.check(body)
-        bullet.removeBody(body, physicsClientId=self.client)
-        del self._link_counts[body]
 
     def check(self, body: int, link: int = -1) -> None:
-        """Raise SimulationError unless `body` is one of this engine and has that link (-1 is its base)."""
-        if body not in self._link_counts or not -1 <= link < self._link_counts[body]:
-            raise SimulationError(f"no link {link!r} of body {body!r}; bodies and their links: {self._link_counts}")
+        """Raise SimulationError unless there is such a body and it has that link."""
+
+    def set_collision_group(self, body: int, group: int, by: int) -> None:
+        """Put all links of a body into a collision group that collides with the groups `by`."""
+
+    def set_surface(self, body: int, surface: Surface) -> None:
+        """Give a body of one shape this surface."""
+
+    def sleep(self, body: int, asleep: bool) -> None:
+        """Put a robot that may sleep to sleep, which costs no computing time, or keep it awake."""
+
+    # where they are
 
     def pose(self, body: int) -> Pose:
         """Position (m) and orientation of a body's centre of mass."""
-        self.check(body)
-        pose: Pose = bullet.getBasePositionAndOrientation(body, physicsClientId=self.client)
-        return pose
 
     def place(self, body: int, pose: Pose) -> None:
         """Set the pose of a body."""
-        self.check(body)
-        check_finite(f"pose of body {body}", (*pose[0], *pose[1]))
-        bullet.resetBasePositionAndOrientation(body, pose[0], pose[1], physicsClientId=self.client)
+
+    def body_speed(self, body: int) -> float:
+        """Speed (m/s) of a body's centre of mass."""
+
+    def link_frame(self, body: int, link: int) -> Pose:
+        """Position (m) and orientation of a link's frame."""
+
+    def link_mass_frame(self, body: int, link: int) -> Pose:
+        """Pose of a link's centre of mass: what joints between bodies are relative to."""
+
+    def compose(self, base: Pose, pose: Pose) -> Pose:
+        """The pose that is `pose` relative to `base`; engines differ in precision."""
+
+    def relative(self, base: Pose, pose: Pose) -> Pose:
+        """A pose relative to `base`: the reverse of `compose`."""
+
+    def between(self, one: Quaternion, other: Quaternion, share: float) -> Quaternion:
+        """The orientation that is this share of the way from one to another (spherical linear interpolation)."""
+
+    def visuals(self, described: Mapping[int, str]) -> dict[Visual, Pose]:
+        """All shapes that are seen, and where they are.
+
+        Args:
+            described: body -> URDF text with its visual shapes, for robots that were loaded without.
+        """
+
+    # how near they are
 
     def distance(self, body: int, other: int, other_link: int) -> float:
         """Smallest distance (m) between a body's base and a link of another; negative when they overlap."""
-        self.check(body)
-        self.check(other, other_link)
-        return _nearest(
-            bullet.getClosestPoints(body, other, FAR_M, -1, other_link, physicsClientId=self.client), body, other
-        )
 
     def distance_to_all(self, body: int, other: int) -> float:
         """Smallest distance (m) between any links of two bodies; negative when they overlap."""
-        self.check(body)
-        self.check(other)
-        return _nearest(bullet.getClosestPoints(body, other, FAR_M, physicsClientId=self.client), body, other)
 
+    def deepest(self, body: int, link: int, other: int) -> Contact:
+        """Where a link is deepest in, or nearest to, the base of another body."""
 
-def _nearest(points: Sequence[tuple[Any, ...]], body: int, other: int) -> float:
-    if not points:
-        raise SimulationError(f"bodies {body} and {other} have no closest points")
-    return float(min([point[8] for point in points]))
+    def near(self, body: int, other: int, within_m: float, *links: int) -> list[tuple[int, float]]:
+        """The links of a body that are nearer to another body than this, each with its distance (m).
+
+        Args:
+            body: the body.
+            other: the other one.
+            within_m: how near.
+            links: a link of each, where only these matter.
+        """
+
+    # how they move
+
+    def joint_angles(self, body: int, joints: Sequence[int]) -> tuple[float, ...]:
+        """Angles (rad)."""
+
+    def joint_speeds(self, body: int, joints: Sequence[int]) -> list[float]:
+        """Speeds (rad/s)."""
+
+    def set_joints(self, body: int, joints: Sequence[int], angles: Sequence[float]) -> None:
+        """Set angles (rad) at once; the joints stand."""
+
+    def drive(self, body: int, joints: Sequence[int], torques_nm: Sequence[float]) -> Drive:
+        """Motors of these maximum torques (Nm) that move joints as planned; each keeps its joint where it is."""
+
+    def push(self, body: int, link: int, force_n: Vector, place: Vector) -> None:
+        """Push for one step: force (N) at a place (m), both in world axes."""
+
+    def push_link(self, body: int, link: int, force_n: Vector, place: Vector) -> None:
+        """The same in the axes of the link, from its centre of mass."""
+
+    def weld(self, body: int, link: int, other: int, frame: Pose, force_n: float) -> int:
+        """Weld a body to a link of another so that its pose relative to that link's centre of mass is `frame`.
+
+        Beyond a force (N) the weld gives way. Returns its id.
+        """
+
+    def set_weld_force(self, weld: int, force_n: float) -> None:
+        """Beyond this force (N) the weld gives way from now on."""
+
+    def weld_force(self, weld: int) -> Vector:
+        """The force (N, world axes) with which the weld holds the body."""
+
+    def unweld(self, weld: int) -> None:
+        """Remove a weld."""
 
 
 def steps_until(time_us: int) -> int:

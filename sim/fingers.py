@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from sim.drive import DriveMaker, MotorDrive
-from sim.engine import FAR_M, Engine, Pose, bullet, check_finite
+from sim.drive import DriveMaker, motors
+from sim.engine import Engine
+from sim.geometry import Pose, Vector
 from sim.layout import ROBOT
 from sim.torso import PALM, Torso
 from sim.urdf import hand_description
@@ -27,14 +28,11 @@ HAND_MAX_FORCE_N = 30.0
 75 N/mm of ISO/TS 15066 for the back of a hand, with which a finger of a few grams is unstable at 120 steps per second;
 it still stops a finger. The force is bounded for a finger that overlaps a hand from the start."""
 
-_ASLEEP = bullet.ACTIVATION_STATE_ENABLE_SLEEPING | bullet.ACTIVATION_STATE_SLEEP
-_AWAKE = bullet.ACTIVATION_STATE_DISABLE_SLEEPING | bullet.ACTIVATION_STATE_WAKE_UP
-
 
 class Fingers:
     """The ten finger joints, initially stretched."""
 
-    def __init__(self, engine: Engine, palm: Pose, drive: DriveMaker = MotorDrive) -> None:
+    def __init__(self, engine: Engine, palm: Pose, drive: DriveMaker = motors) -> None:
         self._engine = engine
         self.body, self.joints, self.limits_rad = engine.load(hand_description(FINGER_JOINTS, PALM), may_sleep=True)
         self.links = tuple(self.joints[name] for name in FINGER_JOINTS)
@@ -70,26 +68,16 @@ class Fingers:
 
     def push(self, joint: int, force_n: float) -> None:
         """Press the tip of a finger link towards the palm's front for one step: force (N) across the link."""
-        self._engine.check(self.body, self.links[joint])
-        check_finite("force on a finger", (force_n,))
         tip = (0.0, FINGER_LEVER_M, 0.0)
-        force = (force_n, 0.0, 0.0)
-        bullet.applyExternalForce(
-            self.body, self.links[joint], force, tip, bullet.LINK_FRAME, physicsClientId=self._engine.client
-        )
+        self._engine.push_link(self.body, self.links[joint], (force_n, 0.0, 0.0), tip)
 
-    def push_at(self, link: int, force_n: tuple[float, ...], place: tuple[float, ...]) -> None:
+    def push_at(self, link: int, force_n: Vector, place: Vector) -> None:
         """Press on a finger link for one step: force (N) at a place (m), both in world axes."""
-        self._engine.check(self.body, link)
-        check_finite("force on a finger", force_n)
-        bullet.applyExternalForce(
-            self.body, link, force_n, place, bullet.WORLD_FRAME, physicsClientId=self._engine.client
-        )
+        self._engine.push(self.body, link, force_n, place)
 
     def _sleep(self, asleep: bool) -> None:
         self.resting = asleep
-        state = _ASLEEP if asleep else _AWAKE
-        bullet.changeDynamics(self.body, -1, activationState=state, physicsClientId=self._engine.client)
+        self._engine.sleep(self.body, asleep)
 
 
 class HandContact:
@@ -111,16 +99,8 @@ class HandContact:
         """Push fingers out of the person's hand for the next physics step; `force_n` becomes the sum of forces (N)."""
         self.force_n = 0.0
         for link in self._fingers.links:
-            depth_m, place, away = self._deepest(link)
+            depth_m, place, (x, y, z) = self._engine.deepest(self._fingers.body, link, self._hand)
             if depth_m > 0.0:
                 force_n = min(HAND_MAX_FORCE_N, HAND_STIFFNESS_N_M * depth_m)
-                self._fingers.push_at(link, tuple(force_n * part for part in away), place)
+                self._fingers.push_at(link, (force_n * x, force_n * y, force_n * z), place)
                 self.force_n += force_n
-
-    def _deepest(self, link: int) -> tuple[float, tuple[float, ...], tuple[float, ...]]:
-        """Depth (m) of a finger link in the hand, the place of contact, and the direction out of the hand."""
-        points = bullet.getClosestPoints(
-            self._fingers.body, self._hand, FAR_M, link, -1, physicsClientId=self._engine.client
-        )
-        point = min(points, key=lambda each: float(each[8]))
-        return -float(point[8]), point[5], point[7]

@@ -10,7 +10,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from sim.engine import Pose, Quaternion, SimulationError, Vector, bullet, check_finite
+from sim.engine import SimulationError, check_finite
+from sim.geometry import Pose, Quaternion, Vector
+from sim.rotation import matrix_of, turn_of
 
 ELEVATION_RAD = math.radians(40.0)
 """Elevation of a person's head seen from the leg, bent over the table."""
@@ -30,7 +32,7 @@ def gaze_of(head: Pose, leg: Vector) -> Gaze:
     place, turn = head
     to_leg = tuple(b - a for a, b in zip(place, leg, strict=True))
     distance_m = math.dist(place, leg)
-    facing = bullet.getMatrixFromQuaternion(turn)[0::3]
+    facing = matrix_of(turn)[0::3]
     cosine = sum(a * b for a, b in zip(to_leg, facing, strict=True)) / max(distance_m, 1e-9)
     angle_deg = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
     return Gaze(abs(to_leg[1]), distance_m, angle_deg)
@@ -65,13 +67,12 @@ def orientation_to(place: Vector, target: Vector, past_rad: float = 0.0) -> Quat
     """Orientation of a head at `place` whose face points `past_rad` to the side of the direction to `target`."""
     x, y, z = (b - a for a, b in zip(place, target, strict=True))
     yaw, pitch = math.atan2(y, x), -math.atan2(z, math.hypot(x, y))
-    straight: Quaternion = bullet.getQuaternionFromEuler((0.0, pitch, yaw))
     # Rotation about the head's own vertical axis: the angle to the target equals the rotation for every pitch.
-    return _turned(straight, past_rad)
+    return _turned(turn_of(pitch, yaw), past_rad)
 
 
 def _turned(turn: Quaternion, about_z_rad: float) -> Quaternion:
-    """`turn`, then a turn about the new z axis; PyBullet's own product has single precision."""
+    """`turn`, then a turn about the new z axis."""
     x, y, z, w = turn
     sine, cosine = math.sin(about_z_rad / 2.0), math.cos(about_z_rad / 2.0)
     return (x * cosine + y * sine, y * cosine - x * sine, z * cosine + w * sine, w * cosine - z * sine)

@@ -6,12 +6,14 @@ import math
 from collections.abc import Callable
 from enum import Enum, auto
 
-from sim.engine import UPRIGHT, Engine, bullet, check_finite
+from sim.engine import Engine, check_finite
 from sim.fingers import CLOSED, OPEN, Fingers, HandContact
+from sim.geometry import UPRIGHT
 from sim.layout import HANDOVER_M, LEG_LENGTH_M
 from sim.leg import Leg
 from sim.leg_supply import LegSupply
 from sim.person import Person
+from sim.rotation import matrix_of
 from sim.torso import Torso
 
 CLOSE_S = 1.2
@@ -96,8 +98,7 @@ class Gripper:
         leg = self._legs.current
         self._fingers.drive.reset(CLOSED)
         x, y, z = GRASP_POINT_M
-        in_palm = ((x, y, z - GRASP_HEIGHT_M), UPRIGHT)
-        self._engine.place(leg.body, bullet.multiplyTransforms(*self._torso.palm_pose(), *in_palm))
+        self._engine.place(leg.body, self._torso.from_palm(((x, y, z - GRASP_HEIGHT_M), UPRIGHT)))
         leg.grasp(self._torso)
         self._signal("leg_held", True)
 
@@ -194,8 +195,8 @@ class Gripper:
         self._signal("leg_held", False)
 
     def _in_grasp(self, leg: Leg) -> bool:
-        place, turn = bullet.multiplyTransforms(*bullet.invertTransform(*self._torso.palm_pose()), *leg.pose())
-        axis = bullet.getMatrixFromQuaternion(turn)[2::3]
+        place, turn = self._torso.to_palm(leg.pose())
+        axis = matrix_of(turn)[2::3]
         along = sum(a * (g - p) for a, g, p in zip(axis, GRASP_POINT_M, place, strict=True))
         nearest = tuple(p + along * a for p, a in zip(place, axis, strict=True))
         return abs(along) < LEG_LENGTH_M / 2 and math.dist(nearest, GRASP_POINT_M) < GRASP_REGION_M

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 
 from controller.ports import HumanReady, LegReady, Request, TurnDone
 from pytest_hricdv.runtime import Kernel, NodeBus
-from sim.engine import Vector
 from sim.gaze import Gaze, head_pose, orientation_to
+from sim.geometry import Vector
 from sim.layout import AWAY_HAND_M, AWAY_HEAD_M, HANDOVER_M, REST_HAND_M, SEAT_HEAD_M, assembly_place
 from sim.script import Step, check_script
 from sim.world import World

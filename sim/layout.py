@@ -5,7 +5,9 @@ x points from the robot to the person, y to the robot's left, z up from the floo
 
 from __future__ import annotations
 
-from sim.engine import Engine, Vector, bullet
+from sim.engine import Engine
+from sim.geometry import Vector
+from sim.shapes import Box
 
 PICKUP_M: Vector = (0.30, -0.30, 0.555)
 """Middle of a leg that waits to be fetched. Case study, original world frame."""
@@ -78,11 +80,11 @@ def height_below(place: Vector) -> float:
 
 def furnish(engine: Engine) -> tuple[int, ...]:
     """Add floor, table and bin; returns their body ids, the floor first."""
-    floor = engine.add(0.0, (0.8, 0.0, -0.05), GREY, shapeType=bullet.GEOM_BOX, halfExtents=(2.5, 2.5, 0.05))
-    table = engine.add(0.0, TABLE_M, LAMINATE, shapeType=bullet.GEOM_BOX, halfExtents=TABLE_HALF_M)
+    floor = engine.add(0.0, (0.8, 0.0, -0.05), GREY, Box((2.5, 2.5, 0.05)))
+    table = engine.add(0.0, TABLE_M, LAMINATE, Box(TABLE_HALF_M))
     bodies = (floor, table, *_bin(engine))
     for body in bodies:
-        bullet.setCollisionFilterGroupMask(body, -1, FURNITURE, LEG, physicsClientId=engine.client)
+        engine.set_collision_group(body, FURNITURE, LEG)
     return bodies
 
 
@@ -96,4 +98,4 @@ def _bin(engine: Engine) -> tuple[int, ...]:
         ((x, y - side - wall, z + high), (side, wall, high)),
         ((x, y + side + wall, z + high), (side, wall, high)),
     )
-    return tuple(engine.add(0.0, middle, GREY, shapeType=bullet.GEOM_BOX, halfExtents=half) for middle, half in parts)
+    return tuple(engine.add(0.0, middle, GREY, Box(half)) for middle, half in parts)

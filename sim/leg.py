@@ -6,8 +6,10 @@ import math
 from abc import ABC, abstractmethod
 from enum import Enum, auto
 
-from sim.engine import UPRIGHT, Engine, Pose, SimulationError, Vector, bullet, check_finite
+from sim.engine import Engine, SimulationError, check_finite
+from sim.geometry import UPRIGHT, Pose, Vector
 from sim.layout import FURNITURE, LEG, LEG_LENGTH_M, LEG_MASS_KG, LEG_RADIUS_M
+from sim.shapes import Cylinder, Surface
 from sim.torso import Torso
 
 GRASP_FORCE_N = 15.0
@@ -23,13 +25,7 @@ CARRY_FORCE_N = 200.0
 STILL_M_S = 5e-3
 """A leg slower than this is at rest."""
 
-SURFACE = {
-    "linearDamping": 0.0,
-    "angularDamping": 0.1,
-    "lateralFriction": 0.6,
-    "rollingFriction": 0.002,
-    "spinningFriction": 0.002,
-}
+SURFACE = Surface(lateral=0.6, rolling=0.002, spinning=0.002, angular_drag=0.1)
 """Friction of wood on wood, and a small air drag."""
 
 BEECH = (0.85, 0.65, 0.38, 1.0)
@@ -50,7 +46,6 @@ class Leg(ABC):
 
     def __init__(self, engine: Engine, place: Vector) -> None:
         self._engine = engine
-        self._client = engine.client
         self.held = Held.PINNED
         self.grasp_n = GRASP_FORCE_N
         self.body = self._make((place, UPRIGHT), 0.0)
@@ -119,65 +114,60 @@ class Leg(ABC):
     def _make(self, pose: Pose, mass_kg: float) -> int:
         """A body that physics moves, or (mass 0) one that stands and costs nothing in a step."""
         place, turn = pose
-        body = self._engine.add(
-            mass_kg, place, BEECH, shapeType=bullet.GEOM_CYLINDER, radius=LEG_RADIUS_M, height=LEG_LENGTH_M
-        )
+        body = self._engine.add(mass_kg, place, BEECH, Cylinder(LEG_RADIUS_M, LEG_LENGTH_M))
         self._engine.place(body, (place, turn))
         # Standing bodies need no contacts with each other: a standing leg counts as furniture.
         group, by = (LEG, LEG | FURNITURE) if mass_kg else (FURNITURE, LEG)
-        bullet.setCollisionFilterGroupMask(body, -1, group, by, physicsClientId=self._client)
-        bullet.changeDynamics(body, -1, **SURFACE, physicsClientId=self._client)
+        self._engine.set_collision_group(body, group, by)
+        self._engine.set_surface(body, SURFACE)
         return body
 
 
 class RigidLeg(Leg):
-    """A leg with mass: a joint connects it to its holder; without holder it falls and rests."""
+    """A leg with mass: a weld connects it to its holder; without holder it falls and rests."""
 
     def __init__(self, engine: Engine, place: Vector) -> None:
         super().__init__(engine, place)
-        self._constraint = -1
+        self._weld = -1
         self._grasp: tuple[Torso, Pose] | None = None  # the palm, and the leg's pose relative to it
 
     def speed(self) -> float:
         """Speed of the middle (m/s)."""
-        velocity = bullet.getBaseVelocity(self.body, physicsClientId=self._client)[0]
-        return float(sum(part * part for part in velocity) ** 0.5)
+        return self._engine.body_speed(self.body)
 
     def weaken(self, grasp_n: float) -> None:
-        """See `Leg`: the joint in the palm gives way beyond this force."""
+        """See `Leg`: the weld in the palm gives way beyond this force."""
         super().weaken(grasp_n)
         if self.held is Held.ROBOT:
-            bullet.changeConstraint(self._constraint, maxForce=grasp_n, physicsClientId=self._client)
+            self._engine.set_weld_force(self._weld, grasp_n)
 
     def grasp(self, torso: Torso) -> None:
         """Join the leg to the robot's palm in its present pose, and remove the pin."""
         if self.held is Held.PINNED:
             self._remake(LEG_MASS_KG)
-        frame = _relative(torso.palm_mass_pose(), self.pose())
-        joint = self._join(torso.body, torso.palm, frame)
-        bullet.changeConstraint(joint, maxForce=self.grasp_n, physicsClientId=self._client)
+        frame = self._engine.relative(torso.palm_mass_pose(), self.pose())
+        weld = self._engine.weld(torso.body, torso.palm, self.body, frame, self.grasp_n)
         self._let_go()
-        self._constraint, self._grasp, self.held = joint, (torso, frame), Held.ROBOT
+        self._weld, self._grasp, self.held = weld, (torso, frame), Held.ROBOT
 
     def torn(self) -> bool:
         """True when the leg has slipped out of the robot's grasp."""
         if self._grasp is None:
             return False
         torso, (grasped, _) = self._grasp
-        return math.dist(_relative(torso.palm_mass_pose(), self.pose())[0], grasped) > TORN_M
+        return math.dist(self._engine.relative(torso.palm_mass_pose(), self.pose())[0], grasped) > TORN_M
 
     def take(self, hand: int) -> None:
         """Join the leg to the person's hand only, in its present pose."""
         if self.held is Held.PINNED:
             self._remake(LEG_MASS_KG)
-        frame = _relative(self._engine.pose(hand), self.pose())
+        frame = self._engine.relative(self._engine.pose(hand), self.pose())
         self._let_go()
-        self._constraint = self._join(hand, -1, frame)
-        bullet.changeConstraint(self._constraint, maxForce=CARRY_FORCE_N, physicsClientId=self._client)
+        self._weld = self._engine.weld(hand, -1, self.body, frame, CARRY_FORCE_N)
         self.held = Held.PERSON
 
     def drop(self) -> None:
-        """Remove the joint: the leg falls."""
+        """Remove the weld: the leg falls."""
         self._let_go()
         self.held = Held.LOOSE
 
@@ -190,35 +180,12 @@ class RigidLeg(Leg):
     def pull(self, force_n: Vector) -> None:
         """Pull at the middle of the leg for one step."""
         check_finite("pull on the leg", force_n)
-        bullet.applyExternalForce(
-            self.body, -1, force_n, self.pose()[0], bullet.WORLD_FRAME, physicsClientId=self._client
-        )
+        self._engine.push(self.body, -1, force_n, self.pose()[0])
 
     def reaction(self) -> Vector:
-        """The exact force (N, world axes) of the joint that holds it."""
+        """The exact force (N, world axes) of the weld that holds it."""
         self._check_felt()
-        force = bullet.getConstraintState(self._constraint, physicsClientId=self._client)
-        check_finite("reaction of the held leg", force)
-        return (force[0], force[1], force[2])
-
-    def _join(self, body: int, link: int, frame: Pose) -> int:
-        self._engine.check(body, link)
-        joint: int = bullet.createConstraint(
-            body,
-            link,
-            self.body,
-            -1,
-            bullet.JOINT_FIXED,
-            (0.0, 0.0, 0.0),
-            frame[0],
-            (0.0, 0.0, 0.0),
-            frame[1],
-            UPRIGHT,
-            physicsClientId=self._client,
-        )
-        if joint < 0:
-            raise SimulationError(f"PyBullet refused to join the leg to body {body}, link {link}")
-        return joint
+        return self._engine.weld_force(self._weld)
 
     def _remake(self, mass_kg: float) -> None:
         """Replace the body by one with another mass at the same pose: when the leg begins or ceases to move."""
@@ -227,13 +194,6 @@ class RigidLeg(Leg):
         self.body = self._make(pose, mass_kg)
 
     def _let_go(self) -> None:
-        if self._constraint >= 0:
-            bullet.removeConstraint(self._constraint, physicsClientId=self._client)
-        self._constraint, self._grasp = -1, None
-
-
-def _relative(base: Pose, other: Pose) -> Pose:
-    """`other` relative to `base`."""
-    back = bullet.invertTransform(*base)
-    pose: Pose = bullet.multiplyTransforms(*back, *other)
-    return pose
+        if self._weld >= 0:
+            self._engine.unweld(self._weld)
+        self._weld, self._grasp = -1, None

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from sim.engine import UPRIGHT, Engine, PhysicsTime, Vector, check_finite
+from sim.engine import Engine, PhysicsTime, check_finite
+from sim.geometry import UPRIGHT, Vector
 from sim.layout import BIN_M, LEG_LENGTH_M, PICKUP_M, STORE_M, assembly_place
 from sim.leg import STILL_M_S, Held, Leg, RigidLeg
 

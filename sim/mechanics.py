@@ -4,7 +4,7 @@
 it; nothing has mass. Kinematic runs find faults of the planner and of the controller's logic; they show nothing about
 forces, slips, grips that hold the fingers, or speeds other than the planned ones.
 
-To add another physics engine, implement `Mechanics`.
+To add another physics engine, implement `sim.engine.Engine`.
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-from sim.drive import Drive, Joints, MotorDrive, Move
-from sim.engine import STEP_S, TICK_STEPS, UPRIGHT, Engine, Pose, SimulationError, Vector, bullet, check_finite
+from sim.drive import Joints, Move
+from sim.engine import STEP_S, TICK_STEPS, Drive, Engine, SimulationError, check_finite
+from sim.geometry import UPRIGHT, Pose, Vector
 from sim.layout import LEG_LENGTH_M, LEG_MASS_KG, height_below
 from sim.leg import Held, Leg, RigidLeg
 from sim.torso import Torso
@@ -38,7 +39,7 @@ class Mechanics(Protocol):
 
 
 class Dynamic:
-    """PyBullet's rigid bodies, motors and joints, step by step."""
+    """The engine's rigid bodies, motors and joints, step by step."""
 
     stride = 1
 
@@ -47,7 +48,7 @@ class Dynamic:
 
     def drive(self, engine: Engine, body: int, indices: Sequence[int], torques_nm: Sequence[float]) -> Drive:
         """See `Mechanics`."""
-        drive = MotorDrive(engine, body, indices, torques_nm)
+        drive = engine.drive(body, indices, torques_nm)
         self._drives.append(drive)
         return drive
 
@@ -59,7 +60,7 @@ class Dynamic:
         """See `Mechanics`."""
         for drive in self._drives:
             drive.advance(steps)
-        bullet.stepSimulation(physicsClientId=engine.client)
+        engine.step()
 
 
 class Kinematic:
@@ -108,7 +109,7 @@ class KinematicDrive(Joints):
         """See `Drive`."""
         check_finite("pose", pose)
         self._move = None
-        self._reset_joints(pose)
+        self._set(pose)
 
     def speed(self) -> float:
         """The planned speed (rad/s) of the fastest joint; 0 at the goal."""
@@ -122,7 +123,7 @@ class KinematicDrive(Joints):
             return
         self._steps += steps
         share = move.distance_share(self._steps * STEP_S)
-        self._reset_joints([start + share * (goal - start) for start, goal in zip(move.start, move.goal, strict=True)])
+        self._set([start + share * (goal - start) for start, goal in zip(move.start, move.goal, strict=True)])
         if self._steps * STEP_S >= move.duration_s:
             self._move = None
 
@@ -179,10 +180,10 @@ class KinematicLeg(Leg):
         """Follow the holder, whatever the number of steps."""
         self._felt, self._pull = self._pull, (0.0, 0.0, 0.0)
         if self._carrier is not None:
-            self._engine.place(self.body, bullet.multiplyTransforms(*self._carrier(), *self._frame))
+            self._engine.place(self.body, self._engine.compose(self._carrier(), self._frame))
 
     def _attach(self, carrier: Callable[[], Pose], held: Held) -> None:
-        self._frame = bullet.multiplyTransforms(*bullet.invertTransform(*carrier()), *self.pose())
+        self._frame = self._engine.relative(carrier(), self.pose())
         self._carrier, self.held = carrier, held
 
 

@@ -5,20 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from sim.engine import (
-    STEP_S,
-    UPRIGHT,
-    Engine,
-    PhysicsTime,
-    Pose,
-    Quaternion,
-    SimulationError,
-    Vector,
-    bullet,
-    check_finite,
-)
+from sim.engine import STEP_S, Engine, PhysicsTime, SimulationError, check_finite
 from sim.gaze import orientation_to
+from sim.geometry import UPRIGHT, Pose, Quaternion, Vector
 from sim.layout import HANDOVER_M, PERSON, REST_HAND_M, SEAT_HEAD_M
+from sim.shapes import Box, Sphere
 
 HAND_SPEED_M_S = 0.9
 HEAD_SPEED_M_S = 0.5
@@ -51,7 +42,7 @@ class Movement:
     first_step: int
     last_step: int
 
-    def pose(self, step: int) -> Pose:
+    def pose(self, engine: Engine, step: int) -> Pose:
         """The pose at a step; at rest before the first and after the last step."""
         if step >= self.last_step:
             return self.goal
@@ -59,8 +50,7 @@ class Movement:
         share = s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
         (ax, ay, az), (bx, by, bz) = self.start[0], self.goal[0]
         place = (ax + share * (bx - ax), ay + share * (by - ay), az + share * (bz - az))
-        turn = bullet.getQuaternionSlerp(self.start[1], self.goal[1], share)
-        return place, turn
+        return place, engine.between(self.start[1], self.goal[1], share)
 
 
 class BodyPart:
@@ -72,7 +62,7 @@ class BodyPart:
         self._movement: Movement | None = None
         self._top_speed_m_s = top_speed_m_s
         self.body = body
-        bullet.setCollisionFilterGroupMask(body, -1, PERSON, 0, physicsClientId=engine.client)
+        engine.set_collision_group(body, PERSON, 0)
 
     @property
     def moving(self) -> bool:
@@ -103,7 +93,7 @@ class BodyPart:
     def follow(self) -> None:
         """Move the body to its pose at the present step."""
         if self._movement is not None:
-            self._engine.place(self.body, self._movement.pose(self._time.step))
+            self._engine.place(self.body, self._movement.pose(self._engine, self._time.step))
             if self._time.step >= self._movement.last_step:
                 self._movement = None
 
@@ -143,8 +133,8 @@ class Person:
     """
 
     def __init__(self, engine: Engine, time: PhysicsTime) -> None:
-        head = engine.add(0.0, SEAT_HEAD_M, SKIN, shapeType=bullet.GEOM_SPHERE, radius=HEAD_RADIUS_M)
-        hand = engine.add(0.0, REST_HAND_M, SKIN, shapeType=bullet.GEOM_BOX, halfExtents=HAND_HALF_M)
+        head = engine.add(0.0, SEAT_HEAD_M, SKIN, Sphere(HEAD_RADIUS_M))
+        hand = engine.add(0.0, REST_HAND_M, SKIN, Box(HAND_HALF_M))
         engine.place(head, (SEAT_HEAD_M, orientation_to(SEAT_HEAD_M, HANDOVER_M)))
         self.head = BodyPart(engine, time, head, HEAD_SPEED_M_S)
         self.hand = BodyPart(engine, time, hand, HAND_SPEED_M_S)

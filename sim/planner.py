@@ -18,9 +18,12 @@ from typing import Any
 
 from controller.ports import JointPose, PlanningError
 from sim.bystander import add_body
-from sim.engine import STEP_S, Engine, SimulationError, Vector, bullet, silenced
+from sim.engine import Engine, SimulationError
+from sim.engines import new_engine
 from sim.fingers import Fingers
+from sim.geometry import Vector
 from sim.layout import furnish
+from sim.silence import silenced
 from sim.torso import ARM_LINKS, Torso
 
 MAX_CHECKS = 8000
@@ -80,8 +83,7 @@ class CollisionScene:
 
     def _near(self, body: int, other: int, *links: int) -> list[tuple[int, float]]:
         """Link of the robot and distance (m) of every pair nearer than CLEARANCE_M."""
-        points = bullet.getClosestPoints(body, other, CLEARANCE_M, *links, physicsClientId=self._engine.client)
-        return [(point[3], point[8]) for point in points]
+        return self._engine.near(body, other, CLEARANCE_M, *links)
 
     def limit_violation(self, pose: JointPose) -> str:
         """The joint limit that `pose` violates, or an empty text."""
@@ -119,7 +121,7 @@ def find_path(start: JointPose, waypoints: Sequence[JointPose], people: Sequence
     """
     query = _query(start, waypoints, people)
     if query not in _paths:
-        with Engine(STEP_S) as engine:
+        with new_engine() as engine:
             _paths[query] = _search(CollisionScene(engine, people), *query)
     way = _paths[query]
     if isinstance(way, str):

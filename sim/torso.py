@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from controller.ports import ARM_JOINTS, JointPose
-from sim.drive import DriveMaker, MotorDrive
-from sim.engine import Engine, Pose, SimulationError, bullet, check_finite
+from sim.drive import DriveMaker, motors
+from sim.engine import Engine, SimulationError, check_finite
+from sim.geometry import Pose
 from sim.layout import ROBOT
-from sim.urdf import arm_description, merge_fixed_joints, without_visuals
+from sim.urdf import arm_description, without_visuals
 
 ARM_TORQUE_NM = 200.0
 """Maximum torque of an arm joint."""
@@ -24,11 +25,10 @@ ARM_LINKS = ("left_elbow_flex", "left_wrist_pronation", "left_wrist_abduction", 
 class Torso:
     """The robot's body in an engine, initially at HOME; its fingers are in `sim.fingers`."""
 
-    def __init__(self, engine: Engine, drive: DriveMaker = MotorDrive) -> None:
-        self.client = engine.client
+    def __init__(self, engine: Engine, drive: DriveMaker = motors) -> None:
+        self._engine = engine
         self.description = arm_description(ARM_JOINTS, PALM)
-        bare = merge_fixed_joints(without_visuals(self.description))
-        self.body, self.joints, self.limits_rad = engine.load(bare, may_sleep=False)
+        self.body, self.joints, self.limits_rad = engine.load(without_visuals(self.description))
         self.palm = self.joints[PALM]
         arm = [self.joints[name] for name in ARM_JOINTS]
         self.drive = drive(engine, self.body, arm, [ARM_TORQUE_NM] * len(arm))
@@ -79,10 +79,16 @@ class Torso:
 
     def palm_pose(self) -> Pose:
         """Position (m) and orientation of the palm link's frame: out of the palm, to the fingers, to the thumb."""
-        state = bullet.getLinkState(self.body, self.palm, physicsClientId=self.client)
-        return state[4], state[5]
+        return self._engine.link_frame(self.body, self.palm)
 
     def palm_mass_pose(self) -> Pose:
         """Pose of the palm's centre of mass: what constraints are relative to."""
-        state = bullet.getLinkState(self.body, self.palm, physicsClientId=self.client)
-        return state[0], state[1]
+        return self._engine.link_mass_frame(self.body, self.palm)
+
+    def from_palm(self, pose: Pose) -> Pose:
+        """The pose that is `pose` relative to the palm link's frame."""
+        return self._engine.compose(self.palm_pose(), pose)
+
+    def to_palm(self, pose: Pose) -> Pose:
+        """A pose relative to the palm link's frame."""
+        return self._engine.relative(self.palm_pose(), pose)

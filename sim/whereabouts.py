@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from sim.engine import UPRIGHT, Vector, bullet
+from sim.geometry import UPRIGHT, Vector
 from sim.gripper import GRASP_HEIGHT_M, GRASP_POINT_M, offset_of
 from sim.layout import BIN_HEIGHT_M, BIN_M, HANDOVER_M, PICKUP_M, in_bin
 from sim.leg_supply import LegSupply
@@ -48,8 +48,7 @@ class Whereabouts:
 
     def grasp_point(self) -> Vector:
         """Middle of the hand's grasp (m)."""
-        point: Vector = bullet.multiplyTransforms(*self._torso.palm_pose(), GRASP_POINT_M, UPRIGHT)[0]
-        return point
+        return self._torso.from_palm((GRASP_POINT_M, UPRIGHT))[0]
 
 
 def hand_place(grasp_point: Vector) -> str:

@@ -8,8 +8,10 @@ from typing import ClassVar, Self
 
 from pytest_hricdv.runtime import Recorder
 from sim.bystander import Bystander
-from sim.engine import STEP_HZ, STEP_S, TICK_STEPS, Engine, PhysicsTime, SimulationError, Vector, steps_until, time_of
+from sim.engine import STEP_HZ, TICK_STEPS, PhysicsTime, SimulationError, steps_until, time_of
+from sim.engines import new_engine
 from sim.fingers import Fingers
+from sim.geometry import Vector
 from sim.gripper import FingerMotion, Gripper
 from sim.layout import furnish
 from sim.leg_supply import LegSupply, PressureSensor
@@ -42,7 +44,7 @@ class Watch:
 
 
 class World:
-    """Torso, legs, table and person in PyBullet; a `runtime.World`.
+    """Torso, legs, table and person in a physics engine; a `runtime.World`.
 
     A context manager; one world at a time in a process.
 
@@ -76,7 +78,7 @@ class World:
         self._watches: list[Watch] = []
         self._triggered: list[Watch] = []
         self.time = PhysicsTime()
-        self.engine = Engine(STEP_S)
+        self.engine = new_engine()
         try:
             self._build()
         except BaseException:

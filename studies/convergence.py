@@ -146,7 +146,6 @@ class Observation:
 @contextmanager
 def observed() -> Iterator[Observation]:
     """Observe the leg in the robot's hand at every control tick."""
-    from sim.engine import bullet
     from sim.world import World
 
     seen, tick = Observation(), World._tick
@@ -156,8 +155,7 @@ def observed() -> Iterator[Observation]:
         tick(world)
         leg = world.legs.in_hand
         if leg is not None:
-            back = bullet.invertTransform(*world.torso.palm_pose())
-            place: Sequence[float] = bullet.multiplyTransforms(*back, *leg.pose())[0]
+            place = world.torso.to_palm(leg.pose())[0]
             seen.slip_m = max(seen.slip_m, math.dist(place, grasped.setdefault(leg.body, place)))
             if world.person.pull_now() >= PULL_N:
                 seen.felt_n.append(world.pressure.change_n())

@@ -9,7 +9,7 @@ import pytest
 
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.runtime import Recorder
-from sim.engine import UPRIGHT, bullet
+from sim.geometry import UPRIGHT
 from sim.layout import TABLE_M
 from sim.world import World
 from tests.hri import bench
@@ -28,13 +28,12 @@ PALM = "left_wrist_flex"
 
 def too_near(world: World) -> set[str]:
     """The parts of table and robot that the person's head or hand is nearer to than CLEAR_M."""
-    client = world.engine.client
     names = {link: name for name, link in world.torso.joints.items()} | {-1: "base"}
     found = set()
     for part in (world.person.hand.body, world.person.head.body):
-        if bullet.getClosestPoints(part, TABLE, CLEAR_M, physicsClientId=client):
+        if world.engine.near(part, TABLE, CLEAR_M):
             found.add("table")
-        found |= {names[p[4]] for p in bullet.getClosestPoints(part, world.torso.body, CLEAR_M, physicsClientId=client)}
+        found |= {names[link] for link, _ in world.engine.near(world.torso.body, part, CLEAR_M)}
     return found - {PALM}
 
 
@@ -73,6 +72,6 @@ def test_a_person_in_table_or_robot_is_noticed() -> None:
         assert not too_near(world)
         world.engine.place(hand, (TABLE_M, UPRIGHT))
         assert "table" in too_near(world)
-        arm = bullet.getLinkState(world.torso.body, elbow, physicsClientId=world.engine.client)[0]
+        arm = world.engine.link_mass_frame(world.torso.body, elbow)[0]
         world.engine.place(hand, (arm, UPRIGHT))
         assert "left_elbow_flex" in too_near(world)

@@ -11,7 +11,9 @@ import pytest
 
 from controller.waypoints import HOME
 from pytest_hricdv.runtime import Recorder
-from sim.engine import STEP_S, UPRIGHT, Engine, PhysicsTime, SimulationError, steps_until, time_of
+from sim.engine import PhysicsTime, SimulationError, steps_until, time_of
+from sim.engines import new_engine
+from sim.geometry import UPRIGHT
 from sim.world import World
 
 from .stage import Stage
@@ -74,7 +76,7 @@ def test_physics_that_explodes_is_named_with_its_time(world: World, monkeypatch:
         def __getattr__(self, name: str) -> object:
             return lambda *_, **__: [(0.0, NAN)] * 9
 
-    monkeypatch.setattr("sim.drive.bullet", Bad())
+    monkeypatch.setattr("sim.bullet.engine.bullet", Bad())
     with pytest.raises(SimulationError, match=r"at 0\.0083 s: joint speeds of the robot are \[nan"):
         world.advance(1_000_000)
 
@@ -101,7 +103,7 @@ def test_importing_and_building_is_silent_in_a_process_of_its_own() -> None:
 
 
 def test_missing_pybullet_names_the_extra() -> None:
-    code = "import sys; sys.modules['pybullet'] = None; import sim.world"
+    code = "import sys; sys.modules['pybullet'] = None; import sim.bullet.engine"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert 'pip install "pytest-hricdv[sim]"' in done.stderr
@@ -124,5 +126,5 @@ def test_a_duration_ends_at_the_first_step_that_is_long_enough() -> None:
 
 
 def test_a_description_that_is_none_is_refused() -> None:
-    with Engine(STEP_S) as engine, pytest.raises(SimulationError, match="refused the robot description '<robot/>'"):
-        engine.load("<robot/>", may_sleep=False)
+    with new_engine() as engine, pytest.raises(SimulationError, match="refused the robot description '<robot/>'"):
+        engine.load("<robot/>")

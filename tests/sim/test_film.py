@@ -18,8 +18,8 @@ from pytest_hricdv.film.video import FRAMES_PER_S
 from pytest_hricdv.results.model import FilmResult
 from pytest_hricdv.runtime import Recorder
 from pytest_hricdv.session.films import FOLDER, Filming
-from sim.engine import bullet
 from sim.film import GAP_PX, HAND_PX, HEIGHT_PX, SCENE_PX, Camera, visible
+from sim.shapes import Box, Cylinder, Sphere
 from sim.world import World
 from tests.film.decoded import decoded
 from tests.hri import bench
@@ -108,7 +108,7 @@ def test_the_persons_hand_is_seen_next_to_the_robots_fingers_when_it_is_too_clos
 
 def test_a_camera_reads_the_world_only_and_says_when_nothing_moved() -> None:
     with World(Recorder()) as world:
-        before = bullet.getNumBodies(physicsClientId=world.engine.client), visible(world)
+        before = visible(world)
         camera = Camera(world)
         first = camera.picture()
         assert first.size == (SCENE_PX + GAP_PX + HAND_PX, HEIGHT_PX)
@@ -121,15 +121,13 @@ def test_a_camera_reads_the_world_only_and_says_when_nothing_moved() -> None:
         world.advance(1_000_000)
         assert camera.picture() is not first
         camera.close()
-        assert bullet.getNumBodies(physicsClientId=world.engine.client) == before[0]
-        assert visible(world).keys() == before[1].keys()
+        assert visible(world).keys() == before.keys()
 
 
 def test_every_body_of_the_world_is_on_the_picture() -> None:
     with World(Recorder()) as world:
-        bodies = {shape.body for shape in visible(world)}
-        numbers = range(bullet.getNumBodies(physicsClientId=world.engine.client))
-        everything = {bullet.getBodyUniqueId(number, physicsClientId=world.engine.client) for number in numbers}
+        bodies = {visual.body for visual in visible(world)}
+        everything = {visual.body for visual in world.engine.visuals({})}
         assert len(everything - bodies) == 1  # the floor, which is painted
-        kinds = {shape.visual.kind for shape in visible(world)}
-        assert kinds == {bullet.GEOM_BOX, bullet.GEOM_SPHERE, bullet.GEOM_CYLINDER}
+        assert {world.torso.body, world.fingers.body, world.person.hand.body, world.legs.current.body} < bodies
+        assert {type(visual.shape) for visual in visible(world)} == {Box, Sphere, Cylinder}

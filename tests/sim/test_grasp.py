@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from controller import waypoints
-from sim.engine import SimulationError, bullet
+from sim.engine import SimulationError
 from sim.fingers import CLOSED
 from sim.gripper import RELEASE_RAD
 from sim.layout import TABLE_TOP_M
@@ -20,11 +20,7 @@ from .stage import Stage
 
 def in_palm(world: World) -> tuple[float, ...]:
     """The leg's place in the palm's frame (m)."""
-    leg = world.legs.current
-    place: tuple[float, ...] = bullet.multiplyTransforms(
-        *bullet.invertTransform(*world.torso.palm_pose()), *leg.pose()
-    )[0]
-    return place
+    return world.torso.to_palm(world.legs.current.pose())[0]
 
 
 def play(body: Callable[[Stage], None], *, freeze: bool = True) -> Stage:

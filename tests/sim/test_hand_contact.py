@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from controller import waypoints
-from sim.engine import Vector
 from sim.fingers import CLOSED, HAND_MAX_FORCE_N
+from sim.geometry import Vector
 
 from .stage import Stage
 

@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 
 from controller.ports import LegReady, Request, TurnDone
 from pytest_hricdv.runtime import NodeError
-from sim.engine import STEP_S, UPRIGHT, SimulationError
+from sim.engine import STEP_S, SimulationError
+from sim.engines import new_engine
+from sim.geometry import UPRIGHT
 from sim.human import TURN_PATIENCE_S, Human
 from sim.layout import AWAY_HAND_M, REST_HAND_M, SEAT_HEAD_M
 from sim.person import HAND_SPEED_M_S, PEAK_OVER_MEAN, SHORTEST_MOVE_S, Movement
@@ -230,7 +232,8 @@ def test_a_hand_moves_smoothly_and_slower_than_1_m_s(
     duration_s = max(SHORTEST_MOVE_S, PEAK_OVER_MEAN * math.dist(start, goal) / HAND_SPEED_M_S)
     steps = math.ceil(duration_s / STEP_S)
     movement = Movement((start, UPRIGHT), (goal, UPRIGHT), 0, steps)
-    track = [movement.pose(step)[0] for step in range(steps + 2)]
+    with new_engine() as engine:
+        track = [movement.pose(engine, step)[0] for step in range(steps + 2)]
     assert track[0] == start
     assert track[-1] == goal
     assert max(math.dist(a, b) for a, b in pairwise(track)) / STEP_S < 1.0

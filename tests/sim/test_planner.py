@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from controller.ports import JointPose, PlanningError
 from controller.waypoints import HOME, TO_HANDOVER, TO_PICKUP, TO_RESUPPLY
 from sim import planner
-from sim.engine import STEP_S, Engine
+from sim.engine import STEP_S
+from sim.engines import new_engine
 from sim.planner import CollisionScene, find_path, is_cached
 from sim.timing import MAX_ACCELERATION_RAD_S2, SPEED_SHARE, time_path
 
@@ -38,7 +39,7 @@ def test_a_path_leads_around_an_obstacle(start: JointPose, goal: JointPose) -> N
     way = find_path(start, (goal,))
     assert len(way) > 1
     assert way[-1] == goal
-    with Engine(STEP_S) as engine:
+    with new_engine() as engine:
         scene = CollisionScene(engine)
         assert scene.obstacle(start, goal)
         assert not any(scene.limit_violation(pose) for pose in way)

@@ -8,8 +8,8 @@ import pytest
 
 from controller import waypoints
 from pytest_hricdv.runtime import Recorder
-from sim.engine import UPRIGHT
 from sim.fingers import CLOSED, OPEN
+from sim.geometry import UPRIGHT
 from sim.layout import REST_HIGH_M, REST_LOW_M, TABLE_TOP_M
 from sim.person import HAND_HALF_M
 from sim.world import World

@@ -11,7 +11,9 @@ from typing import Any
 import pytest
 
 from controller.ports import ARM_JOINTS
-from sim.engine import STEP_S, Engine, SimulationError, bullet
+from sim.bullet.client import bullet
+from sim.engine import Engine, SimulationError
+from sim.engines import new_engine
 from sim.fingers import CLOSED, FINGER_JOINTS, OPEN, Fingers
 from sim.torso import PALM, Torso
 from sim.urdf import URDF, arm_description
@@ -21,11 +23,15 @@ REVOLUTE = {row["joint"].removesuffix("_joint"): row for row in TABLE if row["ty
 BRACED = {"neck_flexor", "neck_rotor", "right_shoulder_flex"}
 
 
+def robot(engine: Engine) -> tuple[Torso, Fingers]:
+    torso = Torso(engine)
+    return torso, Fingers(engine, torso.palm_pose())
+
+
 @pytest.fixture
 def bodies() -> Iterator[tuple[Torso, Fingers]]:
-    with Engine(STEP_S) as engine:
-        torso = Torso(engine)
-        yield torso, Fingers(engine, torso.palm_pose())
+    with new_engine() as engine:
+        yield robot(engine)
 
 
 def test_of_22_revolute_joints_arm_and_fingers_move_and_three_are_braced(bodies: tuple[Torso, Fingers]) -> None:
@@ -53,19 +59,18 @@ def test_the_arm_carries_the_mass_of_everything_but_the_stand(bodies: tuple[Tors
     assert arm_kg == pytest.approx(whole_kg)
 
 
-def test_the_fingers_are_where_the_whole_robot_has_them(bodies: tuple[Torso, Fingers]) -> None:
-    torso, fingers = bodies
-    with Engine(STEP_S) as engine:
-        body, joints, _ = engine.load(URDF.read_text(encoding="utf-8"), may_sleep=False, merge_links=True)
+def test_the_fingers_are_where_the_whole_robot_has_them() -> None:
+    with new_engine() as whole, new_engine() as engine:
+        body, joints, _ = whole.load(URDF.read_text(encoding="utf-8"))
+        torso, fingers = robot(engine)
         pose = dict(zip(ARM_JOINTS, (0.3, -0.2, -0.5, 0.2, 1.0, 0.1, -0.1, -0.3, 0.2), strict=True))
         torso.set_arm(tuple(pose.values()))
         fingers.follow(torso.palm_pose())
-        for name, angle in (pose | dict(zip(FINGER_JOINTS, OPEN, strict=True))).items():
-            bullet.resetJointState(body, joints[name], angle, physicsClientId=engine.client)
-        for name, index in fingers.joints.items():
-            place = bullet.getLinkState(body, joints[name], physicsClientId=engine.client)[4]
-            here = bullet.getLinkState(fingers.body, index, physicsClientId=torso.client)[4]
-            assert here == pytest.approx(place, abs=1e-6)
+        angles = pose | dict(zip(FINGER_JOINTS, OPEN, strict=True))
+        whole.set_joints(body, [joints[name] for name in angles], [*angles.values()])
+        for name, link in fingers.joints.items():
+            place = whole.link_frame(body, joints[name])[0]
+            assert engine.link_frame(fingers.body, link)[0] == pytest.approx(place, abs=1e-6)
 
 
 def test_a_description_without_a_joint_is_refused_by_name(tmp_path: Path) -> None:

@@ -7,8 +7,8 @@ import math
 import pytest
 
 from controller import waypoints
-from sim.engine import bullet
 from sim.layout import HANDOVER_M, PICKUP_M, in_bin
+from sim.rotation import matrix_of
 
 from .stage import Stage
 
@@ -53,4 +53,4 @@ def test_the_leg_stays_upright_on_its_way_up_from_the_pickup_place() -> None:
 
 
 def _tilt_deg(turn: tuple[float, float, float, float]) -> float:
-    return math.degrees(math.acos(min(1.0, bullet.getMatrixFromQuaternion(turn)[8])))
+    return math.degrees(math.acos(min(1.0, matrix_of(turn)[8])))
