@@ -119,8 +119,12 @@ UNRECORDED = frozenset({"condition", "transition"})
 
 
 def wanted_points(sessions: Iterable[Growth]) -> set[Point]:
-    """The points that are to be hit: of the loops, those that are hit or open."""
+    """The points that are to be hit: of the loops, those that are hit or open.
+
+    Without those that were thought impossible, though a disturbed run may hit one.
+    """
     loops = [each.closing for each in sessions if each.closing is not None]
     hit = {each.point for closing in loops for each in closing.hit}
     found = hit | {each.point for closing in loops for each in closing.open}
+    found -= {each.point for closing in loops for each in closing.impossible}
     return {point for point in found if point[0] not in UNRECORDED}

@@ -57,6 +57,11 @@ def test_a_loop_has_its_points_at_the_runs_that_hit_them_first() -> None:
     assert [loop.time_to(count, WANTED) for count in (1, 2, 3, 5)] == [10.0, 10.0, 30.0, None]
 
 
+def test_what_was_thought_impossible_is_not_wanted_though_a_run_hit_it() -> None:
+    surprised = _loop(impossible=[{"point": [*BIN], "reason": "the model", "by": "model"}])
+    assert BIN not in wanted_points([_loop(), surprised])
+
+
 def test_a_suite_has_every_point_once_and_its_order_depends_on_its_seed_only() -> None:
     report = sample.report(("rl",), 6)
     growth = of_suite("rl", 0, report)
