@@ -17,7 +17,7 @@ from pytest_hricdv.close.interactions import UNDISTURBED, Dose, Effect, Goal, Tr
 from pytest_hricdv.close.recipes import Recipe, Recipes, fitted
 from pytest_hricdv.close.remedies import Change, Lack, Letter, Remedies, Shift, Whole, lacking
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.generate.rng import shuffled, weighted
+from pytest_hricdv.generate.rng import pick, shuffled, weighted
 
 Drawn = TypeVar("Drawn", Dose, Shift)
 
@@ -57,7 +57,7 @@ class Compositions:
         wanted, usual = self._wanted(planned, goal), self._recipes.usual(planned)
         if wanted is None or usual is None:
             return None
-        shifts = (Shift(UNDISTURBED, usual, 1.0), *self._remedies.shifts(usual))
+        shifts = [Shift(UNDISTURBED, usual, 1.0), *self._fitting(usual, commands)]
         vain = self._vain.get((usual, goal, commands))
         if vain is None:
             vain = self._vain[usual, goal, commands] = self._in_vain(usual, goal, wanted, commands)
@@ -71,6 +71,29 @@ class Compositions:
         if not treatment:
             return None
         return Recipe(treatment, self._recipes.chance(planned, treatment, goal, expected=chances[shift]))
+
+    def _fitting(self, usual: Effect, commands: int) -> Iterator[Shift]:
+        """The known shifts; one of a longer interaction, of which doses have to be moved, until this was tried."""
+        for shift in self._remedies.shifts(usual):
+            treatment = fitted(shift.treatment, commands)
+            if treatment == shift.treatment or treatment not in self._recipes.results:
+                yield shift
+
+    def reduced(self, planned: Bin, commands: int, rng: Random) -> Treatment | None:
+        """A treatment that made something else of what is usual, without one of its doses; it was never tried.
+
+        What comes then says which doses it takes. None where no such treatment is known.
+        """
+        usual = self._recipes.usual(planned)
+        shifts = () if usual is None else tuple(self._fitting(usual, commands))
+        parts = dict.fromkeys(
+            fitted(part, commands)
+            for shift in shifts
+            if len(shift.treatment) > 1
+            for part in combinations(shift.treatment, len(shift.treatment) - 1)
+        )
+        untried = [part for part in parts if part not in self._recipes.results]
+        return pick(rng, untried) if untried else None
 
     def masked(self, planned: Bin, commands: int, rng: Random) -> Treatment | None:
         """A dose that probably changes how the interaction ends, with doses of other disturbances that may hide this.

@@ -38,6 +38,9 @@ HELPFUL = 0.75
 """How often a new dose is one of a disturbance that promises to change what is lacking, instead of one that was rarely
 tried."""
 
+REDUCING = 0.4
+"""How often it is a part of a treatment instead, where one is known that was not tried."""
+
 VARYING = 0.35
 """So often a dose of what is put together is varied."""
 
@@ -215,7 +218,11 @@ class _Treatments:
         return choice
 
     def _new(self, slot: Slot, goals: Sequence[Goal], commands: int, is_first: bool) -> Treatment:
-        """A new dose."""
+        """A new dose, or a part of several that have done something."""
+        if self._rng.random() < REDUCING:
+            reduced = self._compositions[slot.product].reduced(slot.planned, commands, self._rng)
+            if reduced is not None:
+                return reduced
         promise: Mapping[str, float] = {}
         if goals and self._rng.random() < HELPFUL:
             goal = pick(self._rng, goals)

@@ -151,14 +151,13 @@ class Recipes:
             planned: in the interaction.
             treatment: of it.
             goal: that it may lead to.
-            like: the treatment of longer interactions that it was made from; None where it was not.
+            like: the treatment of longer interactions that it was made from, which counts until it was tried itself;
+                None where it was not.
             expected: the probability before anything was seen of it.
         """
         kin = self._of_kind.get(_kind(treatment), {}).get(planned) if treatment else None
-        results = self.results.get(treatment, {})
-        return self._estimate(
-            {**self.results.get(treatment if like is None else like, {}), **results}, planned, goal, kin, expected
-        )
+        results = self.results.get(treatment) or self.results.get(like or treatment, {})
+        return self._estimate(results, planned, goal, kin, expected)
 
     def first_chance(self, planned: Bin, goal: Goal) -> float:
         """The same of a treatment that was never tried."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pytest_hricdv.close.compositions import MOST_DOSES, Compositions
 from pytest_hricdv.close.interactions import UNDISTURBED, Dose
-from pytest_hricdv.close.recipes import Recipes
+from pytest_hricdv.close.recipes import Recipes, fitted
 from pytest_hricdv.generate.rng import make_rng
 from tests.close.test_recipes import GIVEN, LIGHT, PULL, PUSH, seen, usually_kept
 
@@ -128,3 +128,24 @@ def test_what_changes_a_letter_where_something_else_is_planned_is_hidden_too() -
     recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
     recipes.learn([seen(("2", "01"), (PULL,), "00", "kept"), seen(("2", "00"), (PUSH,), "01", "kept")] * 3)
     assert Compositions(recipes).masked(("1", "11"), 3, make_rng("hidden")) == (PUSH, PULL)
+
+
+def test_what_did_something_is_tried_without_one_of_its_doses() -> None:
+    recipes = usually_kept()
+    recipes.learn([seen(("1", "00"), (LIGHT, PUSH, PULL), "11", "given")] * 2)
+    recipes.learn([seen(("1", "00"), (LIGHT, PUSH), "10", "kept")])
+    compositions = Compositions(recipes)
+    found = {compositions.reduced(("2", "00"), 3, make_rng(str(number))) for number in range(20)}
+    assert found == {(PUSH, PULL), (LIGHT, PULL), (LIGHT,), (PUSH,)}
+    assert Compositions(usually_kept()).reduced(("2", "00"), 3, make_rng("none")) is None
+
+
+def test_what_has_to_be_moved_to_fit_is_not_expected_to_do_the_same_once_it_was_tried() -> None:
+    recipes = usually_kept()
+    recipes.learn([seen(("1", "00"), (PULL,), "11", "given")] * 4)
+    before = Compositions(recipes).drawn(("1", "00"), GIVEN, 1, make_rng("moved"))
+    recipes.learn([seen(("2", "00"), fitted((PULL,), 1), "00", "kept")])
+    after = Compositions(recipes).drawn(("1", "00"), GIVEN, 1, make_rng("moved"))
+    assert before is not None
+    assert before.treatment == fitted((PULL,), 1)
+    assert after is None or after.chance < 0.3 * before.chance

@@ -92,3 +92,14 @@ def test_what_usually_comes_where_it_was_never_run_is_taken_from_what_is_alike_a
     recipes = usually_kept()
     assert recipes.usual(("3", "00")) == recipes.usual(("1", "00"))
     assert recipes.usual(("3", "11")) is None
+
+
+def test_what_a_longer_interaction_has_shown_counts_until_the_shorter_one_was_tried() -> None:
+    recipes = usually_kept()
+    recipes.learn([seen(("1", "00"), (PULL,), "11", "given")] * 4)
+    before = recipes.best(("2", "00"), GIVEN, commands=1)
+    recipes.learn([seen(("3", "00"), (PULL._replace(place=1),), "00", "kept")] * 2)
+    after = recipes.best(("2", "00"), GIVEN, commands=1)
+    assert before is not None
+    assert after is not None
+    assert after.chance < 0.4 * before.chance
