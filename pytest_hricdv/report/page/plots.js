@@ -1,7 +1,8 @@
 // Plots are made when their page is first shown, as wide as their place, and again when the width changes.
 
 const COLOURS = ["var(--c0)", "var(--c1)", "var(--c2)", "var(--c3)", "var(--c4)", "var(--c5)"];
-const DASHES = ["", "7 3", "2 3", "9 3 2 3", "4 2", "1 2"];
+// One more than there are colours: the seventh line has the colour of the first one, not its dashes.
+const DASHES = ["", "7 3", "2 3", "9 3 2 3", "4 2", "1 2", "12 3 2 3 2 3"];
 
 const colourOf = (n) => COLOURS[n % COLOURS.length];
 const dashOf = (n) => DASHES[n % DASHES.length];
