@@ -163,9 +163,11 @@ def curves(sessions: Sequence[Growth], kind: str = "") -> dict[str, list[tuple[f
 
 
 def _mean(values: Sequence[float], *, signed: bool = False) -> str:
-    """`54.2 (53.1 to 55.0)`, or a dash of none."""
+    """`54.2 (53.1 to 55.0)`, or a dash of none; of one seed nothing is known of others."""
     if not values:
         return "-"
-    mean = estimates.mean(values)
     sign = "+" if signed else ""
+    if len(values) == 1:
+        return f"{values[0]:{sign}.1f} (one seed)"
+    mean = estimates.mean(values)
     return f"{mean.value:{sign}.1f} ({mean.low:{sign}.1f} to {mean.high:{sign}.1f})"
