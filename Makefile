@@ -4,6 +4,7 @@
 # make experiment: docs/experiment.md and docs/agreement.md, beside the paper's figures (5 minutes; agreement alone: 2).
 # make adequacy: docs/adequacy.md, seeded faults with each suite (hours; ended at any time, it goes on where it was).
 # make false-alarms: docs/false-alarms.md, what fails on the unchanged controller (40 sessions; resumable as well).
+# make engines: docs/engines.md, how far the two physics engines agree (10 minutes; resumable as well).
 # make closure: docs/closure.md, how fast suites and the closing loop reach points (ten seeds: hours; resumable as well).
 # make campaign: docs/campaign.md, 6,560 runs (45 minutes; ended at any time, it goes on where it was).
 # Each creates the environment in $(VENV) first, from nothing but Python 3.11, make and a compiler.
@@ -16,7 +17,7 @@ PATIENCE = -o faulthandler_exit_on_timeout=true -o faulthandler_timeout
 # Hundreds of processes are started by the tests, and two workers by each suite: none should compile all modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: suite test slow lint bench experiment agreement adequacy false-alarms closure campaign pictures clean
+.PHONY: suite test slow lint bench experiment agreement adequacy false-alarms engines closure campaign pictures clean
 
 suite: $(VENV)/.installed
 	$(BIN)/pytest --hri-suite=rl -n 2
@@ -51,6 +52,9 @@ adequacy: $(VENV)/.installed
 false-alarms: $(VENV)/.installed
 	$(BIN)/python -m studies.false_alarms --write
 
+engines: $(VENV)/.installed
+	$(BIN)/python -m studies.engines
+
 closure: $(VENV)/.installed
 	$(BIN)/python -m studies.closure
 
@@ -67,4 +71,4 @@ $(VENV)/.installed: pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis hri-report hri-experiment hri-agreement hri-adequacy hri-false-alarms hri-closure
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis hri-report hri-experiment hri-agreement hri-adequacy hri-false-alarms hri-engines hri-closure

@@ -87,6 +87,10 @@ class CaseResult:
     """What is wrong with the bins that the run hit, a sentence each."""
     error: NodeError | None = None
     """The failure of a node that ended the run; it is one of the faults."""
+    engine: str = ""
+    """The physics engine that it ran on; empty where the testbench has none."""
+    beside: CaseResult | None = field(default=None, repr=False)
+    """The same test on a second engine, of a session in which engines check each other."""
 
     @property
     def faults(self) -> tuple[str, ...]:
@@ -152,6 +156,7 @@ def execute(
         monitors=monitors,
         filming=filming,
         fidelity=testbench.fidelity,
+        engine=testbench.engine,
         disturbances=testbench.disturbances,
         producing=producing,
     )
@@ -175,6 +180,7 @@ def execute(
         ending_faults=tuple(ended),
         bin_faults=tuple(bin_faults),
         error=run.ending.error if run.ending else None,
+        engine=testbench.engine,
     )
 
 

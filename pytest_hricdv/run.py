@@ -61,6 +61,8 @@ class Run:
     """When each of them began (s of simulated time)."""
     fidelity: str = ""
     """How to simulate the world, as `--hri-fidelity` says; empty where it says nothing."""
+    engine: str = ""
+    """The physics engine to use, of the testbench's `engines`; empty where it has none."""
     ending: Ending | None = None
     """How `go` ended; None before."""
     disturbances: Disturbances = field(default_factory=dict)

@@ -146,6 +146,12 @@ class Testbench:
             its time limit), "idle" (nothing is left to do), "early" (the code under test has returned before).
         fidelities: ways to simulate the world, of which `--hri-fidelity` chooses one; empty where there is one only.
         fidelity: the one that was chosen, which `Run.fidelity` hands to `run`; empty for the testbench's own choice.
+        engines: physics engines that `run` can use: the name of each one's package -> the module to import for it
+            before the first test; whose ImportError says what to install. The first engine that is installed is used,
+            unless `--hri-engine` chooses another one.
+        engine: the one in use, which `Run.engine` hands to `run`; empty where there are none.
+        engine_tolerances: requirement -> by how much its margins may differ between engines, in its own unit: a verdict
+            that depends on the engine is then explained by their tolerance.
         disturbances: what can go wrong, by name: a test has a line `disturb NAME` where it does. No published method
             generates such lines.
         state: the field in which the code under test tells its state, such as "state.name"; empty where it does not.
@@ -176,6 +182,9 @@ class Testbench:
     may_end: tuple[str, ...] = ()
     fidelities: tuple[str, ...] = ()
     fidelity: str = ""
+    engines: Mapping[str, str] = field(default_factory=dict, hash=False)
+    engine: str = ""
+    engine_tolerances: Mapping[str, float] = field(default_factory=dict, hash=False)
     values: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
     disturbances: Disturbances = field(default_factory=dict, hash=False)
     state: str = ""

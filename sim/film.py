@@ -1,6 +1,6 @@
 """A camera for films of the world: the whole scene, and a close view of the robot's hand.
 
-The camera copies the visual shapes of the world into a renderer, so that filming cannot change a run. The copy has
+The camera copies the visual shapes of the world into a ray caster, so that filming cannot change a run. The copy has
 additional details of the person: face, sleeve, shoulders, and lines between the fingers.
 """
 
@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from sim.engines import new_renderer
 from sim.geometry import UPRIGHT, Pose, Vector
 from sim.person import HAND_HALF_M, HEAD_RADIUS_M
-from sim.shapes import Box, Cylinder, Renderer, Shape, Sphere, Visual
+from sim.raycasting import Raycaster
+from sim.shapes import Box, Cylinder, Shape, Sphere, Visual
 from sim.world import World
 
 SCENE_PX, HAND_PX, HEIGHT_PX, GAP_PX = 560, 392, 432, 8
@@ -55,9 +55,9 @@ class View:
     degrees: float
     size: tuple[int, int]
 
-    def picture(self, renderer: Renderer, *, fine: bool) -> Image.Image:
+    def picture(self, raycaster: Raycaster, *, fine: bool) -> Image.Image:
         """The rendered picture; with shadows when `fine`."""
-        rgb, nothing = renderer.picture(self.eye, self.target, self.degrees, self.size, LIGHT, shadows=fine)
+        rgb, nothing = raycaster.picture(self.eye, self.target, self.degrees, self.size, LIGHT, shadows=fine)
         return Image.fromarray(np.where(nothing[:, :, None], _backdrop(self._edge(), self.size[1]), rgb))
 
     def _edge(self) -> int:
@@ -88,15 +88,14 @@ class Camera:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._renderer = new_renderer()
+        self._raycaster = Raycaster()
         self._copies: dict[Visual, int] = {}
         self._poses: tuple[Pose, ...] = ()
         self._last: Image.Image | None = None
-        self._details = PersonDetails(self._renderer)
+        self._details = PersonDetails(self._raycaster)
 
     def close(self) -> None:
-        """Release the camera."""
-        self._renderer.close()
+        """Nothing is to be released."""
 
     def picture(self, *, fine: bool = False) -> Image.Image:
         """The present scene; the same object as last time if nothing has moved since. `fine` pictures have shadows."""
@@ -112,19 +111,19 @@ class Camera:
 
     def _follow(self, shapes: dict[Visual, Pose]) -> None:
         for gone in self._copies.keys() - shapes.keys():
-            self._renderer.remove(self._copies.pop(gone))
+            self._raycaster.remove(self._copies.pop(gone))
         for visual, pose in shapes.items():
             if visual not in self._copies:
-                self._copies[visual] = self._renderer.add(visual.shape, visual.rgba)
-            self._renderer.put(self._copies[visual], pose)
+                self._copies[visual] = self._raycaster.add(visual.shape, visual.rgba)
+            self._raycaster.put(self._copies[visual], pose)
         self._details.follow(self._world)
 
     def _composed(self, *, fine: bool) -> Image.Image:
         target = _sum(self._world.grasp_point(), HAND_TARGET_M)
         near = View(_sum(target, HAND_EYE_M), target, HAND_DEGREES, (HAND_PX, HEIGHT_PX))
         whole = Image.new("RGB", (SCENE_PX + GAP_PX + HAND_PX, HEIGHT_PX))
-        whole.paste(SCENE.picture(self._renderer, fine=fine), (0, 0))
-        whole.paste(near.picture(self._renderer, fine=fine), (SCENE_PX + GAP_PX, 0))
+        whole.paste(SCENE.picture(self._raycaster, fine=fine), (0, 0))
+        whole.paste(near.picture(self._raycaster, fine=fine), (SCENE_PX + GAP_PX, 0))
         return whole
 
 
@@ -141,35 +140,35 @@ def _is_floor(shape: Shape) -> bool:
 class PersonDetails:
     """Visual details of the person."""
 
-    def __init__(self, renderer: Renderer) -> None:
-        self._renderer = renderer
+    def __init__(self, raycaster: Raycaster) -> None:
+        self._raycaster = raycaster
         x, y, z = HAND_HALF_M
         slit = Box((0.45 * x, 0.0012, z + 0.0008))
-        self._on_hand = {renderer.add(slit, SKIN_LINE_RGBA): (-0.56 * x, 0.5 * y * i, 0.0) for i in (-1, 0, 1)}
+        self._on_hand = {raycaster.add(slit, SKIN_LINE_RGBA): (-0.56 * x, 0.5 * y * i, 0.0) for i in (-1, 0, 1)}
         r = HEAD_RADIUS_M
         eye, nose = Sphere(0.16 * r), Sphere(0.2 * r)
         self._on_head = {
-            renderer.add(eye, DARK_RGBA): (0.9 * r, 0.35 * r, 0.2 * r),
-            renderer.add(eye, DARK_RGBA): (0.9 * r, -0.35 * r, 0.2 * r),
-            renderer.add(nose, NOSE_RGBA): (0.97 * r, 0.0, -0.1 * r),
+            raycaster.add(eye, DARK_RGBA): (0.9 * r, 0.35 * r, 0.2 * r),
+            raycaster.add(eye, DARK_RGBA): (0.9 * r, -0.35 * r, 0.2 * r),
+            raycaster.add(nose, NOSE_RGBA): (0.97 * r, 0.0, -0.1 * r),
         }
-        self._sleeve = renderer.add(Cylinder(radius_m=0.042, length_m=SLEEVE_M), SLEEVE_RGBA)
-        self._shoulders = renderer.add(Box((0.10, 0.20, 0.17)), SLEEVE_RGBA)
+        self._sleeve = raycaster.add(Cylinder(radius_m=0.042, length_m=SLEEVE_M), SLEEVE_RGBA)
+        self._shoulders = raycaster.add(Box((0.10, 0.20, 0.17)), SLEEVE_RGBA)
 
     def follow(self, world: World) -> None:
         """Move all details to the person's pose."""
         hand, head = world.person.hand.pose(), world.person.head.pose()
         for number, at in self._on_hand.items():
-            self._renderer.put(number, world.engine.compose(hand, (at, UPRIGHT)))
+            self._raycaster.put(number, world.engine.compose(hand, (at, UPRIGHT)))
         for number, at in self._on_head.items():
-            self._renderer.put(number, world.engine.compose(head, (at, UPRIGHT)))
+            self._raycaster.put(number, world.engine.compose(head, (at, UPRIGHT)))
         wrist = _sum(hand[0], (HAND_HALF_M[0], 0.0, 0.0))
         reach = [b - a for a, b in zip(wrist, _sum(head[0], SHOULDER_M), strict=True)]
         length = sum(part * part for part in reach) ** 0.5
         ahead = [part / length for part in reach]
         middle = tuple(a + 0.5 * SLEEVE_M * b for a, b in zip(wrist, ahead, strict=True))
-        self._renderer.put(self._sleeve, ((middle[0], middle[1], middle[2]), _along(ahead)))
-        self._renderer.put(self._shoulders, (_sum(head[0], (SHOULDER_M[0], 0.0, SHOULDER_M[2])), UPRIGHT))
+        self._raycaster.put(self._sleeve, ((middle[0], middle[1], middle[2]), _along(ahead)))
+        self._raycaster.put(self._shoulders, (_sum(head[0], (SHOULDER_M[0], 0.0, SHOULDER_M[2])), UPRIGHT))
 
 
 def _along(direction: Sequence[float]) -> tuple[float, float, float, float]:

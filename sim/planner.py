@@ -19,7 +19,7 @@ from typing import Any
 from controller.ports import JointPose, PlanningError
 from sim.bystander import add_body
 from sim.engine import Engine, SimulationError
-from sim.engines import new_engine
+from sim.engines import known, new_engine
 from sim.fingers import Fingers
 from sim.geometry import Vector
 from sim.layout import furnish
@@ -38,7 +38,8 @@ CLEARANCE_M = 0.02
 TORSO_LINKS = ("hip_flexor",)
 """Links that the left arm must not touch: neck, head and right arm are fixed parts of the hip flexor's link."""
 
-Query = tuple[JointPose, tuple[JointPose, ...], tuple[Vector, ...]]
+Query = tuple[JointPose, tuple[JointPose, ...], tuple[Vector, ...], str]
+"""Start, waypoints, people in the way, and the physics engine that knows distances."""
 
 _paths: dict[Query, tuple[JointPose, ...] | str] = {}
 """The free path, or the reason why there is none."""
@@ -103,35 +104,40 @@ class CollisionScene:
         return ""
 
 
-def is_cached(start: JointPose, waypoints: Sequence[JointPose], people: Sequence[Vector] = ()) -> bool:
+def is_cached(
+    start: JointPose, waypoints: Sequence[JointPose], people: Sequence[Vector] = (), engine: str = ""
+) -> bool:
     """True when `find_path` needs no search."""
-    return _query(start, waypoints, people) in _paths
+    return _query(start, waypoints, people, engine) in _paths
 
 
-def find_path(start: JointPose, waypoints: Sequence[JointPose], people: Sequence[Vector] = ()) -> tuple[JointPose, ...]:
+def find_path(
+    start: JointPose, waypoints: Sequence[JointPose], people: Sequence[Vector] = (), engine: str = ""
+) -> tuple[JointPose, ...]:
     """Poses (rad) joined by straight, free paths: `waypoints`, and others between them where needed.
 
     Args:
         start: where the arm is (rad).
         waypoints: poses to pass in order (rad).
         people: where people lean into the workspace (m).
+        engine: of physics, which knows distances (see `sim.engines`).
 
     Raises:
         PlanningError: start or a waypoint is outside the limits, a waypoint is in collision, or no path was found.
     """
-    query = _query(start, waypoints, people)
+    query = _query(start, waypoints, people, engine)
     if query not in _paths:
-        with new_engine() as engine:
-            _paths[query] = _search(CollisionScene(engine, people), *query)
+        with new_engine(query[-1]) as scene:
+            _paths[query] = _search(CollisionScene(scene, people), *query[:3])
     way = _paths[query]
     if isinstance(way, str):
         raise PlanningError(way)
     return way
 
 
-def _query(start: JointPose, waypoints: Sequence[JointPose], people: Sequence[Vector]) -> Query:
+def _query(start: JointPose, waypoints: Sequence[JointPose], people: Sequence[Vector], engine: str) -> Query:
     rounded = tuple(round(angle, 3) + 0.0 for angle in start)
-    return rounded, tuple(tuple(waypoint) for waypoint in waypoints), tuple(people)
+    return rounded, tuple(tuple(waypoint) for waypoint in waypoints), tuple(people), known(engine)
 
 
 def _search(

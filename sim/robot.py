@@ -66,7 +66,7 @@ class RobotArm:
         """
         start = self._world.torso.arm_angles()
         time_path(start, waypoints, max_speed_rad_s)  # refuses waypoints that are no poses
-        query = (start, tuple(waypoints), self._world.bystander.places)
+        query = (start, tuple(waypoints), self._world.bystander.places, self._world.engine_name)
         if not is_cached(*query):
             self._request_search(query)
         return time_path(start, find_path(*query), max_speed_rad_s)

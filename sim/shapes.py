@@ -1,16 +1,11 @@
-"""Shapes of bodies: what they are like, and how they are rendered."""
+"""Shapes of bodies."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple
 
-from sim.geometry import Pose, Vector
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+from sim.geometry import Vector
 
 
 @dataclass(frozen=True)
@@ -55,33 +50,3 @@ class Visual(NamedTuple):
     number: int
     shape: Shape
     rgba: tuple[float, ...]
-
-
-class Renderer(Protocol):
-    """Renders shapes, without any physics."""
-
-    def close(self) -> None:
-        """Release all resources."""
-
-    def add(self, shape: Shape, rgba: Sequence[float]) -> int:
-        """Add a shape; returns its number."""
-
-    def remove(self, number: int) -> None:
-        """Remove a shape."""
-
-    def put(self, number: int, pose: Pose) -> None:
-        """Set the pose of a shape."""
-
-    def picture(
-        self, eye: Vector, target: Vector, degrees: float, size: tuple[int, int], light: Vector, *, shadows: bool
-    ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-        """What is seen: height x width x 3 (RGB), and height x width: whether nothing is there.
-
-        Args:
-            eye: position (m).
-            target: that is looked at (m).
-            degrees: vertical field of view.
-            size: width and height (px).
-            light: direction to the light.
-            shadows: whether it throws shadows.
-        """

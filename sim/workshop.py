@@ -36,6 +36,7 @@ class Workshop:
         outage_turn: the turn without readings; 0 for none.
         freeze: skip physics steps while nothing can move.
         fidelity: "dynamic" or "kinematic" (see `sim.mechanics`).
+        engine: of physics (see `sim.engines`).
     """
 
     def __init__(
@@ -50,11 +51,12 @@ class Workshop:
         outage_turn: int = 0,
         freeze: bool = True,
         fidelity: str = "dynamic",
+        engine: str = "",
     ) -> None:
         self._bus = bus
         self._recorder = recorder
         self.kernel = kernel
-        self.world = World(recorder, freeze=freeze, fidelity=fidelity)
+        self.world = World(recorder, freeze=freeze, fidelity=fidelity, engine=engine)
         try:
             kernel.world = self.world
             self.robot = Robot(kernel, self.world)

@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 from pytest_hricdv.runtime import Recorder
 from sim.bystander import Bystander
 from sim.engine import STEP_HZ, TICK_STEPS, PhysicsTime, SimulationError, steps_until, time_of
-from sim.engines import new_engine
+from sim.engines import known, new_engine
 from sim.fingers import Fingers
 from sim.geometry import Vector
 from sim.gripper import FingerMotion, Gripper
@@ -58,17 +58,19 @@ class World:
             `sim.whereabouts`) and `arm_home`.
         freeze: skip steps while nothing can move. Messages and verdicts are the same without.
         fidelity: "dynamic" or "kinematic" (see `sim.mechanics`).
+        engine: of physics (see `sim.engines`); the first one that is installed if it is empty.
 
     Raises:
-        SimulationError: another world is still open, or there is no such fidelity.
+        SimulationError: another world is still open, or there is no such fidelity or engine.
     """
 
     _open: ClassVar[World | None] = None
 
-    def __init__(self, recorder: Recorder, *, freeze: bool = True, fidelity: str = "dynamic") -> None:
+    def __init__(self, recorder: Recorder, *, freeze: bool = True, fidelity: str = "dynamic", engine: str = "") -> None:
         if World._open is not None:
             raise SimulationError("another world is open in this process: close it first")
         self._mechanics = mechanics_of(fidelity)
+        self.engine_name = known(engine)
         World._open = self
         self.fidelity = fidelity
         self._recorder = recorder
@@ -78,7 +80,7 @@ class World:
         self._watches: list[Watch] = []
         self._triggered: list[Watch] = []
         self.time = PhysicsTime()
-        self.engine = new_engine()
+        self.engine = new_engine(self.engine_name)
         try:
             self._build()
         except BaseException:

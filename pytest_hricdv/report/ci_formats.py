@@ -66,7 +66,7 @@ def annotations(report: Report, places: Mapping[str, Place]) -> tuple[str, ...]:
 
 
 def junit_properties(test: TestResult, outcome_label: str) -> tuple[tuple[str, str], ...]:
-    """JUnit properties of a test, as name and value: suite, id, seed, verdicts, coverage, fidelity, outcomes.
+    """JUnit properties of a test, as name and value: suite, id, seed, verdicts, coverage, simulation, outcomes.
 
     What a test does not have, such as the coverage of unmeasured code, has no property: some tools would read an empty
     one as zero. Nor has its own outcome, which JUnit XML states itself, and which is not known yet while the test runs.
@@ -83,6 +83,7 @@ def junit_properties(test: TestResult, outcome_label: str) -> tuple[tuple[str, s
         ("hri.statements_percent", _tenths(test.code.percent if test.code else None)),
         ("hri.simulated_s", _tenths(test.sim_s)),
         ("hri.fidelity", test.fidelity or None),
+        ("hri.engine", " ".join(test.engines) or None),
         (f"hri.{outcome_label}", " ".join(test.outcomes)),
         ("hri.record_sha256", test.record_sha256),
         *(("hri.fault", fault) for fault in test.faults),

@@ -11,7 +11,7 @@ from pytest_hricdv.results.model import Report, RequirementText, TestResult
 _MAX_VIOLATIONS = 3
 _MAX_ACTIONS = 14
 _MAX_MISSING = 6
-_OF_A_REPLAY = ("--hri-replay-anyway", "--hri-known", "--hri-strict", "--hri-fidelity")
+_OF_A_REPLAY = ("--hri-replay-anyway", "--hri-known", "--hri-strict", "--hri-fidelity", "--hri-engine")
 _PLAIN_IN_DOUBLE_QUOTES = set("[]/.:-_ ()=,+@%#~{}&;<>|*?'")
 
 

@@ -56,6 +56,7 @@ _OUTCOME_WORDS = {
     "passed": "passed",
     "failed": "failed",
     "known-violation": "known violation",
+    "engine-sensitive": "engine-sensitive",
     "error": "error",
     "not-run": "not run",
 }

@@ -7,7 +7,7 @@ from pathlib import Path
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage
 from pytest_hricdv.message import visible
-from pytest_hricdv.report import behaviour_view, closing_view, mutation_view, totals
+from pytest_hricdv.report import behaviour_view, closing_view, engines_view, mutation_view, totals
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
@@ -62,6 +62,20 @@ def header(suites: Sequence[str], seed: int, tests: int | None, testbench: str) 
     return visible(f"hri: {', '.join(parts)}")
 
 
+def engine_header(engine: str, second: str, missing: Sequence[str]) -> str:
+    """The line in pytest's header: `hri: physics by mujoco (pybullet is not installed)`.
+
+    Args:
+        engine: that tests run on.
+        second: on which each test runs, too; empty where it does not.
+        missing: engines that were to be used, had they been installed.
+    """
+    if second:
+        return visible(f"hri: each test on {engine} and on {second}")
+    why = f" ({' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} not installed)" if missing else ""
+    return visible(f"hri: physics by {engine}{why}")
+
+
 def replay_header(testbench: str, files: int) -> str:
     """The line in pytest's header: `hri: table-assembly, replay of 1 test`."""
     return visible(f"hri: {testbench}, replay of {plural(files, 'test')}")
@@ -81,6 +95,8 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
     lines += [*changed, Line("")] if changed else []
     mutants = list(mutation_view.lines(report))
     lines += [*mutants, Line("")] if mutants else []
+    engines = list(engines_view.lines(report))
+    lines += [*engines, Line("")] if engines else []
     closing = list(closing_view.lines(report))
     lines += [*closing, Line("")] if closing else []
     lines += _totals(report, width)
@@ -103,8 +119,9 @@ def findings(report: Report) -> Iterator[Line]:
 
 
 def _suite(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:
-    fidelity = f", {suite.fidelity} simulation" if suite.fidelity else ""
-    yield Line(f"suite {suite.name}, seed {suite.seed}: {totals.tests_text(report, suite)}{fidelity}", "title")
+    simulation = f", {suite.fidelity} simulation" if suite.fidelity else ""
+    simulation += f" on {suite.engine}" if suite.engine else ""
+    yield Line(f"suite {suite.name}, seed {suite.seed}: {totals.tests_text(report, suite)}{simulation}", "title")
     yield from requirement_lines(report, suite, columns)
     yield from _code("statements", suite.code.statements, report, columns)
     yield from _code("branches", suite.code.branches, report, columns)

@@ -148,6 +148,8 @@ def _facts(test: TestResult) -> dict[str, str]:
         "Simulated": seconds(test.sim_s),
         "Without physics": seconds(test.skipped_s),
         "Simulation": test.fidelity,
+        "Physics engine": " and ".join(test.engines),
+        "Engines differ": "; ".join(each.text for each in test.beside.differences) if test.beside else "",
         "Wall clock": seconds(test.wall_s),
         "Own seed": str(test.seed),
         "Record SHA-256": test.record_sha256 or "",

@@ -89,7 +89,8 @@ def _suite_baseline(report: Report, suite: SuiteResult, percent: Mapping[str, fl
 
 def made_with(report: Report, suite: SuiteResult) -> dict[str, str]:
     """Name -> version, of what the records of a suite's tests can depend on beside code and testbench."""
-    return {**report.made_with, **({"fidelity": suite.fidelity} if suite.fidelity else {})}
+    simulation = {"fidelity": suite.fidelity, "engine": suite.engine}
+    return {**report.made_with, **{name: value for name, value in simulation.items() if value}}
 
 
 def _behaviours(tests: Sequence[TestResult]) -> dict[str, Behaviour]:

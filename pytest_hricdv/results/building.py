@@ -84,6 +84,7 @@ def build_result(
         sim_s=result.sim_s if result else 0.0,
         skipped_s=outcome.skipped_s if outcome else 0.0,
         fidelity=outcome.fidelity if outcome else "",
+        engine=result.engine if result else "",
         ended=outcome.ended if outcome else "",
         outcomes=tuple(outcome.outcomes) if outcome else (),
         requirements=_requirements(result, requirements),

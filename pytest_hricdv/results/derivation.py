@@ -125,6 +125,7 @@ def _suite(
         suite,
         tests=len(mine),
         fidelity=" and ".join(sorted({test.fidelity for test in tests} - {""})),
+        engine=" and ".join(sorted({each for test in tests for each in test.engines})),
         requirements={name: tally(name, mine) for name in report.requirements},
         code=code_coverage(code, union(mine)) if code else SuiteCode(statements=None, branches=None),
         plans=plan_coverage(mine, {agent: plans.declared for agent, plans in suite.plans.items()}),

@@ -39,12 +39,13 @@ from pytest_hricdv.coverage.records import (
 )
 from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.closing import ClosingResult
+from pytest_hricdv.results.engines import EngineComparison
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.mutation import MutationResult
 from pytest_hricdv.results.searching import SearchResult, ShrunkTest
 
 SCHEMA: Final = "hricdv-report/1"
-TestOutcome = Literal["passed", "failed", "known-violation", "error", "not-run"]
+TestOutcome = Literal["passed", "failed", "known-violation", "engine-sensitive", "error", "not-run"]
 
 
 # Tests
@@ -124,6 +125,8 @@ class TestResult(Record, frozen=True, kw_only=True):
         shrunk: requirement -> the shortest test found that fails it.
         values: parameters that were chosen instead of drawn: number of the command (from 1), or `run` -> parameter ->
             value.
+        engine: of physics; empty where the testbench has none.
+        beside: how the same test went on a second engine.
         repeats: of a merged report: the runs that differ from this one, which is the worst.
     """
 
@@ -144,6 +147,7 @@ class TestResult(Record, frozen=True, kw_only=True):
     sim_s: NotNegative
     skipped_s: NotNegative = field(name="frozen_s")
     fidelity: str
+    engine: str = ""
     ended: str
     outcomes: Names = field(name="legs")
     requirements: Mapping[str, RequirementResult]
@@ -161,10 +165,17 @@ class TestResult(Record, frozen=True, kw_only=True):
     shrunk: Mapping[str, ShrunkTest] = {}
     values: Mapping[str, Mapping[str, float]] = {}
     repeats: tuple[TestResult, ...] = ()
+    beside: EngineComparison | None = None
 
     def violates(self, requirement: str) -> bool:
         """Whether its run violated a requirement."""
         return requirement in self.requirements and self.requirements[requirement].verdict == "Failed"
+
+    @property
+    def engines(self) -> Names:
+        """The physics engines that it ran on."""
+        beside = self.beside.engine if self.beside else ""
+        return tuple(name for name in (self.engine, beside) if name)
 
     @property
     def runs(self) -> tuple[TestResult, ...]:
@@ -184,6 +195,7 @@ class SuiteResult(Record, frozen=True, kw_only=True):
     generation: GenerationResult
     tests: Count
     fidelity: str
+    engine: str = ""
     requirements: Mapping[str, RequirementTally]
     code: SuiteCode
     plans: Mapping[str, PlanCoverage]

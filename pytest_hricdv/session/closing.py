@@ -212,6 +212,7 @@ class Closing:
             options.coverage,
             testbench.name,
             testbench.fidelity,
+            testbench.engine,
             testbench.transitions,
             [test.id for test in given],
         )

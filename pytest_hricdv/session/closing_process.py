@@ -104,7 +104,9 @@ class _Serving:
     def serve(self, messages: Iterable[bytes]) -> None:
         """Run one generation after the other, until there is none."""
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        for name in self._collection.testbench.requires:
+        testbench = self._collection.testbench
+        engine = [testbench.engines[testbench.engine]] if testbench.engine else []
+        for name in (*testbench.requires, *engine):
             importlib.import_module(name)
         _ = self._running.code, self._running.measurement, self._role  # once, and not in each fork
         for line in messages:

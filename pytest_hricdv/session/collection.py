@@ -15,6 +15,7 @@ from pytest_hricdv.case import HriCase
 from pytest_hricdv.message import visible
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session import replaying
+from pytest_hricdv.session.engine_choice import on_engine, on_second_engine
 from pytest_hricdv.session.options import SESSION_DAY, Options
 from pytest_hricdv.session.replaying import ReplayInput
 from pytest_hricdv.session.suites import cases, from_text, selected_suites, to_text
@@ -67,11 +68,17 @@ class Collection:
         code = implementations[-1].function.__code__
         try:
             found = checked(hook(config=self.config), f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
-            return found.simulated(self.options.fidelity) if self.options.fidelity else found
+            found = found.simulated(self.options.fidelity) if self.options.fidelity else found
+            return on_engine(found, self.options.engine)
         except TestbenchError as error:
             raise usage_error(str(error)) from None
         except Exception as error:
             raise usage_error(f"{_located(error)}{lacking(error)}") from error
+
+    @cached_property
+    def second_testbench(self) -> Testbench | None:
+        """The testbench on the engine that checks the first one; None where none does."""
+        return on_second_engine(self.testbench, self.options.engine)
 
     @cached_property
     def selected(self) -> list[GeneratedSuite]:

@@ -37,7 +37,7 @@ MAX_TESTS, MAX_CONCRETIZATIONS = 100_000, 10_000
 """As in `generate.beliefs`, which a session without a suite does not import."""
 
 SESSION_DAY = "hricdv_session_day"
-_AGAIN = ("tests", "concretizations", "sampling", "fidelity")
+_AGAIN = ("tests", "concretizations", "sampling", "fidelity", "engine")
 _DAY = pytest.StashKey[datetime.date]()
 
 
@@ -110,6 +110,7 @@ class Options:
     baseline: Path | None = None
     update_baseline: bool = False
     fidelity: str = ""
+    engine: str = ""
     resume: bool = False
     today: datetime.date = datetime.date.min
     """The day on which the session began (UTC)."""
@@ -150,6 +151,7 @@ def read_options(config: pytest.Config) -> Options:
         export=config.invocation_params.dir / _text(config, "export") if _text(config, "export") else None,
         coverage=not _flag(config, "no_cov"),
         fidelity=_text(config, "fidelity"),
+        engine=_text(config, "engine"),
         film=_flag(config, "film"),
         resume=bool(config.getoption("hri_resume")),
         replay=replay,

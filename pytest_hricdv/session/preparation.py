@@ -28,12 +28,13 @@ from pytest_hricdv.results.model import Report
 from pytest_hricdv.session import films
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection
+from pytest_hricdv.session.engine_choice import passed_over
 from pytest_hricdv.session.fingerprint import fingerprint
 from pytest_hricdv.session.resuming import Restoring
 from pytest_hricdv.session.running import Running
 from pytest_hricdv.session.suites import export
 from pytest_hricdv.session.usage import usage_error
-from pytest_hricdv.testbench import TestbenchError
+from pytest_hricdv.testbench import Testbench, TestbenchError
 
 
 class Preparation:
@@ -58,7 +59,18 @@ class Preparation:
     def _header(self) -> list[str]:
         names = [each.suite.name for each in self.collection.selected]
         tests = len(self.collection.cases)
-        return [terminal.header(names, self.options.seed, tests, self.collection.testbench.name)]
+        return [
+            terminal.header(names, self.options.seed, tests, self.collection.testbench.name),
+            *self._engine_header(),
+        ]
+
+    def _engine_header(self) -> list[str]:
+        """Which engine is used, where that was asked for, or where it is not the testbench's first one."""
+        testbench, second = self.collection.testbench, self.collection.second_testbench
+        missing = () if self.options.engine else passed_over(testbench)
+        if not (self.options.engine or missing):
+            return []
+        return [terminal.engine_header(testbench.engine, second.engine if second else "", missing)]
 
     def _replay_header(self) -> list[str]:
         given = self.collection.replays.values()
@@ -120,6 +132,18 @@ class Preparation:
                 importlib.import_module(name)
             except ImportError as error:
                 raise usage_error(f"the testbench requires {name}: {error}") from None
+        for testbench in (self.collection.testbench, self.collection.second_testbench):
+            if testbench is not None and testbench.engine:
+                self._import_engine(testbench)
+
+    def _import_engine(self, testbench: Testbench) -> None:
+        name = testbench.engine
+        try:
+            importlib.import_module(testbench.engines[name])
+        except ImportError as error:
+            others = ", ".join(each for each in testbench.engines if each != name)
+            instead = f"; or choose another one with --hri-engine: {others}" if others else ""
+            raise usage_error(f"engine {name!r}: {error}{instead}") from None
 
 
 def _check_mutation() -> None:

@@ -33,7 +33,7 @@ from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench
 
 FOLDER = "failures"
-LEAVE_A_FILE = ("failed", "known-violation", "error")
+LEAVE_A_FILE = ("failed", "known-violation", "engine-sensitive", "error")
 """Outcomes of tests that can be replayed."""
 
 UNMEASURED = NoMeasurement("not a test of the suite")
@@ -150,7 +150,7 @@ class Provenance:
             record_sha256=result.record_sha256,
             requirements=to_builtins(result.requirements),
             code=self.code,
-            made_with=self._with_fidelity(result.fidelity),
+            made_with=self._with_simulation(result),
             origin=origin,
         )
 
@@ -161,7 +161,7 @@ class Provenance:
             file=given.name,
             expected_sha256=expected,
             same=expected == result.record_sha256,
-            changed=tuple(differences(given.replay, self.code, self._with_fidelity(result.fidelity))),
+            changed=tuple(differences(given.replay, self.code, self._with_simulation(result))),
         )
 
     def note(self, given: ReplayInput) -> str:
@@ -170,8 +170,9 @@ class Provenance:
         changed = differences(replace(given.replay, made_with=before), self.code, self.made_with)
         return f"{given.name}: {', '.join(changed)}: its run need not be the same again" if changed else ""
 
-    def _with_fidelity(self, fidelity: str) -> dict[str, str]:
-        return {**self.made_with, "fidelity": fidelity} if fidelity else dict(self.made_with)
+    def _with_simulation(self, result: TestResult) -> dict[str, str]:
+        simulation = {"fidelity": result.fidelity, "engine": result.engine}
+        return {**self.made_with, **{name: value for name, value in simulation.items() if value}}
 
 
 def replay_mismatch(replayed: ReplayComparison | None) -> str:

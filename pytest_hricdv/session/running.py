@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Generator, Iterable, Iterator, Mapping
 from functools import cached_property
@@ -27,10 +28,12 @@ from pytest_hricdv.monitor import (
 from pytest_hricdv.report import ci_formats, explanation
 from pytest_hricdv.results.building import build_result, requirement_texts
 from pytest_hricdv.results.codec import encode
+from pytest_hricdv.results.engine_comparison import compare
 from pytest_hricdv.results.model import RequirementText, TestOutcome, TestResult
 from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.session.collection import Collection, case_of
+from pytest_hricdv.session.engine_verdict import ENGINE_SENSITIVE, judge_engines
 from pytest_hricdv.session.films import Filming, film_text
 from pytest_hricdv.session.replaying import Failures, Provenance, replay_mismatch
 from pytest_hricdv.session.usage import usage_error
@@ -39,6 +42,7 @@ from pytest_hricdv.testbench import ConformanceError
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 ATTRIBUTE = "hricdv"
+ELSEWHERE = NoMeasurement("it is measured on the first engine")
 
 
 class RerunInfo(TypedDict):
@@ -208,10 +212,18 @@ class Running:
         bench, known_while = self.collection.testbench, self.known_while
         return execute(bench, self.requirements, test, measurement, context, None, known_while, producing, watching)
 
+    def _checked(self, test: ConcreteTest, result: CaseResult) -> CaseResult:
+        """The result, beside that on the second engine where engines check each other."""
+        second, known_while = self.collection.second_testbench, self.known_while
+        if second is None:
+            return result
+        beside = execute(second, self.requirements, test, ELSEWHERE, "engine", known_while=known_while)
+        return dataclasses.replace(result, beside=beside)
+
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
         self._used = self.measurement
         try:
-            return self.execute(case.concrete, self._used, f"hricdv|{nodeid}")
+            return self._checked(case.concrete, self.execute(case.concrete, self._used, f"hricdv|{nodeid}"))
         except Exception as error:
             # The exception of the author's code, with its line, says more than that a node failed.
             failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error
@@ -228,7 +240,10 @@ class Running:
 
     def _judge(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
         failed, known = result.failed, self.known
-        mismatch = replay_mismatch(self._result(case, nodeid).replayed)
+        built = self._result(case, nodeid)
+        mismatch = replay_mismatch(built.replayed)
+        if built.beside is not None and not (mismatch or result.faults):
+            judge_engines(result, built.beside, known)
         if not (failed or mismatch or result.faults):
             return
         if not (result.unknown(known) or mismatch or result.faults):
@@ -270,6 +285,8 @@ class Running:
                 requirements=self.requirements,
                 unmeasured=self._used.reason if unmeasured else "",
             )
+            if run is not None and run.beside is not None:
+                result = replace(result, beside=compare(run, run.beside, self.collection.testbench))
             given = self.collection.replays.get(case.abstract.id)
             if given is not None:
                 result = replace(result, replay=given.name, replayed=self.provenance.compared(given, result))
@@ -282,7 +299,9 @@ def _outcome(report: pytest.TestReport, case: HriCase) -> TestOutcome:
         return "passed" if case.result is not None else "error"
     if case.result is None:
         return "error"
-    return "known-violation" if hasattr(report, "wasxfail") else "failed"
+    if not hasattr(report, "wasxfail"):
+        return "failed"
+    return "engine-sensitive" if report.wasxfail.startswith(ENGINE_SENSITIVE) else "known-violation"
 
 
 def _text(report: pytest.TestReport) -> str:

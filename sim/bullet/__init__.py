@@ -4,5 +4,5 @@
 - `engine`: `BulletEngine`, the `sim.engine.Engine`
 - `motors`: its drives
 - `merging`: descriptions without fixed joints
-- `camera`: pictures
+- `seen`: shapes for pictures
 """

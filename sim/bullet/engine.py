@@ -10,7 +10,7 @@ from typing import Any, Self
 from sim.bullet.client import bullet, connect, load
 from sim.bullet.merging import merge_fixed_joints
 from sim.bullet.motors import Motors
-from sim.bullet.renderer import shapes_of, shapes_of_description
+from sim.bullet.seen import shapes_of, shapes_of_description
 from sim.engine import Contact, Drive, Robot, SimulationError, check_finite
 from sim.geometry import UPRIGHT, Pose, Quaternion, Vector
 from sim.shapes import Box, Cylinder, Shape, Sphere, Surface, Visual

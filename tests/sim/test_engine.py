@@ -71,13 +71,9 @@ def test_a_state_that_became_nan_stops_the_run_and_says_when(monkeypatch: pytest
             stage.run(lambda: stage.kernel.sleep(1.0))
 
 
-def test_physics_that_explodes_is_named_with_its_time(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
-    class Bad:
-        def __getattr__(self, name: str) -> object:
-            return lambda *_, **__: [(0.0, NAN)] * 9
-
-    monkeypatch.setattr("sim.bullet.engine.bullet", Bad())
-    with pytest.raises(SimulationError, match=r"at 0\.0083 s: joint speeds of the robot are \[nan"):
+def test_physics_that_explodes_is_named_with_its_time(world: World) -> None:
+    world.engine.set_joints(world.torso.body, [0], [math.nan])
+    with pytest.raises(SimulationError, match=r"at 0\.00.*(joint speeds of the robot are \[nan|Nan, Inf or huge)"):
         world.advance(1_000_000)
 
 
@@ -102,8 +98,9 @@ def test_importing_and_building_is_silent_in_a_process_of_its_own() -> None:
     assert (done.stdout, done.stderr) == ("", "")
 
 
-def test_missing_pybullet_names_the_extra() -> None:
-    code = "import sys; sys.modules['pybullet'] = None; import sim.bullet.engine"
+@pytest.mark.parametrize(("library", "module"), [("pybullet", "sim.bullet.engine"), ("mujoco", "sim.mujoco.engine")])
+def test_a_missing_engine_names_the_extra(library: str, module: str) -> None:
+    code = f"import sys; sys.modules[{library!r}] = None; import {module}"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert 'pip install "pytest-hricdv[sim]"' in done.stderr

@@ -74,9 +74,10 @@ def test_equal_inputs_give_equal_runs_even_after_another_world() -> None:
     assert between.sha256 != first.sha256
 
 
-def test_another_process_gives_an_equal_run() -> None:
+def test_another_process_gives_an_equal_run(engine_name: str) -> None:
     here, _ = handover(one_leg(), turns=1)
-    code = "from tests.sim.stage import handover, one_leg; print(handover(one_leg(), turns=1)[0].sha256)"
+    code = f"import sim.engines; sim.engines._first_installed = lambda: {engine_name!r}; "
+    code += "from tests.sim.stage import handover, one_leg; print(handover(one_leg(), turns=1)[0].sha256)"
     root = Path(__file__).parents[2]
     there = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
     assert there.stdout.strip() == here.sha256

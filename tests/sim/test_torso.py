@@ -48,6 +48,7 @@ def test_loads_with_the_limits_of_the_table(bodies: tuple[Torso, Fingers]) -> No
             assert limits == (REVOLUTE[name]["lower"], REVOLUTE[name]["upper"])
 
 
+@pytest.mark.engine("pybullet")
 def test_the_arm_carries_the_mass_of_everything_but_the_stand(bodies: tuple[Torso, Fingers]) -> None:
     masses = {
         str(link.get("name")): float(mass.get("value", "0"))
@@ -100,6 +101,7 @@ def test_every_joint_is_as_in_the_table(row: dict[str, Any]) -> None:
     assert (None if axis is None else axis.get("xyz")) == row["axis"]
 
 
+@pytest.mark.engine("pybullet")
 def test_every_moving_link_has_a_mass_a_shape_and_a_believable_inertia(bodies: tuple[Torso, Fingers]) -> None:
     for body in bodies:
         for name, index in body.joints.items():

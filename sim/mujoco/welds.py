@@ -1,0 +1,133 @@
+"""Welds of MuJoCo that give way beyond a force.
+
+MuJoCo's own welds hold against any force. One that is overloaded is switched off: the body slides, against a force that
+is as large as the weld can bear (Coulomb's dry friction), and is welded again where it has come to rest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from sim.engine import STEP_S
+from sim.geometry import Pose, Vector
+from sim.mujoco.library import mujoco
+from sim.mujoco.scene import Scene, turn, vector
+from sim.rotation import relative
+
+TIME_S = 2.0 * STEP_S
+"""In which a weld corrects its error: the least for which MuJoCo is stable."""
+
+HARD = (0.99, 0.999, 0.001, 0.5, 2.0)
+"""MuJoCo's impedance of a weld: near to 1, the body hardly gives under a force."""
+
+SPIN_RAD_S = 1.0
+"""Of a body that is let go, about its own x axis: no grip opens everywhere at once. Without it a leg falls upright
+and stands upright on the one before; PyBullet's contacts make it topple."""
+
+ROWS = 6
+"""Of constraint forces a weld: three forces, three torques."""
+
+
+class Weld:
+    """A body that is welded to a link of another.
+
+    Args:
+        scene: that has both.
+        holder: body and link that hold it.
+        body: that is held.
+        frame: its pose relative to the link's centre of mass.
+        limit_n: beyond this force it gives way.
+    """
+
+    def __init__(self, scene: Scene, holder: tuple[int, int], body: int, frame: Pose, limit_n: float) -> None:
+        self.limit_n = limit_n
+        self.force_n: Vector = (0.0, 0.0, 0.0)
+        self._scene = scene
+        self._link = scene.link(*holder)
+        self._body = body
+        self._frame = frame
+        self._sliding: Vector | None = None  # the direction
+        self._offset: Vector = (0.0, 0.0, 0.0)  # from where it was welded
+        self._equality = self._weld()
+
+    @property
+    def holds(self) -> bool:
+        """False while the body slides."""
+        return self._sliding is None
+
+    def remove(self) -> None:
+        """Remove the weld; the body turns a little."""
+        _, data = self._scene.now()
+        data.qvel[self._scene.dof(self._body) + 3] += SPIN_RAD_S
+        self._scene.change().delete(self._equality)
+
+    def before_step(self) -> None:
+        """Resist a body that slides."""
+        if self._sliding is not None:
+            x, y, z = self.force_n = scaled(self.limit_n, self._sliding)
+            place = self._scene.pose(self._body)[0]
+            self._scene.push(self._scene.bodies[self._body].base.id, (-x, -y, -z), place)
+            self._scene.push(self._link.id, self.force_n, place)
+
+    def after_step(self, number: int) -> None:
+        """Give way, or hold again.
+
+        Args:
+            number: among the welds that hold.
+        """
+        if self._sliding is None:
+            _, data = self._scene.now()
+            x, y, z = self.force_n = vector(data.efc_force[ROWS * number : ROWS * number + 3])
+            load_n = math.hypot(x, y, z)
+            if load_n > self.limit_n:
+                self._sliding, self._offset = scaled(1.0 / load_n, self.force_n), self._offset_now()
+                self._let_go()
+            return
+        before, self._offset = self._offset, self._offset_now()
+        moved = tuple(now - then for now, then in zip(self._offset, before, strict=True))
+        if sum(m * s for m, s in zip(moved, self._sliding, strict=True)) > 0.0:
+            self._sliding = scaled(1.0 / math.hypot(*moved), moved)
+        else:
+            self._sliding = None
+            self._hold_here()
+
+    def _offset_now(self) -> Vector:
+        """From where the body was welded to where it is (m)."""
+        _, data = self._scene.placed()
+        link, (x, y, z) = self._link.id, self._scene.pose(self._body)[0]
+        tx, ty, tz = vector(data.xipos[link] + data.xmat[link].reshape(3, 3) @ self._frame[0])
+        return (x - tx, y - ty, z - tz)
+
+    def _hold_here(self) -> None:
+        _, data = self._scene.placed()
+        holder = vector(data.xipos[self._link.id]), turn(data.xquat[self._link.id])
+        self._frame = relative(holder, self._scene.pose(self._body))
+        self._scene.change().delete(self._equality)
+        self._equality = self._weld()
+
+    def _let_go(self) -> None:
+        _, data = self._scene.now()
+        self._equality.active = False  # for the next compilation
+        data.eq_active[self._equality.id] = False
+
+    def _weld(self) -> Any:
+        model, _ = self._scene.now()
+        place = model.body_ipos[self._link.id] + self._frame[0]
+        x, y, z, w = self._frame[1]
+        return self._scene.change().add_equality(
+            type=mujoco.mjtEq.mjEQ_WELD,
+            objtype=mujoco.mjtObj.mjOBJ_BODY,
+            name1=self._link.name,
+            name2=self._scene.bodies[self._body].base.name,
+            data=[0.0, 0.0, 0.0, *place, w, x, y, z, 1.0, 0.0],
+            solref=(TIME_S, 1.0),
+            solimp=HARD,
+        )
+
+
+def scaled(share: float, values: Sequence[float]) -> Vector:
+    """Three numbers, all multiplied by another one."""
+    x, y, z = values
+    return (share * x, share * y, share * z)

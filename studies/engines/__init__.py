@@ -1,0 +1,1 @@
+"""How far the table's two physics engines agree."""
