@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pytest_hricdv.message import visible
-from pytest_hricdv.report.formatting import Line, natural, percent, plural, quantity, share
+from pytest_hricdv.report.formatting import Line, natural, percent, plural, quantity, share, wrap
 from pytest_hricdv.results.engine_agreement import Agreement, VerdictAgreement, agreement
 from pytest_hricdv.results.model import Report
 
 _MAX_TESTS = 8
+_INDENT = "    "
 
 
-def lines(report: Report) -> Iterator[Line]:
+def lines(report: Report, columns: int) -> Iterator[Line]:
     """How far the engines agree, and the first tests that depend on the engine; none where tests ran on one."""
     found = agreement(report.tests)
     if found is None:
@@ -25,7 +26,7 @@ def lines(report: Report) -> Iterator[Line]:
     for name in sorted(found.verdicts, key=natural):
         if found.verdicts[name].same < found.verdicts[name].tests:
             yield Line(visible(f"  {name}: {_verdicts(found.verdicts[name])}"), "warn")
-    yield from _differing(found)
+    yield from _differing(found, columns)
 
 
 def _verdicts(each: VerdictAgreement) -> str:
@@ -34,10 +35,12 @@ def _verdicts(each: VerdictAgreement) -> str:
     return text + (f"; margins differ by at most {quantity(each.margin)}" if each.margin is not None else "")
 
 
-def _differing(found: Agreement) -> Iterator[Line]:
+def _differing(found: Agreement, columns: int) -> Iterator[Line]:
     for test in sorted(found.differing, key=natural)[:_MAX_TESTS]:
+        yield Line(visible(f"  {test}"), "warn")
         for text in found.differing[test]:
-            yield Line(visible(f"  {test}: {text}"), "warn")
+            for line in wrap(visible(text).split(), columns - len(_INDENT)):
+                yield Line(f"{_INDENT}{line}")
     if len(found.differing) > _MAX_TESTS:
         yield Line(f"  and {plural(len(found.differing) - _MAX_TESTS, 'more test')}", "warn")
 
