@@ -4,9 +4,9 @@ Paths are planned in a separate scene, so that planning never changes the runnin
 a milliradian), waypoints and the people in the way only, and is cached in the process. No path leads around people: an
 arm waits until they have gone.
 
-Around obstacles a path is sampled by OMPL's RRT-Connect (Kuffner and LaValle 2000). Its random numbers are seeded from
-the query, and it is bounded by a number of collision checks, not by time: the same query has the same result on every
-machine, alone or after others.
+Around obstacles a path is sampled by RRT-Connect (Kuffner and LaValle 2000; see `sim.detours`). Its random numbers are
+seeded from the query, and it is bounded by a number of collision checks, not by time: the same query has the same
+result on every machine, alone or after others.
 """
 
 from __future__ import annotations
@@ -14,16 +14,15 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Sequence
-from typing import Any
 
 from controller.ports import JointPose, PlanningError
 from sim.bystander import add_body
+from sim.detours import Search, sampled
 from sim.engine import Engine, SimulationError
 from sim.engines import known, new_engine
 from sim.fingers import Fingers
 from sim.geometry import Vector
 from sim.layout import furnish
-from sim.silence import silenced
 from sim.torso import ARM_LINKS, Torso
 
 MAX_CHECKS = 8000
@@ -164,52 +163,11 @@ def _search(
 
 def _detour(scene: CollisionScene, start: JointPose, goal: JointPose) -> tuple[JointPose, ...] | None:
     """Poses between `start` and `goal` joined by free straight paths; None if none were found."""
-    with silenced():  # OMPL warns when the seed is set again, which makes results independent of each other
-        poses = _sample(scene, start, goal)
+    limits = tuple(scene.torso.limits_rad.values())
+    seed = int.from_bytes(hashlib.sha256(repr((start, goal)).encode()).digest()[:3], "big")
+    search = Search(start, goal, limits, lambda pose: not scene.collision(pose), SAMPLE_RAD, MAX_CHECKS, 1 + seed)
+    poses = sampled(search)
     if poses is None:
         return None
     legs = zip((start, *poses), (*poses, goal), strict=True)
     return None if any(scene.obstacle(here, there) for here, there in legs) else poses
-
-
-def _sample(scene: CollisionScene, start: JointPose, goal: JointPose) -> tuple[JointPose, ...] | None:
-    from ompl import base, geometric, util  # imported only if a path is blocked: most runs need no detour
-
-    checks = 0
-
-    def free(state: Sequence[float]) -> bool:
-        nonlocal checks
-        checks += 1
-        return not scene.collision(tuple(state[index] for index in range(len(start))))
-
-    util.RNG.setSeed(1 + int.from_bytes(hashlib.sha256(repr((start, goal)).encode()).digest()[:3], "big"))
-    limits = list(scene.torso.limits_rad.values())
-    space = base.RealVectorStateSpace(len(start))
-    bounds = base.RealVectorBounds(len(start))
-    for index, (low, high) in enumerate(limits):
-        bounds.setLow(index, low)
-        bounds.setHigh(index, high)
-    space.setBounds(bounds)
-    information = base.SpaceInformation(space)
-    information.setStateValidityChecker(free)
-    information.setStateValidityCheckingResolution(SAMPLE_RAD / space.getMaximumExtent())
-    information.setup()
-    problem = base.ProblemDefinition(information)
-    problem.setStartAndGoalStates(_state(space, start), _state(space, goal))
-    planner = geometric.RRTConnect(information)
-    planner.setProblemDefinition(problem)
-    planner.setup()
-    planner.solve(base.PlannerTerminationCondition(lambda: checks > MAX_CHECKS))
-    if not problem.hasExactSolution():
-        return None
-    path = problem.getSolutionPath()
-    geometric.PathSimplifier(information).reduceVertices(path)
-    states = [path.getState(number) for number in range(1, path.getStateCount() - 1)]
-    return tuple(tuple(state[index] for index in range(len(start))) for state in states)
-
-
-def _state(space: Any, pose: JointPose) -> Any:
-    state = space.allocState()
-    for index, angle in enumerate(pose):
-        state[index] = angle
-    return state

@@ -75,7 +75,6 @@ class Closing:
         Raises:
             pytest.UsageError: there can be no loop, or every run errs.
         """
-        _check_forks()
         tests = [test for each in given for test in each.suite.tests] if self._options.given else []
         kept = KeptSuite(self._collection, self._key(tests))
         found = kept.read()
@@ -216,11 +215,6 @@ class Closing:
             testbench.transitions,
             [test.id for test in given],
         )
-
-
-def _check_forks() -> None:
-    if not hasattr(os, "fork"):
-        raise usage_error(f"--hri-suite={NAME}: this system cannot fork processes; use Linux or macOS")
 
 
 def _processes(config: pytest.Config) -> int:

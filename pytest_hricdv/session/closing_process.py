@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import importlib
 import io
-import resource
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -31,7 +30,7 @@ from pytest_hricdv.online.role import Role
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.run import Actions
 from pytest_hricdv.session.running import Running
-from pytest_hricdv.session.separate_process import in_session, limit_time, preload, session
+from pytest_hricdv.session.separate_process import in_session, leave_no_core, limit_time, preload, session
 
 RUN_S = 60.0
 """A run that takes more processor time (s) does not end."""
@@ -103,7 +102,7 @@ class _Serving:
 
     def serve(self, messages: Iterable[bytes]) -> None:
         """Run one generation after the other, until there is none."""
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        leave_no_core()
         testbench = self._collection.testbench
         engine = [testbench.engines[testbench.engine]] if testbench.engine else []
         for name in (*testbench.requires, *engine):

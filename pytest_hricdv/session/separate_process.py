@@ -10,7 +10,6 @@ from __future__ import annotations
 import importlib
 import math
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -23,6 +22,11 @@ from typing import IO, TYPE_CHECKING, NoReturn
 
 import msgspec
 import pytest
+
+try:
+    import resource
+except ImportError:
+    resource = None  # type: ignore[assignment]  # not on Windows, where a run that does not end is not ended
 
 if TYPE_CHECKING:
     from pytest_hricdv.session.running import Running
@@ -98,11 +102,19 @@ def started(module: ModuleType, directory: Path) -> Iterator[SeparateProcess]:
             yield SeparateProcess(process, errors)
         finally:
             if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)
+                _kill(process)
             process.wait()
             process.stdout.close()
             with suppress(BrokenPipeError):
                 process.stdin.close()
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End a process at once, with those that it has started."""
+    if hasattr(os, "killpg"):
+        os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()  # on Windows it starts none
 
 
 def arguments_of(config: pytest.Config) -> tuple[str, ...]:
@@ -161,10 +173,21 @@ class _Instead:
 
 
 def limit_time(run_s: float) -> None:
-    """The kernel ends this process when it takes more processor time from now on (s), whatever it does."""
+    """The kernel ends this process when it takes more processor time from now on (s), whatever it does.
+
+    Without effect on Windows, and where runs do not begin in forks: there it would end them all.
+    """
+    if resource is None or not hasattr(os, "fork"):
+        return
     used = resource.getrusage(resource.RUSAGE_SELF)
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(used.ru_utime + used.ru_stime + run_s), hard))
+
+
+def leave_no_core() -> None:
+    """A process that the kernel ends writes no file about it."""
+    if resource is not None:
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 def silence(descriptor: int) -> None:

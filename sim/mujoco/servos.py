@@ -12,12 +12,12 @@ from sim.engine import STEP_S, Engine, check_finite
 from sim.mujoco.library import mujoco
 from sim.mujoco.scene import Scene
 
-LAG_S = 0.05
+LAG_S = 0.02
 """Servos follow a plan so much later, and reach its end exponentially: no joint is ever faster than planned. Telling
 them the planned speed, too, would make them overshoot it."""
 
-STIFFNESS = 60.0
-"""Of a servo (1/rad): it uses its maximum torque at an error of a sixtieth of a radian."""
+STIFFNESS = 150.0
+"""Of a servo (1/rad): it uses its maximum torque at an error of 1/150 rad."""
 
 ROTOR_S2 = 0.005
 """Inertia of a motor with its gears, as its joint has it (kg m2 for each Nm of its torque). Without it, welds see an

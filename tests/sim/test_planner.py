@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from controller.ports import JointPose, PlanningError
 from controller.waypoints import HOME, TO_HANDOVER, TO_PICKUP, TO_RESUPPLY
-from sim import planner
+from sim import detours, planner
 from sim.engine import STEP_S
 from sim.engines import new_engine
 from sim.planner import CollisionScene, find_path, is_cached
@@ -34,6 +34,14 @@ DETOURS: list[tuple[JointPose, JointPose]] = [
 """From the first pose the second one cannot be reached straight: table, bin or torso are between."""
 
 
+@pytest.fixture(params=["OMPL", "our own"])
+def sampler(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of the two ways to sample detours, from nothing."""
+    monkeypatch.setattr(planner, "_paths", {})
+    monkeypatch.setattr("sim.detours.has_ompl", lambda: request.param == "OMPL")
+
+
+@pytest.mark.usefixtures("sampler")
 @pytest.mark.parametrize(("start", "goal"), DETOURS)
 def test_a_path_leads_around_an_obstacle(start: JointPose, goal: JointPose) -> None:
     way = find_path(start, (goal,))
@@ -46,22 +54,23 @@ def test_a_path_leads_around_an_obstacle(start: JointPose, goal: JointPose) -> N
         assert not any(scene.obstacle(here, there) for here, there in itertools.pairwise((start, *way)))
 
 
-def test_a_detour_is_the_same_after_others_and_in_another_process(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("sampler")
+def test_a_detour_is_the_same_after_others_and_in_another_process(engine_name: str) -> None:
     start, goal = DETOURS[1]
-    monkeypatch.setattr(planner, "_paths", {})
     first = find_path(start, (goal,))
     planner._paths.clear()
     find_path(DETOURS[0][0], (DETOURS[0][1],))
     assert find_path(start, (goal,)) == first
-    code = f"from sim.planner import find_path; print(find_path({start!r}, ({goal!r},)))"
+    code = f"import sim.detours; sim.detours.has_ompl = lambda: {detours.has_ompl()}; "
+    code += f"from sim.planner import find_path; print(find_path({start!r}, ({goal!r},), (), {engine_name!r}))"
     root = Path(__file__).parents[2]
     there = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
     assert there.stdout.strip() == repr(first)
     assert there.stderr == ""
 
 
+@pytest.mark.usefixtures("sampler")
 def test_a_goal_without_a_path_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(planner, "_paths", {})
     monkeypatch.setattr(planner, "MAX_CHECKS", -1)
     start, goal = DETOURS[0]
     with pytest.raises(PlanningError, match=r"waypoint 1 .* of the way, and no way around it was found"):
