@@ -7,9 +7,11 @@
 # make engines: docs/engines.md, how far the two physics engines agree (10 minutes; resumable as well).
 # make closure: docs/closure.md, how fast suites and the closing loop reach points (ten seeds: hours; resumable as well).
 # make campaign: docs/campaign.md, 6,560 runs (45 minutes; ended at any time, it goes on where it was).
-# Each creates the environment in $(VENV) first, from nothing but Python 3.11, make and a compiler.
+# Each creates the environment in $(VENV) first, from nothing but a Python from 3.11 to 3.14, and make. With 3.11 on Linux
+# (x86-64) the simulated world has both physics engines, otherwise MuJoCo. Without make: pipx run nox -s suite, see
+# noxfile.py.
 
-PYTHON ?= $(shell command -v python3.11 || command -v python3)
+PYTHON ?= $(shell for each in python3.11 python3.12 python3.13 python3.14 python3; do command -v $$each && break; done)
 VENV ?= .venv
 BIN = $(VENV)/bin
 # A test that hangs ends after so many seconds, with its worker: where it was is shown.
@@ -34,6 +36,7 @@ lint: $(VENV)/.installed
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python -m pytest_hricdv.bdi lint models_bdi/table_assembly.mas2j
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/tests.yml
 
 bench: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.end_to_end
