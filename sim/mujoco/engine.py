@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import TracebackType
 from typing import Any, Self
 
@@ -127,14 +127,14 @@ class MujocoEngine:
 
     def link_frame(self, body: int, link: int) -> Pose:
         """See `Engine`."""
-        _, data = self._scene.placed()
-        number = self._scene.link(body, link).id
+        _, data = self._scene.placed(body)
+        number = self._scene.bodies[body].numbers.links[link]
         return vector(data.xpos[number]), turn(data.xquat[number])
 
     def link_mass_frame(self, body: int, link: int) -> Pose:
         """See `Engine`; its axes are those of the link."""
-        _, data = self._scene.placed()
-        number = self._scene.link(body, link).id
+        _, data = self._scene.placed(body)
+        number = self._scene.bodies[body].numbers.links[link]
         return vector(data.xipos[number]), turn(data.xquat[number])
 
     def compose(self, base: Pose, pose: Pose) -> Pose:
@@ -170,23 +170,24 @@ class MujocoEngine:
         """See `Engine`."""
         self.check(body)
         self.check(other, other_link)
-        return self._smallest(self._shapes(body, -1), self._shapes(other, other_link), (body, other))
+        return self._smallest(body, [-1], other, [other_link])
 
     def distance_to_all(self, body: int, other: int) -> float:
         """See `Engine`."""
         self.check(body)
         self.check(other)
-        return self._smallest(list(self._geoms(body)), list(self._geoms(other)), (body, other))
+        bodies = self._scene.bodies
+        return self._smallest(body, bodies[body].geoms, other, bodies[other].geoms)
 
     def deepest(self, body: int, link: int, other: int) -> Contact:
         """See `Engine`."""
         self.check(body, link)
         self.check(other)
-        model, data = self._scene.placed()
+        model, data = self._scene.placed(body, other)
         ends, found = np.empty(6), Contact(-math.inf, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-        for one in self._shapes(body, link):
-            for two in self._shapes(other, -1):
-                depth_m = -mujoco.mj_geomDistance(model, data, one.id, two.id, FAR_M, ends)
+        for one in self._scene.bodies[body].numbers.geoms[link]:
+            for two in self._scene.bodies[other].numbers.geoms[-1]:
+                depth_m = -mujoco.mj_geomDistance(model, data, one, two, FAR_M, ends)
                 if depth_m > found.depth_m:
                     away = (ends[3:] - ends[:3]) / (depth_m or 1.0)
                     found = Contact(depth_m, vector(ends[:3]), vector(away))
@@ -196,43 +197,43 @@ class MujocoEngine:
         """See `Engine`."""
         self.check(body)
         self.check(other)
-        model, data = self._scene.placed()
-        own, others = self._scene.bodies[body].geoms, self._scene.bodies[other].geoms
+        model, data = self._scene.placed(body, other)
+        own, others = self._scene.bodies[body].numbers.geoms, self._scene.bodies[other].numbers.geoms
         if links:
             own, others = {links[0]: own[links[0]]}, {links[1]: others[links[1]]}
-        targets = [geom.id for geoms in others.values() for geom in geoms]
+        targets = [geom for geoms in others.values() for geom in geoms]
         found = []
         for link, geoms in own.items():
             for geom in geoms:
                 for target in targets:
-                    distance_m = mujoco.mj_geomDistance(model, data, geom.id, target, within_m, None)
+                    distance_m = mujoco.mj_geomDistance(model, data, geom, target, within_m, None)
                     if distance_m < within_m:
                         found.append((link, distance_m))
         return found
 
-    def _shapes(self, body: int, link: int) -> Sequence[Any]:
-        return self._scene.bodies[body].geoms[link]
-
-    def _smallest(self, shapes: Sequence[Any], others: Sequence[Any], bodies: tuple[int, int]) -> float:
-        model, data = self._scene.placed()
+    def _smallest(self, body: int, links: Iterable[int], other: int, other_links: Iterable[int]) -> float:
+        model, data = self._scene.placed(body, other)
+        own, others = self._scene.bodies[body].numbers.geoms, self._scene.bodies[other].numbers.geoms
+        targets = [geom for link in other_links for geom in others[link]]
         found = FAR_M
-        for one in shapes:
-            for two in others:
-                found = mujoco.mj_geomDistance(model, data, one.id, two.id, found, None)
+        for link in links:
+            for geom in own[link]:
+                for target in targets:
+                    found = mujoco.mj_geomDistance(model, data, geom, target, found, None)
         if not found < FAR_M:
-            raise SimulationError(f"bodies {bodies[0]} and {bodies[1]} have no closest points")
+            raise SimulationError(f"bodies {body} and {other} have no closest points")
         return float(found)
 
     # how they move
 
     def joint_angles(self, body: int, joints: Sequence[int]) -> tuple[float, ...]:
         """See `Engine`."""
-        _, data = self._scene.now()
+        _, data = self._scene.having(body)
         return tuple(data.qpos[self._scene.joints(body, joints)[0]].tolist())
 
     def joint_speeds(self, body: int, joints: Sequence[int]) -> list[float]:
         """See `Engine`."""
-        _, data = self._scene.now()
+        _, data = self._scene.having(body)
         speeds: list[float] = data.qvel[self._scene.joints(body, joints)[1]].tolist()
         if not math.isfinite(sum(speeds)):
             raise SimulationError(f"joint speeds of the robot are {speeds!r}: expected finite numbers")
@@ -241,7 +242,7 @@ class MujocoEngine:
     def set_joints(self, body: int, joints: Sequence[int], angles: Sequence[float]) -> None:
         """See `Engine`."""
         at, speeds_at = self._scene.joints(body, joints)
-        _, data = self._scene.now()
+        _, data = self._scene.having(body)
         data.qpos[at], data.qvel[speeds_at] = angles, 0.0
         self._scene.moved()
 
@@ -253,7 +254,7 @@ class MujocoEngine:
         """See `Engine`."""
         self.check(body, link)
         check_finite(f"force on link {link} of body {body}", force_n)
-        self._scene.push(self._scene.link(body, link).id, force_n, place)
+        self._scene.push(body, link, force_n, place)
 
     def push_link(self, body: int, link: int, force_n: Vector, place: Vector) -> None:
         """See `Engine`."""

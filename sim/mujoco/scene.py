@@ -26,12 +26,31 @@ ANY_KG = 1.0
 """Of a body that physics never moves. MuJoCo misplaces the centre of one without mass."""
 
 
+@dataclass(frozen=True)
+class Numbers:
+    """Where a body is in the compiled model. The elements of a description forget theirs as soon as it changes.
+
+    Args:
+        links: number of each moving link, -1 for the base.
+        geoms: numbers of the shapes of each link.
+        mocap: its number among bodies that stay where they are placed; -1 if physics moves it.
+        pose: where its pose is in the state, if physics moves it.
+        velocity: where its velocity is.
+    """
+
+    links: Mapping[int, int]
+    geoms: Mapping[int, Sequence[int]]
+    mocap: int
+    pose: slice
+    velocity: slice
+
+
 @dataclass
 class Body:
     """A body of the scene.
 
     Args:
-        base: its element of the description, which has its number in the compiled model, too.
+        base: its element of the description.
         free: physics moves it; else it stays where it is placed.
         links: the moving links of a robot.
         geoms: the shapes of each link, -1 for its base.
@@ -47,6 +66,22 @@ class Body:
     geoms: Mapping[int, Sequence[Any]] = field(default_factory=dict)
     seen: tuple[Shape, tuple[float, ...]] | None = None
     description: str = ""
+    numbers: Numbers = field(init=False)
+
+    def find(self, model: Any) -> None:
+        """Look up its numbers in a model that was just compiled."""
+        base = self.base.id
+        pose, velocity = slice(0), slice(0)
+        if self.free:
+            first, dof = int(model.jnt_qposadr[model.body_jntadr[base]]), int(model.body_dofadr[base])
+            pose, velocity = slice(first, first + 7), slice(dof, dof + 6)
+        self.numbers = Numbers(
+            links={-1: base} | {number: link.id for number, link in enumerate(self.links)},
+            geoms={link: tuple(geom.id for geom in geoms) for link, geoms in self.geoms.items()},
+            mocap=int(model.body_mocapid[base]),
+            pose=pose,
+            velocity=velocity,
+        )
 
 
 class Scene:
@@ -89,9 +124,15 @@ class Scene:
         assert self._compiled is not None
         return self._compiled
 
-    def placed(self) -> tuple[Any, Any]:
-        """Model and state, with the places of links and shapes."""
-        model, data = self.now()
+    def having(self, *bodies: int) -> tuple[Any, Any]:
+        """Model and state, maybe those before the last changes, if they have these bodies already."""
+        if self._compiled is None or not self._fresh.isdisjoint(bodies):
+            return self.now()
+        return self._compiled
+
+    def placed(self, *bodies: int) -> tuple[Any, Any]:
+        """The same, with the places of links and shapes."""
+        model, data = self.having(*bodies)
         if self._moved:
             mujoco.mj_kinematics(model, data)
             self._moved = False
@@ -113,6 +154,8 @@ class Scene:
         self._fresh.clear()
         self._changed, self._moved = False, True
         self._addresses.clear()
+        for body in self.bodies.values():
+            body.find(self._compiled[0])
 
     def step(self) -> None:
         """Advance by one time step; forces that were applied are gone after it."""
@@ -127,11 +170,13 @@ class Scene:
             self._pushed = False
         self._moved = True
 
-    def push(self, element: int, force_n: Vector, place: Vector) -> None:
-        """Push for one step: force (N) on an element of the model at a place (m), in world axes."""
+    def push(self, number: int, link: int, force_n: Vector, place: Vector) -> None:
+        """Push for one step: force (N) on a link of a body at a place (m), in world axes."""
+        self.now()  # or the force would be lost when the model is compiled
         _, data = self.placed()
-        data.xfrc_applied[element, :3] += force_n
-        data.xfrc_applied[element, 3:] += np.cross(place - data.xipos[element], force_n)
+        at = self.bodies[number].numbers.links[link]
+        data.xfrc_applied[at, :3] += force_n
+        data.xfrc_applied[at, 3:] += np.cross(place - data.xipos[at], force_n)
         self._pushed = True
 
     # bodies
@@ -183,11 +228,11 @@ class Scene:
 
     def pose(self, number: int) -> Pose:
         """Position (m) and orientation of a body's base."""
-        body, (model, data) = self.bodies[number], self.now()
+        body, (_, data) = self.bodies[number], self.having(number)
         if body.free:
-            x, y, z, qw, qx, qy, qz = data.qpos[_placing(model, body)].tolist()
+            x, y, z, qw, qx, qy, qz = data.qpos[body.numbers.pose].tolist()
             return (x, y, z), (qx, qy, qz, qw)
-        mocap = model.body_mocapid[body.base.id]
+        mocap = body.numbers.mocap
         return vector(data.mocap_pos[mocap]), turn(data.mocap_quat[mocap])
 
     def place(self, number: int, pose: Pose) -> None:
@@ -196,40 +241,31 @@ class Scene:
         if number in self._fresh:
             body.base.pos, body.base.quat = place, (w, x, y, z)
             return
-        model, data = self.now()
+        _, data = self.having(number)
         if body.free:
-            data.qpos[_placing(model, body)] = (*place, w, x, y, z)
+            data.qpos[body.numbers.pose] = (*place, w, x, y, z)
         else:
-            mocap = model.body_mocapid[body.base.id]
+            mocap = body.numbers.mocap
             data.mocap_pos[mocap], data.mocap_quat[mocap] = place, (w, x, y, z)
         self.moved()
 
-    def link(self, number: int, link: int) -> Any:
-        """The element of a link, -1 for the base."""
-        body = self.bodies[number]
-        return body.base if link < 0 else body.links[link]
-
-    def dof(self, number: int) -> int:
-        """Where the velocity of a free body is in the state."""
-        start: int = self.now()[0].body_dofadr[self.bodies[number].base.id]
-        return start
+    def velocity(self, number: int) -> Any:
+        """The velocity of a body that physics moves (m/s in world axes, rad/s in its own), to be changed."""
+        _, data = self.having(number)
+        return data.qvel[self.bodies[number].numbers.velocity]
 
     def joints(self, number: int, joints: Sequence[int]) -> tuple[Any, Any]:
         """Where angles and speeds of joints are in the state."""
-        model, _ = self.now()
+        model, _ = self.having(number)
         key = number, tuple(joints)
         if key not in self._addresses:
             own = [self.bodies[number].joints[joint].id for joint in joints]
-            self._addresses[key] = model.jnt_qposadr[own], model.jnt_dofadr[own]
+            self._addresses[key] = _indices(model.jnt_qposadr[own]), _indices(model.jnt_dofadr[own])
         return self._addresses[key]
 
     def speed(self, number: int) -> float:
         """Speed (m/s) of a body's base."""
-        if not self.bodies[number].free:
-            return 0.0
-        _, data = self.now()
-        start = self.dof(number)
-        return math.hypot(*data.qvel[start : start + 3].tolist())
+        return math.hypot(*self.velocity(number)[:3].tolist()) if self.bodies[number].free else 0.0
 
 
 def vector(values: Any) -> Vector:
@@ -244,10 +280,10 @@ def turn(values: Any) -> Quaternion:
     return (x, y, z, w)
 
 
-def _placing(model: Any, body: Body) -> slice:
-    """Where the pose of a free body is in the state."""
-    start = model.jnt_qposadr[model.body_jntadr[body.base.id]]
-    return slice(start, start + 7)
+def _indices(numbers: Any) -> Any:
+    """Numbers of elements as an index of numpy: a slice where it can be, which is faster."""
+    first, count = int(numbers[0]), len(numbers)
+    return slice(first, first + count) if numbers.tolist() == [*range(first, first + count)] else numbers
 
 
 def _geom(shape: Shape) -> tuple[Any, Vector]:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from sim.drive import Joints, Move
 from sim.engine import STEP_S, Engine, check_finite
 from sim.mujoco.library import mujoco
@@ -43,13 +41,13 @@ class Servos(Joints):
         ]
         self._move: Move | None = None
         self._steps = 0
-        self._goal = np.array(self.angles())
-        self._lead = np.full(len(self._joints), HOLD_RAD)
+        self._settled = False  # the servos are told the goal, and nothing else is to come
+        self._hold(self.angles())
 
     def move(self, goal: Sequence[float], duration_s: float, ramp_s: float = 0.0) -> None:
         """See `Drive`."""
-        self._move, self._steps = Move(self.angles(), tuple(goal), duration_s, ramp_s), 0
-        self._lead = np.maximum(HOLD_RAD, LEAD * LAG_S * np.array(self._move.top_speeds_rad_s))
+        self._move, self._steps, self._settled = Move(self.angles(), tuple(goal), duration_s, ramp_s), 0, False
+        self._lead = [max(HOLD_RAD, LEAD * LAG_S * speed) for speed in self._move.top_speeds_rad_s]
 
     def stop(self) -> None:
         """See `Drive`."""
@@ -63,23 +61,26 @@ class Servos(Joints):
 
     def advance(self, steps: int) -> None:
         """See `Drive`: tells the servos where to be after the next step."""
+        if self._settled:
+            return
         move = self._move
         if move is not None:
             self._steps += steps
-            start, goal = np.array(move.start), np.array(move.goal)
-            self._goal = start + move.distance_share(self._steps * STEP_S) * (goal - start)
+            share = move.distance_share(self._steps * STEP_S)
+            self._goal = [start + share * (goal - start) for start, goal in zip(move.start, move.goal, strict=True)]
             if self._steps * STEP_S >= move.duration_s:
                 self._move = None
-        here = np.array(self.angles())
+        told = [
+            min(max(goal, here - lead), here + lead)
+            for goal, here, lead in zip(self._goal, self.angles(), self._lead, strict=True)
+        ]
         _, data = self._scene.now()
-        data.ctrl[self._numbers()] = np.clip(self._goal, here - self._lead, here + self._lead)
+        data.ctrl[[each.id for each in self._actuators]] = told
+        self._settled = self._move is None and told == self._goal
 
     def _hold(self, pose: Sequence[float]) -> None:
-        self._move, self._goal = None, np.array(pose)
-        self._lead = np.full(len(self._joints), HOLD_RAD)
-
-    def _numbers(self) -> list[int]:
-        return [each.id for each in self._actuators]
+        self._move, self._goal, self._settled = None, list(pose), False
+        self._lead = [HOLD_RAD] * len(self._joints)
 
     def _actuator(self, joint: str, torque_nm: float) -> Any:
         gain = STIFFNESS * torque_nm

@@ -14,7 +14,7 @@ from sim.engine import STEP_S
 from sim.geometry import Pose, Vector
 from sim.mujoco.library import mujoco
 from sim.mujoco.scene import Scene, turn, vector
-from sim.rotation import relative
+from sim.rotation import compose, relative
 
 TIME_S = 2.0 * STEP_S
 """In which a weld corrects its error: the least for which MuJoCo is stable."""
@@ -45,7 +45,7 @@ class Weld:
         self.limit_n = limit_n
         self.force_n: Vector = (0.0, 0.0, 0.0)
         self._scene = scene
-        self._link = scene.link(*holder)
+        self._holder = holder
         self._body = body
         self._frame = frame
         self._sliding: Vector | None = None  # the direction
@@ -59,8 +59,7 @@ class Weld:
 
     def remove(self) -> None:
         """Remove the weld; the body turns a little."""
-        _, data = self._scene.now()
-        data.qvel[self._scene.dof(self._body) + 3] += SPIN_RAD_S
+        self._scene.velocity(self._body)[3] += SPIN_RAD_S
         self._scene.change().delete(self._equality)
 
     def before_step(self) -> None:
@@ -68,8 +67,8 @@ class Weld:
         if self._sliding is not None:
             x, y, z = self.force_n = scaled(self.limit_n, self._sliding)
             place = self._scene.pose(self._body)[0]
-            self._scene.push(self._scene.bodies[self._body].base.id, (-x, -y, -z), place)
-            self._scene.push(self._link.id, self.force_n, place)
+            self._scene.push(self._body, -1, (-x, -y, -z), place)
+            self._scene.push(*self._holder, self.force_n, place)
 
     def after_step(self, number: int) -> None:
         """Give way, or hold again.
@@ -93,17 +92,21 @@ class Weld:
             self._sliding = None
             self._hold_here()
 
+    def _holder_pose(self) -> Pose:
+        """Of the holding link's centre of mass."""
+        body, link = self._holder
+        _, data = self._scene.placed(body)
+        number = self._scene.bodies[body].numbers.links[link]
+        return vector(data.xipos[number]), turn(data.xquat[number])
+
     def _offset_now(self) -> Vector:
         """From where the body was welded to where it is (m)."""
-        _, data = self._scene.placed()
-        link, (x, y, z) = self._link.id, self._scene.pose(self._body)[0]
-        tx, ty, tz = vector(data.xipos[link] + data.xmat[link].reshape(3, 3) @ self._frame[0])
+        (tx, ty, tz), _ = compose(self._holder_pose(), self._frame)
+        x, y, z = self._scene.pose(self._body)[0]
         return (x - tx, y - ty, z - tz)
 
     def _hold_here(self) -> None:
-        _, data = self._scene.placed()
-        holder = vector(data.xipos[self._link.id]), turn(data.xquat[self._link.id])
-        self._frame = relative(holder, self._scene.pose(self._body))
+        self._frame = relative(self._holder_pose(), self._scene.pose(self._body))
         self._scene.change().delete(self._equality)
         self._equality = self._weld()
 
@@ -113,13 +116,15 @@ class Weld:
         data.eq_active[self._equality.id] = False
 
     def _weld(self) -> Any:
-        model, _ = self._scene.now()
-        place = model.body_ipos[self._link.id] + self._frame[0]
+        body, link = self._holder
+        model, _ = self._scene.having(body)
+        place = model.body_ipos[self._scene.bodies[body].numbers.links[link]] + self._frame[0]
         x, y, z, w = self._frame[1]
+        holder = self._scene.bodies[body]
         return self._scene.change().add_equality(
             type=mujoco.mjtEq.mjEQ_WELD,
             objtype=mujoco.mjtObj.mjOBJ_BODY,
-            name1=self._link.name,
+            name1=(holder.base if link < 0 else holder.links[link]).name,
             name2=self._scene.bodies[self._body].base.name,
             data=[0.0, 0.0, 0.0, *place, w, x, y, z, 1.0, 0.0],
             solref=(TIME_S, 1.0),
