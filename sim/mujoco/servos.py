@@ -10,7 +10,7 @@ from sim.engine import STEP_S, Engine, check_finite
 from sim.mujoco.library import mujoco
 from sim.mujoco.scene import Scene
 
-LAG_S = 0.02
+LAG_S = 0.025
 """Servos follow a plan so much later, and reach its end exponentially: no joint is ever faster than planned. Telling
 them the planned speed, too, would make them overshoot it."""
 
