@@ -15,6 +15,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
+from importlib import import_module
+from importlib.util import find_spec
 from typing import Any
 
 from pytest_hricdv.coverage.code_map import map_code
@@ -22,10 +24,12 @@ from pytest_hricdv.coverage.measurement import Measurement, choose
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.runtime import Recorder
 from sim import workshop
-from sim.bullet.client import bullet
 from sim.world import World
 from studies.session import machine
 from tests.hri import bench
+
+STEPPING = {"pybullet": ("pybullet", "stepSimulation"), "mujoco": ("mujoco", "mj_step")}
+"""Engine -> module and function that computes a step."""
 
 WAIT_S = 78.0
 """The person of the handover test waits this long before the request, so that the test takes about 120 s."""
@@ -52,15 +56,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repeat", type=int, default=5, metavar="N", help="runs of each measurement (default 5)")
     options = parser.parse_args()
-    print(f"machine: {machine()}\nmedians of {options.repeat}\n")
+    print(f"machine: {machine()}\nmedians of {options.repeat}")
     measurement = choose(map_code(bench.testbench().code, bench.ROOT), contexts_by_test=False)
-    print(f"world built and closed in {1000.0 * build_s(options.repeat):.1f} ms")
     handover, four = one_handover(), bench.concrete(bench.leg() * 4, seed=4)
-    bench.run(handover, measurement)
-    for name, test in (("120 s, one handover", handover), ("four handovers", four)):
-        for how, frozen in (("freezing", True), ("every step computed", False)):
-            with freezing(frozen):
-                print(f"{name:20} {how:20} {pace(test, measurement, options.repeat)}", flush=True)
+    for engine in filter(find_spec, STEPPING):
+        print(f"\n{engine}: world built and closed in {1000.0 * build_s(engine, options.repeat):.1f} ms")
+        bench.run(handover, measurement, engine)
+        for name, test in (("120 s, one handover", handover), ("four handovers", four)):
+            for how, frozen in (("freezing", True), ("every step computed", False)):
+                with freezing(frozen):
+                    print(f"{name:20} {how:20} {pace(test, measurement, engine, options.repeat)}", flush=True)
 
 
 def one_handover() -> ConcreteTest:
@@ -71,33 +76,34 @@ def one_handover() -> ConcreteTest:
     return replace(test, actions=(late, *rest))
 
 
-def build_s(repeat: int) -> float:
+def build_s(engine: str, repeat: int) -> float:
     """Median time (s) of building a world and closing it."""
 
     def once() -> None:
-        World(Recorder()).close()
+        World(Recorder(), engine=engine).close()
 
     return statistics.median(timed(once) for _ in range(repeat + 2))
 
 
-def pace(test: ConcreteTest, measurement: Measurement, repeat: int) -> Pace:
+def pace(test: ConcreteTest, measurement: Measurement, engine: str, repeat: int) -> Pace:
     """The median run of a test."""
-    return sorted((run(test, measurement) for _ in range(repeat)), key=lambda each: each.cpu_s)[repeat // 2]
+    return sorted((run(test, measurement, engine) for _ in range(repeat)), key=lambda each: each.cpu_s)[repeat // 2]
 
 
-def run(test: ConcreteTest, measurement: Measurement) -> Pace:
+def run(test: ConcreteTest, measurement: Measurement, engine: str) -> Pace:
     """One run, with the time in the physics engine measured separately."""
-    with clocked("stepSimulation") as spent:
+    with clocked(*STEPPING[engine]) as spent:
         began_s = time.thread_time()
-        result = bench.run(test, measurement)
+        result = bench.run(test, measurement, engine)
         cpu_s = time.thread_time() - began_s
     return Pace(result.sim_s, result.sim_s - result.outcome.skipped_s, cpu_s, sum(spent))
 
 
 @contextmanager
-def clocked(function: str) -> Iterator[list[float]]:
-    """Measure the duration (s) of every call of a function of the engine."""
-    original: Callable[..., Any] = getattr(bullet, function)
+def clocked(library: str, function: str) -> Iterator[list[float]]:
+    """Measure the duration (s) of every call of a function of an engine's library."""
+    engine = import_module(library)
+    original: Callable[..., Any] = getattr(engine, function)
     spent: list[float] = []
     clock = time.thread_time  # process time is inexact while the watchdog's timer runs
 
@@ -107,11 +113,11 @@ def clocked(function: str) -> Iterator[list[float]]:
         spent.append(clock() - began_s)
         return answer
 
-    setattr(bullet, function, clocking)
+    setattr(engine, function, clocking)
     try:
         yield spent
     finally:
-        setattr(bullet, function, original)
+        setattr(engine, function, original)
 
 
 @contextmanager

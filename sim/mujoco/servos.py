@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from sim.drive import Joints, Move
 from sim.engine import STEP_S, Engine, check_finite
 from sim.mujoco.library import mujoco
@@ -47,7 +49,9 @@ class Servos(Joints):
     def move(self, goal: Sequence[float], duration_s: float, ramp_s: float = 0.0) -> None:
         """See `Drive`."""
         self._move, self._steps, self._settled = Move(self.angles(), tuple(goal), duration_s, ramp_s), 0, False
-        self._lead = [max(HOLD_RAD, LEAD * LAG_S * speed) for speed in self._move.top_speeds_rad_s]
+        self._start = np.array(self._move.start)
+        self._way = np.array(self._move.goal) - self._start
+        self._lead = np.maximum(HOLD_RAD, LEAD * LAG_S * np.array(self._move.top_speeds_rad_s))
 
     def stop(self) -> None:
         """See `Drive`."""
@@ -63,24 +67,21 @@ class Servos(Joints):
         """See `Drive`: tells the servos where to be after the next step."""
         if self._settled:
             return
+        _, data = self._scene.now()
         move = self._move
         if move is not None:
             self._steps += steps
-            share = move.distance_share(self._steps * STEP_S)
-            self._goal = [start + share * (goal - start) for start, goal in zip(move.start, move.goal, strict=True)]
+            self._goal = self._start + move.distance_share(self._steps * STEP_S) * self._way
             if self._steps * STEP_S >= move.duration_s:
                 self._move = None
-        told = [
-            min(max(goal, here - lead), here + lead)
-            for goal, here, lead in zip(self._goal, self.angles(), self._lead, strict=True)
-        ]
-        _, data = self._scene.now()
+        here = data.qpos[self._scene.joints(self._body, self._joints)[0]]
+        told = np.minimum(np.maximum(self._goal, here - self._lead), here + self._lead)
         data.ctrl[[each.id for each in self._actuators]] = told
-        self._settled = self._move is None and told == self._goal
+        self._settled = self._move is None and bool((told == self._goal).all())
 
     def _hold(self, pose: Sequence[float]) -> None:
-        self._move, self._goal, self._settled = None, list(pose), False
-        self._lead = [HOLD_RAD] * len(self._joints)
+        self._move, self._goal, self._settled = None, np.array(pose), False
+        self._lead = np.full(len(self._joints), HOLD_RAD)
 
     def _actuator(self, joint: str, torque_nm: float) -> Any:
         gain = STIFFNESS * torque_nm

@@ -81,10 +81,11 @@ def known_while() -> dict[str, PastFormula]:
     return {name: parse_condition(each.condition, testbench().vocabulary()) for name, each in known.items()}
 
 
-def run(test: ConcreteTest, measurement: Measurement = UNMEASURED) -> CaseResult:
-    """Run one test, as the plugin does."""
+def run(test: ConcreteTest, measurement: Measurement = UNMEASURED, engine: str = "") -> CaseResult:
+    """Run one test, as the plugin does; on the first physics engine that is installed if none is named."""
     context = f"{test.id} {next(RUNS)}"
-    return execute(testbench(), requirements(), test, measurement, context, known_while=known_while())
+    table = replace(testbench(), engine=engine)
+    return execute(table, requirements(), test, measurement, context, known_while=known_while())
 
 
 def suite(name: str, seed: int = 0) -> Iterator[ConcreteTest]:
