@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 
 from controller.ports import ARM_JOINTS
-from sim.bullet.client import bullet
 from sim.engine import Engine, SimulationError
 from sim.engines import new_engine
 from sim.fingers import CLOSED, FINGER_JOINTS, OPEN, Fingers
@@ -56,6 +55,7 @@ def test_the_arm_carries_the_mass_of_everything_but_the_stand(bodies: tuple[Tors
         for mass in link.findall("inertial/mass")
     }
     whole_kg = sum(mass for name, mass in masses.items() if name not in ("base_link", "hip_base_link"))
+    bullet = pytest.importorskip("pybullet")
     arm_kg = sum(bullet.getDynamicsInfo(bodies[0].body, index)[0] for index in bodies[0].joints.values())
     assert arm_kg == pytest.approx(whole_kg)
 
@@ -103,6 +103,7 @@ def test_every_joint_is_as_in_the_table(row: dict[str, Any]) -> None:
 
 @pytest.mark.engine("pybullet")
 def test_every_moving_link_has_a_mass_a_shape_and_a_believable_inertia(bodies: tuple[Torso, Fingers]) -> None:
+    bullet = pytest.importorskip("pybullet")
     for body in bodies:
         for name, index in body.joints.items():
             mass_kg, _, inertia = bullet.getDynamicsInfo(body.body, index)[:3]

@@ -1,4 +1,4 @@
-"""Rigid joints welded: the same bodies as PyBullet's own merging gives, to the bit, and no memory lost."""
+"""Rigid joints welded: the same bodies as PyBullet's own merging gives, to the bit."""
 
 from __future__ import annotations
 
@@ -7,14 +7,11 @@ from typing import Any
 import pytest
 
 from controller.ports import ARM_JOINTS
-from pytest_hricdv.runtime import Recorder
 from sim.bullet.client import bullet, connect, load
 from sim.bullet.merging import merge_fixed_joints
 from sim.engine import SimulationError
 from sim.torso import PALM
 from sim.urdf import arm_description, without_visuals
-from sim.world import World
-from tests.sim.memory import resident_kb
 
 
 def bodies(description: str, *, merge_links: bool) -> dict[str, Any]:
@@ -36,6 +33,7 @@ def bodies(description: str, *, merge_links: bool) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.engine("pybullet")
 def test_merged_links_equal_those_that_pybullet_merges_to_the_bit() -> None:
     description = without_visuals(arm_description(ARM_JOINTS, PALM))
     mine, its = bodies(merge_fixed_joints(description), merge_links=False), bodies(description, merge_links=True)
@@ -45,18 +43,10 @@ def test_merged_links_equal_those_that_pybullet_merges_to_the_bit() -> None:
         assert mine[what] == value, what
 
 
+@pytest.mark.engine("pybullet")
 def test_a_description_that_cannot_be_loaded_is_refused_when_merging() -> None:
     description = without_visuals(arm_description(ARM_JOINTS, PALM)).replace(
         '<parent link="base_link"', '<parent link="b"'
     )
     with pytest.raises(SimulationError, match="PyBullet refused the robot description"):
         merge_fixed_joints(description)
-
-
-def test_a_world_that_is_closed_leaves_no_memory_behind() -> None:
-    for _ in range(300):  # after so many, what was freed is used again
-        World(Recorder()).close()
-    before_kb = resident_kb()
-    for _ in range(120):
-        World(Recorder()).close()
-    assert resident_kb() - before_kb < 120 * 40  # each lost 80 kB while PyBullet merged the links
