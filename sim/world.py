@@ -71,6 +71,7 @@ class World:
             raise SimulationError("another world is open in this process: close it first")
         self._mechanics = mechanics_of(fidelity)
         self.engine_name = known(engine)
+        self.engine = new_engine(self.engine_name)
         World._open = self
         self.fidelity = fidelity
         self._recorder = recorder
@@ -80,7 +81,6 @@ class World:
         self._watches: list[Watch] = []
         self._triggered: list[Watch] = []
         self.time = PhysicsTime()
-        self.engine = new_engine(self.engine_name)
         try:
             self._build()
         except BaseException:
