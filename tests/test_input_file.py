@@ -178,4 +178,4 @@ def test_a_value_that_nests_deeply_can_be_quoted() -> None:
     value: list[object] = []
     for _ in range(10_000):
         value = [value]
-    assert quoted(value) == "a list"
+    assert quoted(value) == "a list" or quoted(value).startswith("[[[")  # from Python 3.14 on its text can be had

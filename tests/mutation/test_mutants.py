@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,7 @@ def test_mutants_are_the_same_each_time_and_no_two_are_equal(tmp_path: Path, mon
     assert len({each.id for each in mutants}) == len({each.text for each in mutants}) == len(mutants) > 8
 
 
+@pytest.mark.skipif(sys.version_info >= (3, 14), reason="from Python 3.14 on, equal expressions compile to other code")
 def test_what_compiles_to_the_same_code_is_no_mutant_and_is_made_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

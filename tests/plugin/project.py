@@ -164,15 +164,15 @@ class Answer:
 class Wish:
     """A visitor asks for light (level in percent)."""
 
-    level: float
-    cellar: bool
+    level: float = 0.0
+    cellar: bool = False
 
 
 @dataclass(frozen=True)
 class Switched:
     """The guide says that the lamp is as it was asked for."""
 
-    level: float
+    level: float = 0.0
 '''
 
 GUIDE = '''

@@ -66,7 +66,7 @@ def test_ways_can_be_left_out(lamps: pytest.Pytester) -> None:
 
 def test_transitions_of_the_state_are_covered_like_other_points(lamps: pytest.Pytester) -> None:
     messages, guide = lamps.path / "lamps" / "messages.py", "lamps/guide.py"
-    messages.write_text(messages.read_text(encoding="utf-8").rstrip() + "\n    name: str\n", encoding="utf-8")
+    messages.write_text(messages.read_text(encoding="utf-8").rstrip() + "\n    name: str = ''\n", encoding="utf-8")
     change(lamps.path, guide, "        clock.sleep(", '        bus.publish(Switched(level, "busy")); clock.sleep(')
     change(lamps.path, guide, "Switched(level))", 'Switched(level, "on" if level else "off"))')
     wanted = 'transitions=(("busy", "on"), ("busy", "off"), ("off", "gone"))'

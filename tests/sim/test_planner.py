@@ -37,6 +37,8 @@ DETOURS: list[tuple[JointPose, JointPose]] = [
 @pytest.fixture(params=["OMPL", "our own"])
 def sampler(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each of the two ways to sample detours, from nothing."""
+    if request.param == "OMPL":
+        pytest.importorskip("ompl")
     monkeypatch.setattr(planner, "_paths", {})
     monkeypatch.setattr("sim.detours.has_ompl", lambda: request.param == "OMPL")
 
