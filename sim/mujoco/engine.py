@@ -12,8 +12,9 @@ import numpy as np
 from sim import rotation
 from sim.engine import Contact, Drive, Robot, SimulationError, check_finite
 from sim.geometry import UPRIGHT, Pose, Quaternion, Vector
+from sim.mujoco.body import turn, vector
 from sim.mujoco.library import mujoco
-from sim.mujoco.scene import Scene, turn, vector
+from sim.mujoco.scene import Scene
 from sim.mujoco.seen import shapes_of_description
 from sim.mujoco.servos import Servos
 from sim.mujoco.welds import Weld

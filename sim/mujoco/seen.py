@@ -7,8 +7,8 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from sim.geometry import Pose
+from sim.mujoco.body import link_of, turn, vector
 from sim.mujoco.library import load, mujoco
-from sim.mujoco.scene import link_of, turn, vector
 from sim.shapes import Box, Cylinder, Shape, Sphere
 
 

@@ -12,8 +12,9 @@ from typing import Any
 
 from sim.engine import STEP_S
 from sim.geometry import Pose, Vector
+from sim.mujoco.body import turn, vector
 from sim.mujoco.library import mujoco
-from sim.mujoco.scene import Scene, turn, vector
+from sim.mujoco.scene import Scene
 from sim.rotation import compose, relative
 
 TIME_S = 2.0 * STEP_S

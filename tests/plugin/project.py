@@ -9,6 +9,7 @@ import contextlib
 import io
 import json
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,11 @@ plain_and_slowly_in_other_modes = pytest.mark.parametrize(
     [pytest.param(options, id=mode, marks=pytest.mark.slow if options else ()) for mode, options in MODES.items()],
 )
 """The same for behaviour that depends little on the mode: plain each time, the other modes among the slow tests."""
+
+counted_up_to_313 = pytest.mark.skipif(
+    sys.version_info >= (3, 14), reason="from Python 3.14 on, fields without a default are no statements"
+)
+"""For tests that count the project's statements."""
 
 INI = """
 [pytest]
@@ -164,15 +170,15 @@ class Answer:
 class Wish:
     """A visitor asks for light (level in percent)."""
 
-    level: float = 0.0
-    cellar: bool = False
+    level: float
+    cellar: bool
 
 
 @dataclass(frozen=True)
 class Switched:
     """The guide says that the lamp is as it was asked for."""
 
-    level: float = 0.0
+    level: float
 '''
 
 GUIDE = '''

@@ -11,12 +11,13 @@ from pytest_hricdv.close.loop import Runner
 from pytest_hricdv.close.observation import Observation
 from pytest_hricdv.close.suite import repeatable_suite
 from pytest_hricdv.session import closing
-from tests.plugin.project import outcomes, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import counted_up_to_313, outcomes, plain_and_slowly_in_other_modes, report
 
 SUITE = "--hri-suite=closure"
 
 
 @plain_and_slowly_in_other_modes
+@counted_up_to_313
 def test_the_loop_reaches_all_that_the_model_can_reach(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = lamps.runpytest_inprocess(SUITE, "--hri-close-runs=60", *options)
     assert result.ret == 0

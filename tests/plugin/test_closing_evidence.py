@@ -5,11 +5,12 @@ from __future__ import annotations
 import pytest
 
 from tests.json_schema import REPORT
-from tests.plugin.project import change, report
+from tests.plugin.project import change, counted_up_to_313, report
 
 SUITE = ("--hri-suite=closure", "--hri-close-runs=40")
 
 
+@counted_up_to_313
 def test_each_point_is_hit_by_a_test_or_impossible_or_open_with_what_is_known_of_it(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess(*SUITE)
     whole = report(lamps.path)
@@ -66,7 +67,7 @@ def test_ways_can_be_left_out(lamps: pytest.Pytester) -> None:
 
 def test_transitions_of_the_state_are_covered_like_other_points(lamps: pytest.Pytester) -> None:
     messages, guide = lamps.path / "lamps" / "messages.py", "lamps/guide.py"
-    messages.write_text(messages.read_text(encoding="utf-8").rstrip() + "\n    name: str = ''\n", encoding="utf-8")
+    messages.write_text(messages.read_text(encoding="utf-8").rstrip() + "\n    name: str\n", encoding="utf-8")
     change(lamps.path, guide, "        clock.sleep(", '        bus.publish(Switched(level, "busy")); clock.sleep(')
     change(lamps.path, guide, "Switched(level))", 'Switched(level, "on" if level else "off"))')
     wanted = 'transitions=(("busy", "on"), ("busy", "off"), ("off", "gone"))'

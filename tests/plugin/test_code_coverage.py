@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import A_WORKER, MODES, report
+from tests.plugin.project import A_WORKER, MODES, counted_up_to_313, report
 
 SUITE = "--hri-suite=by-hand"
 
@@ -120,6 +120,7 @@ def test_a_waived_line_that_runs_fails_the_session_and_leaves_a_report(lamps: py
     assert written["suites"][0]["code"] == {"statements": None, "branches": None}
 
 
+@counted_up_to_313
 def test_a_waived_line_counts_as_unreachable(lamps: pytest.Pytester) -> None:
     guide = lamps.path / "lamps" / "guide.py"
     text = guide.read_text(encoding="utf-8").replace('"by hand"', '"by hand"  # unreachable: done by the caretaker')

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, counted_up_to_313, plain_and_slowly_in_other_modes, report
 from tests.report.dtd import faults
 
 SUITE = "--hri-suite=by-hand"
@@ -56,6 +56,7 @@ def test_the_ini_names_files_too_and_lcov_names_files_of_the_project(lamps: pyte
 
 
 @plain_and_slowly_in_other_modes
+@counted_up_to_313
 def test_junit_has_properties_of_each_test_and_of_the_whole(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     lamps.runpytest_inprocess(SUITE, "--junitxml=junit.xml", "--hri-fail-under=plans=99", *options)
     suite = ET.parse(lamps.path / "junit.xml").getroot()[0]

@@ -7,7 +7,15 @@ from typing import Any
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import A_WORKER, MODES, change, nodeids, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import (
+    A_WORKER,
+    MODES,
+    change,
+    counted_up_to_313,
+    nodeids,
+    plain_and_slowly_in_other_modes,
+    report,
+)
 
 
 def timeless(test: dict[str, Any]) -> dict[str, Any]:
@@ -38,6 +46,7 @@ def test_a_run_is_the_same_in_every_mode_and_for_one_test_alone(lamps: pytest.Py
     assert alone["record_sha256"] == known["record_sha256"] != ""
 
 
+@counted_up_to_313
 def test_the_report_says_what_was_judged_and_covered(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=rl").assert_outcomes(passed=32, xfailed=2, deselected=1)
     written = report(lamps.path)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import A_WORKER, change, command, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import A_WORKER, change, command, counted_up_to_313, plain_and_slowly_in_other_modes, report
 
 RL = "--hri-suite=rl"
 
@@ -80,6 +80,7 @@ def test_a_shard_without_tests_passes_and_has_a_report(lamps: pytest.Pytester) -
     assert (merged.returncode, merged.stdout.splitlines()[1:]) == (0, ["expected 4, merged 4"])
 
 
+@counted_up_to_313
 def test_gates_are_for_the_merged_report(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under = plans=100")
     parts = shards(lamps, 3, "--hri-fail-under=cross=100", "--hri-fail-on-nc")

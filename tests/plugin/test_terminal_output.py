@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import A_WORKER, plain_and_slowly_in_other_modes
+from tests.plugin.project import A_WORKER, counted_up_to_313, plain_and_slowly_in_other_modes
 
 SUITE = "--hri-suite=rl"
 TITLE = "human-robot interaction"
@@ -18,6 +18,7 @@ def section(result: pytest.RunResult) -> list[str]:
 
 
 @plain_and_slowly_in_other_modes
+@counted_up_to_313
 def test_one_line_in_the_header_and_one_section_at_the_end(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = lamps.runpytest_inprocess(SUITE, *options)
     result.stdout.fnmatch_lines(["hri: lamps, suite rl, seed 0, 34 tests"])
