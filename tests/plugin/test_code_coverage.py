@@ -53,6 +53,7 @@ def test_beside_the_users_own_measurement_both_are_right(lamps: pytest.Pytester,
         assert ours(lamps.path) == alone
 
 
+@counted_up_to_313
 def test_without_branches_in_the_users_measurement_branches_are_unmeasured(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(SUITE)
     alone = ours(lamps.path)
