@@ -34,6 +34,9 @@ EVENT_PX = (17, 15, 13)
 INK, PAPER, SOFT, ALARM = (245, 245, 245), (24, 27, 33), (165, 172, 184), (214, 48, 49)
 BADGES: Mapping[str, tuple[int, int, int]] = {"Passed": (30, 132, 73), "Failed": ALARM, "NC": (84, 92, 105)}
 
+BADGES_SHARE = 0.7
+"""Verdicts take no more of a caption's width: time and state are to the left of them."""
+
 STILL_S = 2.0
 """While nothing changes, one frame is kept per this many simulated seconds."""
 
@@ -86,7 +89,7 @@ def captioned(picture: Image, caption: Caption) -> Image:
         draw.rectangle((0, 0, picture.width - 1, picture.height - 1), outline=ALARM, width=FRAME_PX)
     top = picture.height + (height - picture.height - BAR_PX) // 2 + 8
     left = _written(draw, (EDGE_PX, top), f"{caption.time_s:.2f} s", 24, INK)
-    right = _badges(draw, (width - EDGE_PX, top + 2), caption.verdicts)
+    right = _badges(draw, (width - EDGE_PX, top + 2), caption.verdicts, BADGES_SHARE * width)
     if caption.state:
         left = max(left + 24, 150)
         _written(draw, (left, top), _fitting(draw, f"robot: {caption.state}", right - left - EDGE_PX, 24), 24, INK)
@@ -128,16 +131,39 @@ def _label(draw: ImageDraw, corner: tuple[int, int], text: str) -> None:
     _written(draw, (left + 12, bottom - 30), text, 20, INK)
 
 
-def _badges(draw: ImageDraw, corner: tuple[int, int], verdicts: Mapping[str, str]) -> int:
-    """Write verdicts side by side, the last one into the corner; returns where they begin."""
+def _badges(draw: ImageDraw, corner: tuple[int, int], verdicts: Mapping[str, str], room: float) -> int:
+    """Write verdicts side by side, the last one into the corner; returns where they begin.
+
+    Where there is no room for all, failed ones come first, and how many are left out is said at the left.
+    """
     right, top = corner
-    for name, verdict in reversed(list(verdicts.items())):
+    shown = _with_room(draw, verdicts, room)
+    for name in reversed([name for name in verdicts if name in shown]):
+        verdict = verdicts[name]
         text = f"{name} {verdict}"
         left = right - round(draw.textlength(text, font=_font(16))) - 16
         draw.rounded_rectangle((left, top, right, top + 24), radius=5, fill=BADGES.get(verdict, SOFT))
         _written(draw, (left + 8, top + 3), text, 16, INK)
         right = left - 8
+    if len(shown) < len(verdicts):
+        text = f"and {len(verdicts) - len(shown)} more"
+        right -= round(draw.textlength(text, font=_font(16))) + 8
+        _written(draw, (right, top + 3), text, 16, SOFT)
     return right
+
+
+def _with_room(draw: ImageDraw, verdicts: Mapping[str, str], room: float) -> frozenset[str]:
+    """The requirements whose badges fit side by side: the failed ones before the others."""
+    widths = {name: draw.textlength(f"{name} {verdicts[name]}", font=_font(16)) + 24 for name in verdicts}
+    if sum(widths.values()) <= room:
+        return frozenset(verdicts)
+    shown, used = set[str](), draw.textlength("and 99 more", font=_font(16)) + 8
+    for name in sorted(verdicts, key=lambda name: verdicts[name] != "Failed"):
+        used += widths[name]
+        if used > room:
+            break
+        shown.add(name)
+    return frozenset(shown)
 
 
 def _written(draw: ImageDraw, place: tuple[int, int], text: str, size: int, ink: tuple[int, int, int]) -> int:

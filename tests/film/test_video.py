@@ -94,6 +94,20 @@ def test_slow_motion_is_told_on_the_picture() -> None:
     assert slow.crop((0, 0, 960, 432)).tobytes() != usual.crop((0, 0, 960, 432)).tobytes()
 
 
+def test_of_many_verdicts_those_that_failed_have_a_place_beside_the_time() -> None:
+    picture = Image.new("RGB", (960, 432), (1, 2, 3))
+    verdicts = {f"R{number}": "Passed" for number in range(1, 41)}
+    many, worse, timeless = (
+        captioned(picture, Caption(1.0, "", each, "")) for each in (verdicts, {**verdicts, "R39": "Failed"}, {})
+    )
+    for frame in (many, worse):
+        left = (0, 432, 280, frame.height)
+        assert frame.crop(left).tobytes() == timeless.crop(left).tobytes()
+    seen = [{frame.getpixel((x, 458)) for x in range(960)} for frame in (many, worse)]
+    assert [BADGES["Failed"] in colours for colours in seen] == [False, True]
+    assert all(BADGES["Passed"] in colours for colours in seen)
+
+
 def test_a_long_state_ends_where_the_verdicts_begin() -> None:
     picture = Image.new("RGB", (960, 432), (1, 2, 3))
     verdicts = {f"R{number}": "Passed" for number in range(1, 8)}
