@@ -4,7 +4,7 @@
 it; nothing has mass. Kinematic runs find faults of the planner and of the controller's logic; they show nothing about
 forces, slips, grips that hold the fingers, or speeds other than the planned ones.
 
-To add another physics engine, implement `sim.engine.Engine`.
+To add another physics engine, implement `sim.engine.Engine` and list it in `sim.engines`.
 """
 
 from __future__ import annotations

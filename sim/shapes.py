@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from sim.geometry import Vector
+from sim.geometry import Pose, Vector
 
 
 @dataclass(frozen=True)
@@ -49,4 +49,13 @@ class Visual(NamedTuple):
     body: int
     number: int
     shape: Shape
+    rgba: tuple[float, ...]
+
+
+class LinkShape(NamedTuple):
+    """A visual shape of a moving link, or -1 for the base, with its pose on the link."""
+
+    link: int
+    shape: Shape
+    at: Pose
     rgba: tuple[float, ...]

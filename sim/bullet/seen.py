@@ -4,20 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import NamedTuple
 
 from sim.bullet.client import bullet, connect, load
-from sim.geometry import Pose
-from sim.shapes import Box, Cylinder, Shape, Sphere
-
-
-class LinkShape(NamedTuple):
-    """A visual shape of a link, with its pose on the link."""
-
-    link: int
-    shape: Shape
-    at: Pose
-    rgba: tuple[float, ...]
+from sim.shapes import Box, Cylinder, LinkShape, Shape, Sphere
 
 
 @cache

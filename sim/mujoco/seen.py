@@ -4,21 +4,12 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 from sim.geometry import Pose
 from sim.mujoco.body import link_of, turn, vector
 from sim.mujoco.library import load, mujoco
-from sim.shapes import Box, Cylinder, Shape, Sphere
-
-
-class LinkShape(NamedTuple):
-    """A visual shape of a moving link, or -1 for the base, with its pose on the link."""
-
-    link: int
-    shape: Shape
-    at: Pose
-    rgba: tuple[float, ...]
+from sim.shapes import Box, Cylinder, LinkShape, Shape, Sphere
 
 
 @cache
