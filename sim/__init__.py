@@ -1,1 +1,1 @@
-"""The simulated world of the table assembly: torso, leg, table, person, sensors. PyBullet or MuJoCo under virtual time."""
+"""The simulated world of the table assembly in virtual time: torso, leg, table, person, sensors."""

@@ -34,7 +34,7 @@ EVENT_PX = (17, 15, 13)
 INK, PAPER, SOFT, ALARM = (245, 245, 245), (24, 27, 33), (165, 172, 184), (214, 48, 49)
 BADGES: Mapping[str, tuple[int, int, int]] = {"Passed": (30, 132, 73), "Failed": ALARM, "NC": (84, 92, 105)}
 
-BADGES_SHARE = 0.7
+BADGES_SHARE = 0.6
 """Verdicts take no more of a caption's width: time and state are to the left of them."""
 
 STILL_S = 2.0

@@ -101,7 +101,7 @@ def test_of_many_verdicts_those_that_failed_have_a_place_beside_the_time() -> No
         captioned(picture, Caption(1.0, "", each, "")) for each in (verdicts, {**verdicts, "R39": "Failed"}, {})
     )
     for frame in (many, worse):
-        left = (0, 432, 280, frame.height)
+        left = (0, 432, 380, frame.height)
         assert frame.crop(left).tobytes() == timeless.crop(left).tobytes()
     seen = [{frame.getpixel((x, 458)) for x in range(960)} for frame in (many, worse)]
     assert [BADGES["Failed"] in colours for colours in seen] == [False, True]
