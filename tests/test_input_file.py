@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import socket
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -178,4 +179,7 @@ def test_a_value_that_nests_deeply_can_be_quoted() -> None:
     value: list[object] = []
     for _ in range(10_000):
         value = [value]
-    assert quoted(value) == "a list" or quoted(value).startswith("[[[")  # from Python 3.14 on its text can be had
+    if sys.version_info < (3, 14):
+        assert quoted(value) == "a list"
+    else:  # there its text can be had
+        assert quoted(value).startswith("[[[")

@@ -15,6 +15,12 @@ ENGINE_SENSITIVE = "engine-sensitive: "
 """Begins the reason why such a test is expected to fail."""
 
 
+def unknown_on_any(result: CaseResult, known: Container[str]) -> tuple[str, ...]:
+    """The requirements that a test violated on an engine, and that are not known to fail, or not as they did there."""
+    beside = result.beside.unknown(known) if result.beside is not None else ()
+    return tuple(dict.fromkeys((*result.unknown(known), *beside)))
+
+
 def judge_engines(result: CaseResult, compared: EngineComparison, known: Container[str]) -> None:
     """End a test of which something depends on the engine, unless it failed on both: then that is what it is.
 
@@ -29,10 +35,13 @@ def judge_engines(result: CaseResult, compared: EngineComparison, known: Contain
     if not (compared.differences or compared.faults):
         return
     depends = {each.what for each in compared.differences}
-    if any(each not in depends for each in result.unknown(known)):
+    unknown = unknown_on_any(result, known)
+    if any(each not in depends for each in unknown):
         return
     texts = [*(each.text for each in compared.differences), *(f"{compared.engine}: {each}" for each in compared.faults)]
     text = ENGINE_SENSITIVE + "; ".join(texts)
-    if compared.faults or any(not each.tolerated and each.what not in known for each in compared.differences):
+    if compared.faults or any(
+        not each.tolerated and (each.what in unknown or each.what not in known) for each in compared.differences
+    ):
         pytest.fail(text, pytrace=False)
     pytest.xfail(text)

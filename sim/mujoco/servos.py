@@ -13,8 +13,8 @@ from sim.mujoco.library import mujoco
 from sim.mujoco.scene import Scene
 
 LAG_S = 0.025
-"""Servos follow a plan so much later, and reach its end exponentially: no joint is ever faster than planned. Telling
-them the planned speed, too, would make them overshoot it."""
+"""Servos follow a plan so much later, and reach its end exponentially: no joint is faster than planned by more than
+0.1 %. Telling them the planned speed, too, would make them overshoot it."""
 
 STIFFNESS = 150.0
 """Of a servo (1/rad): it uses its maximum torque at an error of 1/150 rad."""

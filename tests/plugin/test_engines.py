@@ -167,6 +167,16 @@ def test_what_is_known_to_fail_on_both_is_known_still(lamps: pytest.Pytester) ->
     assert "known-violation" in alone.values()
 
 
+def test_what_fails_on_one_engine_outside_of_the_known_condition_is_not_known(lamps: pytest.Pytester) -> None:
+    two_engines(lamps, shift=-2.0)
+    known = "--hri-known=R2 while lamp_level > 99: the hall has no dimmer"
+    lamps.runpytest_inprocess("--hri-suite=rl", known)
+    glaring = {test["id"] for test in outcomes(lamps)["known-violation"]}
+    assert "failed" not in outcomes(lamps)
+    assert lamps.runpytest_inprocess("--hri-suite=rl", "--hri-engine=both", known).ret == 1
+    assert {test["id"] for test in outcomes(lamps)["failed"]} == glaring
+
+
 def test_a_baseline_of_another_engine_says_so(lamps: pytest.Pytester) -> None:
     two_engines(lamps, shift=0.5)
     lamps.runpytest_inprocess(BY_HAND, "--hri-baseline=baseline.json", "--hri-update-baseline")

@@ -38,7 +38,7 @@ def started(driver: Any) -> Iterator[Any]:
     """Playwright, whose driver is a program that does not run everywhere."""
     try:
         playwright = driver.__enter__()
-    except Exception as error:
+    except Exception as error:  # a plain one, where the system lacks what the driver needs
         pytest.skip(f"playwright does not run here: {error}")
     try:
         yield playwright

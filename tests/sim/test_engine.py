@@ -128,10 +128,11 @@ def test_a_description_that_is_none_is_refused() -> None:
         engine.load("<robot/>")
 
 
-def test_a_world_that_is_closed_leaves_no_memory_behind() -> None:
+def test_a_world_that_is_closed_leaves_no_memory_behind(engine_name: str) -> None:
     for _ in range(300):  # after so many, what was freed is used again
         World(Recorder()).close()
     before_kb = resident_kb()
     for _ in range(120):
         World(Recorder()).close()
-    assert resident_kb() - before_kb < 120 * 40  # each lost 80 kB while PyBullet merged the links
+    # Each lost 80 kB while PyBullet merged the links; of MuJoCo's models, of other sizes each time, gaps are left.
+    assert resident_kb() - before_kb < 120 * {"pybullet": 20, "mujoco": 40}[engine_name]
