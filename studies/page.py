@@ -9,7 +9,7 @@ from typing import Any
 import jinja2
 
 from pytest_hricdv import atomic_file
-from studies.estimates import Interval
+from pytest_hricdv.results.proportion import Interval
 
 FOLDER = Path(__file__).parent
 

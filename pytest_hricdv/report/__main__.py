@@ -30,15 +30,8 @@ from pytest_hricdv.results.baseline import (
 from pytest_hricdv.results.behaviour_diff import compare_behaviour
 from pytest_hricdv.results.building import minimal_tests
 from pytest_hricdv.results.codec import ReportError, load
-from pytest_hricdv.results.gates import (
-    THRESHOLDS,
-    Exemption,
-    Gates,
-    Threshold,
-    ThresholdError,
-    parse_threshold,
-)
-from pytest_hricdv.results.judgement import Judgement, judge
+from pytest_hricdv.results.gates import THRESHOLDS, Threshold, ThresholdError, parse_threshold
+from pytest_hricdv.results.judgement import Judgement, gates_of, judge
 from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards, sessions_of
 from pytest_hricdv.results.model import GateResult, Report, TestResult
 
@@ -196,7 +189,15 @@ def _judged(report: Report, options: argparse.Namespace) -> tuple[Report, Judgem
     compared = None if options.update_baseline else old
     if compared is not None:
         report = structs.replace(report, changes=compare_behaviour(report, compared, whole=True))
-    judgement = judge(report, _gates(report, options), compared, datetime.datetime.now(datetime.UTC).date(), whole=True)
+    allowed = [name for each in options.allow_nc for name in each.split(",")]
+    gates = gates_of(
+        report,
+        thresholds=options.fail_under,
+        fail_on_nc=options.fail_on_nc,
+        allowed=allowed,
+        fail_on_change=options.fail_on_change,
+    )
+    judgement = judge(report, gates, compared, datetime.datetime.now(datetime.UTC).date(), whole=True)
     if options.update_baseline and missing > 0:
         failed.append(f"{options.baseline} was not updated: tests are missing")
     elif options.update_baseline:
@@ -216,30 +217,6 @@ def _baseline(report: Report, options: argparse.Namespace) -> Baseline | None:
         seeds = {suite.name: suite.seed for suite in report.suites}
         check_suites(baseline, seeds, str(options.baseline), behaviour=options.fail_on_change)
     return baseline
-
-
-def _gates(report: Report, options: argparse.Namespace) -> Gates:
-    known = {
-        name: Exemption(
-            name,
-            report.known_violations.get(name, "no longer known"),
-            _day(report.known_until.get(name, "")),
-            report.known_while.get(name, ""),
-        )
-        for name in ({} if report.strict else dict.fromkeys([*report.known_violations, *report.known_until]))
-    }
-    may_be_nc = {
-        name: Exemption(name, each.reason, _day(each.until), suites=each.suites)
-        for name, each in report.may_be_nc.items()
-    } | {name: Exemption(name, "named with --allow-nc") for each in options.allow_nc for name in each.split(",")}
-    return Gates(tuple(options.fail_under), options.fail_on_nc, may_be_nc, known, options.fail_on_change)
-
-
-def _day(text: str) -> datetime.date | None:
-    try:
-        return datetime.date.fromisoformat(text) if text else None
-    except ValueError as error:
-        raise ReportError(f"an exemption of the report: {error}") from None
 
 
 def _relocated(report: Report, path: Path, output: Path) -> Report:

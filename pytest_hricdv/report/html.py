@@ -15,6 +15,7 @@ from markupsafe import Markup
 from pytest_hricdv.message import visible
 from pytest_hricdv.report import (
     behaviour_view,
+    campaign_view,
     closing_view,
     explanation,
     formatting,
@@ -149,6 +150,7 @@ def _context(report: Report) -> dict[str, Any]:
         "headline": headline,
         "mutation": mutation_view.page(report),
         "closing": closing_view.page(report),
+        "campaign": campaign_view.page(report),
         "replay_command": lambda file: explanation.replay_command(file, report.rerun.options),
         "violation": lambda found: explanation.violation(found, report.units or {}),
         "nearest_miss": explanation.nearest_miss,

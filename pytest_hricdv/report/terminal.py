@@ -7,7 +7,7 @@ from pathlib import Path
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage
 from pytest_hricdv.message import visible
-from pytest_hricdv.report import behaviour_view, closing_view, engines_view, mutation_view, totals
+from pytest_hricdv.report import behaviour_view, campaign_view, closing_view, engines_view, mutation_view, totals
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
@@ -99,6 +99,8 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
     lines += [*engines, Line("")] if engines else []
     closing = list(closing_view.lines(report))
     lines += [*closing, Line("")] if closing else []
+    campaign = list(campaign_view.lines(report))
+    lines += [*campaign, Line("")] if campaign else []
     lines += _totals(report, width)
     fitted = [Line(fit(visible(line.text), width), line.style) for line in lines]
     return (*fitted, Line(visible(f"report: {directory / PAGE_NAME}"), "dim"))

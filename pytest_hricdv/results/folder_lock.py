@@ -26,14 +26,15 @@ class FolderLock:
 
     Args:
         folder: it exists.
+        name: of the file of the lock.
 
     Raises:
         LockedError: another process holds it.
         OSError: the file of the lock cannot be written.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._file = os.open(folder / NAME, os.O_RDWR | os.O_CREAT, 0o666)
+    def __init__(self, folder: Path, name: str = NAME) -> None:
+        self._file = os.open(folder / name, os.O_RDWR | os.O_CREAT, 0o666)
         try:
             self._lock()
         except BaseException:

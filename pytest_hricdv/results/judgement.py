@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from pytest_hricdv.coverage.gaps import nearest_miss
 from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, baseline_of
 from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.behaviour_diff import headline
+from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import percentages
 from pytest_hricdv.results.gates import MUTANTS, THRESHOLDS, Exemption, Gates, Threshold
 from pytest_hricdv.results.model import Report
@@ -110,6 +111,45 @@ class Judgement:
 
     failed: tuple[str, ...] = ()
     improved: tuple[str, ...] = ()
+
+
+def gates_of(
+    report: Report,
+    *,
+    thresholds: Iterable[Threshold] = (),
+    fail_on_nc: bool = False,
+    allowed: Iterable[str] = (),
+    fail_on_change: bool = False,
+) -> Gates:
+    """Gates with the exemptions that a report was made with.
+
+    Args:
+        allowed: further requirements that need not be triggered.
+
+    Raises:
+        ReportError: an exemption ends on a day that does not exist.
+    """
+    known = {
+        name: Exemption(
+            name,
+            report.known_violations.get(name, "no longer known"),
+            _day(report.known_until.get(name, "")),
+            report.known_while.get(name, ""),
+        )
+        for name in ({} if report.strict else dict.fromkeys([*report.known_violations, *report.known_until]))
+    }
+    may_be_nc = {
+        name: Exemption(name, each.reason, _day(each.until), suites=each.suites)
+        for name, each in report.may_be_nc.items()
+    } | {name: Exemption(name, "named with --allow-nc") for name in allowed}
+    return Gates(tuple(thresholds), fail_on_nc, may_be_nc, known, fail_on_change)
+
+
+def _day(text: str) -> datetime.date | None:
+    try:
+        return datetime.date.fromisoformat(text) if text else None
+    except ValueError as error:
+        raise ReportError(f"an exemption of the report: {error}") from None
 
 
 def judge(report: Report, gates: Gates, baseline: Baseline | None, today: datetime.date, *, whole: bool) -> Judgement:

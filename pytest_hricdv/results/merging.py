@@ -70,6 +70,7 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         made_with=dict(set.intersection(*(set(report.made_with.items()) for report in all_reports))),
         changes=None,
         mutation=None,
+        campaign=None,
         closing=first.closing if all(each.closing == first.closing for each in all_reports) else None,
     )
     try:

@@ -38,6 +38,7 @@ from pytest_hricdv.coverage.records import (
     SuiteName,
 )
 from pytest_hricdv.results.behaviour import BehaviourChanges
+from pytest_hricdv.results.campaign import CampaignResult
 from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.results.engines import EngineComparison
 from pytest_hricdv.results.generation import GenerationResult
@@ -283,6 +284,7 @@ class Report(Record, frozen=True, kw_only=True):
         changes: how its tests behave, compared with a baseline.
         mutation: where faults were put into the code under test; a merged report has none.
         closing: where a suite came from a closing loop; in a merged report, where all sessions had the same.
+        campaign: where it is of a campaign; a merged report has none.
     """
 
     schema: Literal["hricdv-report/1"]
@@ -319,3 +321,4 @@ class Report(Record, frozen=True, kw_only=True):
     changes: BehaviourChanges | None = None
     mutation: MutationResult | None = None
     closing: ClosingResult | None = None
+    campaign: CampaignResult | None = None

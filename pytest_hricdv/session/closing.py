@@ -27,6 +27,8 @@ from pytest_hricdv.close.scripts import Scripts
 from pytest_hricdv.close.suite import repeatable_suite
 from pytest_hricdv.close.targets import impossible_points, wanted_points
 from pytest_hricdv.close.way import Way
+from pytest_hricdv.cluster.address import ClusterError
+from pytest_hricdv.cluster.identity import identity
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
 from pytest_hricdv.coverage.cross_product import CrossProduct
@@ -41,12 +43,12 @@ from pytest_hricdv.online.declaration import OnlineError
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.results.closing import ClosingEnd, ClosingResult
 from pytest_hricdv.search import Budget
+from pytest_hricdv.separate_process import ProcessError
 from pytest_hricdv.session.closing_cache import KeptSuite
 from pytest_hricdv.session.closing_progress import ClosingProgress, listed
-from pytest_hricdv.session.closing_runs import ClosingRuns
+from pytest_hricdv.session.closing_runs import ClosingRuns, RunsHere, RunsOnCluster
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.running import Running
-from pytest_hricdv.session.separate_process import ProcessError
 from pytest_hricdv.session.suites import generation_context
 from pytest_hricdv.session.usage import usage_error
 
@@ -81,17 +83,25 @@ class Closing:
         if found is not None:
             return found
         began_s = time.perf_counter()
-        runs = ClosingRuns(self._collection.config, _processes(self._collection.config))
         try:
-            with runs:
+            with self._runs() as runs:
                 suite, result = self._closed(runs, tests)
         except (ProcessError, LoopError) as error:
             raise usage_error(f"--hri-suite={NAME}: no run came to its end: {error}") from None
         except (GenerateError, CoverageError, OnlineError) as error:
             raise usage_error(f"--hri-suite={NAME}: {error}") from None
+        except ClusterError as error:
+            raise usage_error(f"--hri-cluster: {error}") from None
         if result.ended not in ("seconds", "interrupted"):  # otherwise it would depend on the machine
             kept.write(suite, result, runs.files)
         return GeneratedSuite(suite, time.perf_counter() - began_s, cached=False, closing=result)
+
+    def _runs(self) -> ClosingRuns:
+        config = self._collection.config
+        if not self._collection.options.cluster.address:
+            return RunsHere(config, _processes(config))
+        here = identity(Path(config.rootpath), self._running.provenance.code)
+        return RunsOnCluster(self._collection, here.project)
 
     def _closed(self, runs: ClosingRuns, given: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
         archive, progress = Archive(self._wanted), ClosingProgress(self._collection, self._options.runs)

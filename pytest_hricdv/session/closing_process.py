@@ -30,7 +30,7 @@ from pytest_hricdv.online.role import Role
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.run import Actions
 from pytest_hricdv.session.running import Running
-from pytest_hricdv.session.separate_process import in_session, leave_no_core, limit_time, preload, session
+from pytest_hricdv.session.serving import END, in_session, introduce, leave_no_core, limit_time, preload, session
 
 RUN_S = 60.0
 """A run that takes more processor time (s) does not end."""
@@ -108,6 +108,7 @@ class _Serving:
         for name in (*testbench.requires, *engine):
             importlib.import_module(name)
         _ = self._running.code, self._running.measurement, self._role  # once, and not in each fork
+        introduce(self._running, self._write)
         for line in messages:
             generation = msgspec.json.decode(line, type=Generation)
             tests = [AbstractTest.from_data(each) for each in generation.tests]
@@ -115,6 +116,7 @@ class _Serving:
             for told in self._run(tests, from_the_start=generation.from_the_start):
                 self._write(encode(told).encode())
             self._write(msgspec.json.encode(Done(self._files())))
+            self._write(END)
 
     def _run(self, tests: Sequence[AbstractTest], *, from_the_start: bool) -> Iterator[Told]:
         commands = self._collection.testbench.commands

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import msgspec
 
+from pytest_hricdv.project_files import differences
 from pytest_hricdv.report import files
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError
@@ -26,7 +27,6 @@ from pytest_hricdv.results.journal import (
     Record,
     read,
 )
-from pytest_hricdv.session.fingerprint import differences
 from pytest_hricdv.session.usage import usage_error
 
 

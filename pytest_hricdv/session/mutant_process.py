@@ -30,7 +30,7 @@ from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.mutation import BIN, ENDING, EXCEPTION, MutantRun
 from pytest_hricdv.session.running import Running
-from pytest_hricdv.session.separate_process import in_session, limit_time, preload, session, silence
+from pytest_hricdv.session.serving import in_session, limit_time, preload, session, silence
 
 SILENCE = 30
 """A mutant that gives no sign of life for so many times the processor time of a run waits for what never comes."""

@@ -20,11 +20,12 @@ from pytest_hricdv.results.behaviour_diff import change_of
 from pytest_hricdv.results.derivation import coverage_of
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.mutation import MutantResult, MutantRun, MutationEnd, MutationResult, mutant_status, scored
+from pytest_hricdv.separate_process import ProcessError, started
 from pytest_hricdv.session import mutant_process
 from pytest_hricdv.session.mutant_process import Job, RunTold, Told, Trial, TrialTest, TrialTold
 from pytest_hricdv.session.progress import time_left
 from pytest_hricdv.session.running import Running
-from pytest_hricdv.session.separate_process import ProcessError, arguments_of, started
+from pytest_hricdv.session.serving import arguments_of
 
 LEAST_RUN_S, FACTOR = 10, 10
 """A run that takes more processor time (s) than this, and than so many times the slowest test, does not end."""
@@ -150,7 +151,7 @@ class _Trials:
             MutationError: it was not: something is wrong with it.
         """
         try:
-            with started(mutant_process, directory) as process:
+            with started(mutant_process.__name__, directory) as process:
                 process.send(job)
                 for line in process.lines():
                     self._note(msgspec.json.decode(line, type=Told), len(job.trials))

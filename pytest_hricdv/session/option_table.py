@@ -115,6 +115,16 @@ CLOSING = (
     Value("close-without", "WAY[,...]", "closure: leave these ways of reaching points out, to see what they bring"),
 )
 
+CLUSTER = (
+    Value(
+        "cluster",
+        "ADDRESS",
+        "let the closing loop and --hri-search run tests on workers of Dask distributed: tcp://HOST:8786, the address "
+        "of a scheduler, or local:N, with N workers on this machine",
+    ),
+    Flag("send-code", "send the project to the workers of --hri-cluster, which otherwise have it at the same path"),
+)
+
 LEARNING = (
     Repeatable(
         "rl",
@@ -219,6 +229,7 @@ def add_options(parser: pytest.Parser) -> None:
     table: Iterable[Value | Flag | Repeatable] = (
         *TESTS,
         *CLOSING,
+        *CLUSTER,
         *LEARNING,
         *GATES,
         *AFTER_THE_TESTS,

@@ -80,6 +80,19 @@ class MutationOptions:
 
 
 @dataclass(frozen=True)
+class ClusterOptions:
+    """On which cluster the closing loop and a search run tests.
+
+    Args:
+        address: as `pytest_hricdv.cluster.address` reads it; empty: on none.
+        send_code: the project is sent to the workers, which do not have it.
+    """
+
+    address: str = ""
+    send_code: bool = False
+
+
+@dataclass(frozen=True)
 class Options:
     """All that a user can set, validated. `suites` and `replay` are empty when no suite is active."""
 
@@ -106,6 +119,7 @@ class Options:
     mutation: MutationOptions = MutationOptions()
     learning: LearningOptions = field(default_factory=LearningOptions)
     closing: ClosingOptions = field(default_factory=ClosingOptions)
+    cluster: ClusterOptions = ClusterOptions()
     shard: Shard | None = None
     baseline: Path | None = None
     update_baseline: bool = False
@@ -163,6 +177,7 @@ def read_options(config: pytest.Config) -> Options:
         mutation=_mutation(config),
         learning=read_learning(config),
         closing=_closing(config, suites),
+        cluster=ClusterOptions(_text(config, "cluster"), _flag(config, "send_code")),
         again=_again(config),
     )
 

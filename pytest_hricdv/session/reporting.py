@@ -180,7 +180,7 @@ class Reporting:
         if resumed is not None and resumed.declared is not None:
             _ = self._reachability  # for its problems, which fail this session, too
             return resumed.declared
-        return encode(declare_report(self._session(), self.aggregation.chosen)).encode()
+        return encode(declare_report(self.session_info(), self.aggregation.chosen)).encode()
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Writes one section at the end."""
@@ -201,7 +201,8 @@ class Reporting:
         for problem in self.problems:
             terminalreporter.write_line(visible(f"FAILED {problem}"), red=True, bold=True)
 
-    def _session(self) -> SessionInfo:
+    def session_info(self) -> SessionInfo:
+        """What the report is made of, beside results."""
         return SessionInfo(
             testbench=self.collection.testbench,
             requirements=self.running.requirements,

@@ -8,9 +8,10 @@ from statistics import fmean
 from typing import Any
 
 from pytest_hricdv.report.formatting import by_requirement
+from pytest_hricdv.results import proportion
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.results.mutation import MutantResult, MutantStatus, MutationResult, MutationScore
-from studies import estimates, page, session
+from studies import page, session
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ def scores(by_suite: Mapping[str, Sequence[Done]]) -> str:
                 name,
                 len(done),
                 len(tried),
-                *(page.interval(estimates.share(sum(each), len(each))) for each in (tried, changed)),
+                *(page.interval(proportion.share(sum(each), len(each))) for each in (tried, changed)),
             ]
         )
     head = ["suite", "seeds", "mutants", "killed, %", "killed, of those that changed a record, %"]

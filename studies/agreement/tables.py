@@ -7,8 +7,9 @@ from collections.abc import Iterable, Sequence
 from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
+from pytest_hricdv.results.proportion import share
 from studies.agreement.pair import HAND, LATE_S, SAME, UNEXPLAINED, Pair
-from studies.estimates import share, spearman
+from studies.estimates import spearman
 from studies.original.published import METHODS
 from studies.original.requests import first_request_s
 from studies.original.runs import REQUIREMENTS, method_of

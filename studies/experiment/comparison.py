@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import Any
 
-from studies.estimates import Interval, mean
+from pytest_hricdv.results.proportion import Interval
+from studies.estimates import mean
 from studies.original.published import METHODS, RUN_S, Published
 from studies.original.requests import MAX_TURNS, leg_requests
 from studies.original.runs import OriginalRun, load_runs, method_of

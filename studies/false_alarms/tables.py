@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from pytest_hricdv.report.formatting import by_requirement
-from studies import estimates, page, session
+from pytest_hricdv.results import proportion
+from studies import page, session
 from studies.false_alarms.alarms import RUN, SESSION, Alarm, Found
 
 
@@ -21,7 +22,7 @@ def context(found: Sequence[Found]) -> dict[str, Any]:
         "sessions": len(found),
         "seeds": sorted({each.seed for each in found}),
         "alarmed": alarmed,
-        "share": estimates.share(alarmed, runs),
+        "share": proportion.share(alarmed, runs),
         "suites": suites(found),
         "requirements": requirements(found),
         "alarms": listed(alarms),

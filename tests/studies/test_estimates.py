@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from studies.estimates import mean, ranks, share, spearman
+from pytest_hricdv.results.proportion import share
+from studies.estimates import mean, ranks, spearman
 
 FLOATS = st.floats(-1e6, 1e6, allow_nan=False).map(lambda value: round(value, 3))
 PARTS = st.integers(1, 5000).flatmap(lambda whole: st.tuples(st.integers(0, whole), st.just(whole)))

@@ -1,0 +1,73 @@
+"""What the runs of a project depend on beside its tests: its files, and what is installed; name -> hash, or version."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+SOURCES = (".py", ".toml", ".ini", ".asl", ".mas2j")
+"""Files of a project that runs can depend on."""
+
+_NO_SOURCES = ("__pycache__", "node_modules", "site-packages", "pyvenv.cfg")
+_SHOWN = 5
+
+
+def hashes(root: Path) -> dict[str, str]:
+    """The sources below a folder, name -> hash."""
+    return {path.relative_to(root).as_posix(): short_hash(path.read_bytes()) for path in sources(root)}
+
+
+def versions() -> dict[str, str]:
+    """Installed distribution -> version, by the names of the folders that describe them."""
+    found: dict[str, str] = {}
+    for folder in sys.path:
+        try:
+            names = sorted(os.listdir(folder))
+        except OSError:
+            continue
+        for name in names:
+            if name.endswith(".dist-info"):
+                distribution, _, version = name.removesuffix(".dist-info").partition("-")
+                found.setdefault(distribution, version)
+    return found
+
+
+def sources(root: Path) -> Iterator[Path]:
+    """The sources below a folder, but for hidden folders and environments."""
+    return (path for path in files(root) if path.suffix in SOURCES)
+
+
+def files(root: Path) -> Iterator[Path]:
+    """All files below a folder, in order, but for hidden folders and environments."""
+    for folder, folders, names in os.walk(root):
+        if "pyvenv.cfg" in names:
+            folders.clear()
+            continue
+        folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in _NO_SOURCES)
+        for name in sorted(names):
+            path = Path(folder, name)
+            if path.is_file():
+                yield path
+
+
+def differences(before: Mapping[str, str], now: Mapping[str, str]) -> str:
+    """What is not as it was, on one line; empty where all is."""
+    names = sorted(before.keys() | now.keys())
+    found = [_difference(name, before.get(name), now.get(name)) for name in names if before.get(name) != now.get(name)]
+    more = len(found) - _SHOWN
+    return ", ".join(found[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+
+
+def _difference(name: str, before: str | None, now: str | None) -> str:
+    if before is None or now is None:
+        return f"{name} is new" if before is None else f"{name} is gone"
+    is_hash = len(before) == len(now) == len(short_hash(b""))
+    return f"{name} changed" if is_hash else f"{name} {before or 'unset'}, now {now or 'unset'}"
+
+
+def short_hash(data: bytes) -> str:
+    """16 hexadecimal digits of SHA-256."""
+    return hashlib.sha256(data).hexdigest()[:16]

@@ -1,0 +1,121 @@
+"""What a report says of a campaign: sums over all runs, of which it lists some or all as tests."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pytest_hricdv.coverage.records import Count, Names, NotNegative, Number, Percent, Record
+
+
+class FailedShare(Record, frozen=True, kw_only=True):
+    """The share of runs that violated a requirement, of those that checked it, with its 95 % interval (per cent).
+
+    The interval is Wilson's (1927); of runs that checked nothing, all of it is open.
+    """
+
+    failed: Count
+    checked: Count
+    low: Percent
+    high: Percent
+
+
+class LeastMargin(Record, frozen=True, kw_only=True):
+    """The least margin of all runs, and the first run that has it; negative where the requirement was violated."""
+
+    margin: Number
+    run: str
+
+
+class CampaignRequirement(Record, frozen=True, kw_only=True):
+    """A requirement over all runs.
+
+    Args:
+        passed: runs, as `failed` and `nc` (not checked).
+        triggers: checks in all runs.
+        share: that failed.
+        ever: abstract tests that violated it with some seed.
+        always: abstract tests that violated it with each seed.
+        unsettled: abstract tests whose verdict depends on the seed.
+        least: of all margins; None where there is none.
+    """
+
+    passed: Count
+    failed: Count
+    nc: Count
+    triggers: Count
+    share: FailedShare
+    ever: Count
+    always: Count
+    unsettled: Count
+    least: LeastMargin | None
+
+
+class CampaignTest(Record, frozen=True, kw_only=True):
+    """An abstract test over all of its seeds.
+
+    Args:
+        id: of the abstract test; its runs have it, and a number from -k1 on.
+        outcomes: outcome -> runs.
+        failed: requirement -> share of its runs that violated it; without those that none violated.
+        least: requirement -> its least margin.
+        keep: ids of its runs that are worth keeping: they add coverage to the runs before, are the first to violate a
+            requirement in this test, or have the least margin of all.
+    """
+
+    id: str
+    suite: str
+    runs: Count
+    outcomes: Mapping[str, Count]
+    failed: Mapping[str, FailedShare]
+    least: Mapping[str, LeastMargin]
+    keep: Names
+
+
+class LostRun(Record, frozen=True, kw_only=True):
+    """A run that ended its process, or its worker, each time; why."""
+
+    id: str
+    reason: str
+
+
+class DifferingRun(Record, frozen=True, kw_only=True):
+    """A run that gave another record elsewhere: where the two part, and in which versions the workers differ."""
+
+    id: str
+    parting: str
+    versions: str
+
+
+class CampaignResult(Record, frozen=True, kw_only=True):
+    """All runs of a campaign.
+
+    Args:
+        expected: runs; `stored` have an outcome.
+        sim_s: simulated by all (s).
+        is_listed: all runs are tests of this report; otherwise those to keep are.
+        outcomes: outcome -> runs.
+        endings: how interactions ended -> how many.
+        requirements: requirement -> over all runs.
+        tests: by suite and id.
+        lost: in order.
+        repeated: runs that were done again on another worker.
+        differing: of them, those that gave another record.
+    """
+
+    expected: Count
+    stored: Count
+    concretizations: Count
+    sim_s: NotNegative
+    is_listed: bool
+    outcomes: Mapping[str, Count]
+    endings: Mapping[str, Count]
+    requirements: Mapping[str, CampaignRequirement]
+    tests: tuple[CampaignTest, ...]
+    lost: tuple[LostRun, ...]
+    repeated: Count
+    differing: tuple[DifferingRun, ...]
+
+    @property
+    def missing(self) -> int:
+        """Runs without an outcome."""
+        return self.expected - self.stored

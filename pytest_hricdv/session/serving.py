@@ -1,0 +1,129 @@
+"""A process that serves the session which started it: tests run in it, most of them in forks (see `separate_process`).
+
+pytest is configured in it as in the session, so that conftest files, the testbench and the world are what they are
+there. What is sent to it and what it answers are lines of JSON.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, NoReturn
+
+import msgspec
+import pytest
+
+from pytest_hricdv.cluster.identity import identity
+
+try:
+    import resource
+except ImportError:
+    resource = None  # type: ignore[assignment]  # not on Windows, where a run that does not end is not ended
+
+if TYPE_CHECKING:
+    from pytest_hricdv.session.running import Running
+
+PRELOADED = (
+    "pytest_hricdv.conformance.conformance_monitor",
+    "pytest_hricdv.monitor.parser",
+    *(f"pytest_hricdv.session.{name}" for name in ("aggregation", "exports", "preparation", "progress", "reporting")),
+)
+"""What the plugin imports when pytest is configured: done once here, and not again in each fork. By name, because what
+starts this process is among them."""
+
+
+UNWARNED = ("-W", "ignore::pytest.PytestAssertRewriteWarning")
+"""The modules of the plugin are imported before pytest can rewrite their asserts."""
+
+END = b""
+"""The line that ends the answer to a message."""
+
+
+def arguments_of(config: pytest.Config) -> tuple[str, ...]:
+    """The arguments of the session."""
+    unmeasured = ["--no-cov"] if hasattr(config.option, "no_cov") else []  # of pytest-cov
+    given = [os.fspath(each) for each in config.invocation_params.args]
+    return (*given, *unmeasured, *UNWARNED)
+
+
+@contextmanager
+def session() -> Iterator[tuple[IO[bytes], Callable[[bytes], None]]]:
+    """Within the process: the lines that the session sends, and what sends it a line.
+
+    pytest replaces standard input and output when it is configured. What anybody else prints goes nowhere.
+    """
+    with os.fdopen(os.dup(0), "rb") as messages, os.fdopen(os.dup(1), "wb") as output:
+        silence(1)
+
+        def write(line: bytes) -> None:
+            output.write(line + b"\n")
+            output.flush()
+
+        yield messages, write
+
+
+def preload() -> None:
+    """Import what configuring pytest will import."""
+    for name in PRELOADED:
+        importlib.import_module(name)
+
+
+def in_session(arguments: tuple[str, ...], work: Callable[[Running], None]) -> int:
+    """Configure pytest as in the session, do the work, and end the process. Returns pytest's status where it could not.
+
+    pytest's own end is left out: it takes longer than some tests.
+    """
+    return int(pytest.main([*arguments], plugins=[_Instead(work)]))
+
+
+def introduce(running: Running, write: Callable[[bytes], None]) -> None:
+    """Answer the first message: what is installed here, and of which project."""
+    root = Path(running.collection.config.rootpath)
+    write(msgspec.json.encode(identity(root, running.provenance.code)))
+    write(END)
+
+
+class _Instead:
+    """A plugin of pytest that does something else than a session."""
+
+    def __init__(self, work: Callable[[Running], None]) -> None:
+        self._work = work
+
+    def pytest_cmdline_main(self, config: pytest.Config) -> NoReturn:
+        """Does the work in place of the session."""
+        from pytest_hricdv.session.running import Running
+
+        config._do_configure()  # as pytest's own --help does: the testbench may need what conftest files set up
+        running = config.pluginmanager.get_plugin("hricdv-running")
+        assert isinstance(running, Running), "the session has a suite"
+        _ = running.collection.testbench, running.requirements, running.known_while
+        self._work(running)
+        os._exit(0)
+
+
+def limit_time(run_s: float) -> None:
+    """The kernel ends this process when it takes more processor time from now on (s), whatever it does.
+
+    Without effect on Windows, and where runs do not begin in forks: there it would end them all.
+    """
+    if resource is None or not hasattr(os, "fork"):
+        return
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(used.ru_utime + used.ru_stime + run_s), hard))
+
+
+def leave_no_core() -> None:
+    """A process that the kernel ends writes no file about it."""
+    if resource is not None:
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def silence(descriptor: int) -> None:
+    """What is written to it goes nowhere."""
+    with open(os.devnull, "w") as nowhere:
+        os.dup2(nowhere.fileno(), descriptor)
