@@ -62,7 +62,8 @@ closure: $(VENV)/.installed
 	$(BIN)/python -m studies.closure
 
 campaign: $(VENV)/.installed
-	$(BIN)/python -m benchmarks.campaign --write
+	$(BIN)/python -m pytest_hricdv.campaign run --suite=rl --tests=160 --concretizations=41 --state=hri-campaign.db
+	$(BIN)/python -m pytest_hricdv.campaign report --state=hri-campaign.db --output=hri-campaign --page=docs/campaign.md
 
 pictures: $(VENV)/.installed
 	$(BIN)/python -m studies.screenshots

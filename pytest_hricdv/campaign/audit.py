@@ -15,10 +15,10 @@ import msgspec
 
 from pytest_hricdv.campaign.execution import TASK_RUNS, Execution
 from pytest_hricdv.campaign.plan import Plan, RunKey
-from pytest_hricdv.campaign.run_process import RunTold
 from pytest_hricdv.campaign.store import LOST
 from pytest_hricdv.cluster.cluster import Lost, Question
 from pytest_hricdv.cluster.service import Answer, WorkerName
+from pytest_hricdv.session.run_process import RunTold
 
 PERCENT = 1.0
 """Share of the runs that are done again."""

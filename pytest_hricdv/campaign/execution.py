@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 
 import msgspec
 
-from pytest_hricdv.campaign import run_process
 from pytest_hricdv.campaign.plan import Plan, RunKey
-from pytest_hricdv.campaign.run_process import Job, Order, RunTold, Task
 from pytest_hricdv.campaign.store import Store
 from pytest_hricdv.cluster.cluster import Cluster, Lost, Question
 from pytest_hricdv.cluster.service import Answer, Service
 from pytest_hricdv.generate.rng import digest
+from pytest_hricdv.session import run_process
+from pytest_hricdv.session.run_process import Job, Order, RunTold, Task
 
 TASK_RUNS = 20
 """Runs of a task: seconds of work, so that handing it out costs nothing, and little is done again when it is lost."""

@@ -15,7 +15,7 @@ from pytest_hricdv.generate.concrete import variant
 from pytest_hricdv.input_file import from_json
 from pytest_hricdv.message import InputError
 from pytest_hricdv.project_files import differences
-from pytest_hricdv.results.model import Report
+from pytest_hricdv.results.model import Report, SuiteResult
 from pytest_hricdv.separate_process import ProcessError, started
 
 RunKey = tuple[int, int]
@@ -104,18 +104,17 @@ class Plan:
 
     @cached_property
     def declared(self) -> Report:
-        """The report before the first result."""
+        """The report before the first result; how long generation took is left out, as it depends on pytest's cache."""
         found = from_json(bytes(self.planned.declared).decode(), Report)
         options = tuple(each for each in found.rerun.options if not each.startswith("--hri-concretizations"))
         options = (*options, f"--hri-concretizations={self.concretizations}")
         rerun = msgspec.structs.replace(found.rerun, options=options)
-        suites = (
-            msgspec.structs.replace(
-                each, size=self.concretizations * sum(test.suite == each.name for test in self.planned.tests)
-            )
-            for each in found.suites
-        )
-        return msgspec.structs.replace(found, rerun=rerun, suites=tuple(suites))
+        return msgspec.structs.replace(found, rerun=rerun, suites=tuple(map(self._sized, found.suites)))
+
+    def _sized(self, suite: SuiteResult) -> SuiteResult:
+        tests = sum(test.suite == suite.name for test in self.planned.tests)
+        generation = msgspec.structs.replace(suite.generation, wall_s=0.0, cached=False)
+        return msgspec.structs.replace(suite, size=self.concretizations * tests, generation=generation)
 
     def to_json(self) -> bytes:
         """As the store keeps it."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import logging
+import threading
 import time
 import warnings
 from collections import deque
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 AHEAD = 3
 """So many questions a thread are handed out: enough that none waits, and few when a worker is lost with them."""
 
-CONNECT_S, WAIT_FOR_SCHEDULER_S, WAIT_FOR_WORKERS_S = 10.0, 120.0, 60.0
+CONNECT_S, WAIT_FOR_SCHEDULER_S, WAIT_FOR_WORKERS_S = 5.0, 120.0, 60.0
 _GONE = (CancelledError, TimeoutError, OSError)
 """The errors of a connection that is gone."""
 
@@ -70,6 +71,8 @@ class Cluster:
     """Workers that are not asked: address -> why."""
     _client: Client | None = field(default=None, repr=False)
     _local: Any = field(default=None, repr=False)
+    _lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
+    """Questions may come from several threads."""
     _checked: dict[str, int] = field(default_factory=dict)
     """Workers that may be asked: address -> threads."""
 
@@ -155,6 +158,9 @@ class Cluster:
 
         try:
             answer = future.result(timeout=CONNECT_S)
+        except TimeoutError:  # the worker that had the answer is gone: it is asked again
+            queue.append(question)
+            return None
         except KilledWorker as error:
             return Lost(f"{error.last_worker.address if error.last_worker else 'its workers'} and others were lost")
         assert isinstance(answer, Answer), "it is what a worker returns"
@@ -171,6 +177,10 @@ class Cluster:
         self._checked.pop(worker, None)
 
     def _look_at_workers(self) -> None:
+        with self._lock:
+            self._await_workers()
+
+    def _await_workers(self) -> None:
         """Notes which workers there are; each is checked when it is new. Raises ClusterError if there is none."""
         began_s = time.monotonic()
         while True:

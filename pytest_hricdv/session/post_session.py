@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Literal
 
 from msgspec.structs import replace
 
 from pytest_hricdv.case import CaseResult, HriCase
-from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.generate.rng import make_rng
-from pytest_hricdv.monitor import Criterion, Verdict
+from pytest_hricdv.monitor import Criterion
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.searching import SearchResult, ShrunkTest
 from pytest_hricdv.search import Budget
-from pytest_hricdv.search.evolution_strategy import Evaluation, SearchOutcome, search_violation
 from pytest_hricdv.search.replay import Origin
 from pytest_hricdv.search.shrink import FailureSignature, Shrunk, failure_signature, has_signature, shrink
 from pytest_hricdv.session.options import Options
+from pytest_hricdv.session.remote_runs import RemoteRuns
 from pytest_hricdv.session.replaying import Rerunning, named
+from pytest_hricdv.session.searching import Searching
 
 SHRUNK = "shrunk"
 ELSEWHERE = "it did not fail again outside of its test function: does a fixture change what the run depends on?"
-
-SEARCH = "search"
-STARTS = 5
-"""So many tests are varied: few, or the runs are spread too thin; more than one, for the nearest may be a dead end."""
 
 
 def shortest_failures(results: Iterable[TestResult], requirements: Iterable[Criterion]) -> dict[str, TestResult]:
@@ -122,107 +116,8 @@ class Shrinking:
         )
 
 
-@dataclass(frozen=True)
-class Searching:
-    """Looks for violations beside a suite: varies the tests that came nearest to violating a requirement.
-
-    The suite has checked its own tests already, so every run of a search is a new test. A requirement that the suite
-    itself violates needs no search; one that no test triggers has no margin to follow.
-
-    Args:
-        rerunning: runs tests.
-        chosen: node id -> test, of the session.
-        seed: of the session.
-    """
-
-    rerunning: Rerunning
-    chosen: Mapping[str, HriCase]
-    seed: int
-
-    def search(
-        self, requirement: Criterion, results: Iterable[TestResult], budget: Budget
-    ) -> tuple[SearchResult, HriCase | None]:
-        """Search for one requirement.
-
-        Returns:
-            The record for the report, and the test that violates the requirement where one was found.
-        """
-        results = sorted(results, key=lambda result: _objective(result, requirement.id))
-        triggered = [result for result in results if result.requirements[requirement.id].triggers]
-        if not triggered:
-            return _without_runs("never triggered"), None
-        margin = triggered[0].requirements[requirement.id].margin
-        if any(self._violated(requirement, result.requirements[requirement.id]) for result in triggered):
-            return _without_runs("violated by the suite", margin, triggered[0].id), None
-        starts = triggered[:STARTS]
-        found = self._search(requirement, starts, budget)
-        start = starts[found.start]
-        record = SearchResult(
-            status="violated" if found.evaluation.violated else "not violated",
-            suite_margin=margin,
-            margin=found.evaluation.margin,
-            test=start.id,
-            runs=found.runs,
-            wall_s=round(found.wall_s, 3),
-            ended=found.ended,
-            id=None,
-            replay=None,
-            abstract=(),
-        )
-        return self._kept(requirement, start, found, record) if found.evaluation.violated else (record, None)
-
-    def _search(self, requirement: Criterion, starts: Iterable[TestResult], budget: Budget) -> SearchOutcome:
-        def run(test: ConcreteTest) -> Evaluation:
-            result = self.rerunning.run(_named(test, requirement))
-            if result is None:
-                return Evaluation(None, violated=False)
-            verdict = result.verdict(requirement.id)
-            return Evaluation(verdict.margin, self._violated(requirement, verdict))
-
-        cases = [(self.chosen[start.nodeid], start.requirements[requirement.id]) for start in starts]
-        tests = [(case.concrete, Evaluation(judged.margin, violated=False)) for case, judged in cases]
-        rng = make_rng(SEARCH, self.seed, requirement.id)
-        return search_violation(tests, cases[0][0].ranges, run, budget, rng)
-
-    def _violated(self, requirement: Criterion, result: RequirementResult | Verdict) -> bool:
-        return self.rerunning.is_violated(requirement.id, result)
-
-    def _kept(
-        self, requirement: Criterion, start: TestResult, found: SearchOutcome, record: SearchResult
-    ) -> tuple[SearchResult, HriCase | None]:
-        """The record with the test that was found, which is kept as a replay file."""
-        result = self.rerunning.run(_named(found.test, requirement))
-        if result is None:
-            return record, None
-        origin = Origin(SEARCH, start.id, requirement.id, found.runs)
-        made, replay = self.rerunning.keep(self.chosen[start.nodeid], result, start.nodeid, origin)
-        return replace(record, id=made.abstract.id, replay=replay, abstract=made.abstract.lines), made
-
-
-def _named(test: ConcreteTest, requirement: Criterion) -> ConcreteTest:
-    return named(test, f"{requirement.id}-{SEARCH}")
-
-
-def _objective(result: TestResult, requirement: str) -> tuple[float, str, str]:
-    margin = result.requirements[requirement].margin
-    return math.inf if margin is None else margin, result.id, result.nodeid
-
-
-def _without_runs(
-    status: Literal["never triggered", "violated by the suite"], margin: float | None = None, test: str | None = None
-) -> SearchResult:
-    return SearchResult(
-        status=status,
-        suite_margin=margin,
-        margin=margin,
-        test=test,
-        runs=0,
-        wall_s=0.0,
-        ended="done",
-        id=None,
-        replay=None,
-        abstract=(),
-    )
+Searched = tuple[Criterion, SearchResult, HriCase | None]
+"""A requirement, what a search for its violation came to, and the test that violates it where one was found."""
 
 
 @dataclass
@@ -234,12 +129,14 @@ class PostSession:
         options: of the session.
         chosen: node id -> test, of the session.
         say: receives progress messages.
+        remote: of a cluster that runs tests of searches; None: they run here.
     """
 
     rerunning: Rerunning
     options: Options
     chosen: Mapping[str, HriCase]
     say: Callable[[str], None]
+    remote: RemoteRuns | None = None
     interrupted: bool = field(default=False, init=False)
     problems: list[str] = field(default_factory=list, init=False)
     """Violations that were found and are not known."""
@@ -264,14 +161,10 @@ class PostSession:
 
     def search(self, results: Iterable[TestResult]) -> dict[str, SearchResult]:
         """Search for a violation of each requirement."""
-        results = list(results)
-        searching = Searching(self.rerunning, self.chosen, self.options.seed)
         found = {}
-        for requirement in self.rerunning.requirements:
+        for requirement, record, made in self._searched(list(results)):
             if self.interrupted:
                 break
-            self.say(f"hricdv: searching for a violation of {requirement.id} ...")
-            record, made = searching.search(requirement, results, Budget(self.options.search))
             self.interrupted = record.ended == "interrupted"
             tolerated = requirement.id in self.options.known and requirement.id not in self.rerunning.known_while
             if record.status == "violated" and (self.options.strict or not tolerated):
@@ -280,3 +173,26 @@ class PostSession:
                 record = replace(record, shrunk=self._shrunk(requirement, made, made.abstract.id))
             found[requirement.id] = record
         return found
+
+    def _searched(self, results: list[TestResult]) -> Iterator[Searched]:
+        """Search for each requirement: here one after the other, on a cluster several at a time."""
+        remote, requirements = self.remote, self.rerunning.requirements
+        judged = None if remote is None else remote.run
+        searching = Searching(self.rerunning, self.chosen, self.options.seed, judged)
+
+        def search(requirement: Criterion) -> Searched:
+            return requirement, *searching.search(requirement, results, Budget(self.options.search))
+
+        if remote is None:
+            for requirement in requirements:
+                self.say(f"hricdv: searching for a violation of {requirement.id} ...")
+                yield search(requirement)
+            return
+        where = f"{len(requirements)} requirements on {remote.cluster.address}"
+        self.say(f"hricdv: searching for violations of {where} ...")
+        with ThreadPoolExecutor(max_workers=max(1, remote.cluster.threads)) as pool:
+            try:
+                yield from pool.map(search, requirements)
+            except KeyboardInterrupt:
+                self.interrupted = True
+                remote.is_over.set()

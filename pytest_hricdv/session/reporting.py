@@ -13,6 +13,7 @@ from importlib.metadata import version
 import msgspec
 import pytest
 
+from pytest_hricdv.cluster.address import ClusterError
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.reachability import Reachability, explore, unexplored
 from pytest_hricdv.generate import GenerateError
@@ -30,6 +31,7 @@ from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
 from pytest_hricdv.session.post_session import PostSession
 from pytest_hricdv.session.preparation import GateCheck
+from pytest_hricdv.session.remote_runs import remote_runs
 from pytest_hricdv.session.replaying import Rerunning
 from pytest_hricdv.session.running import Running
 from pytest_hricdv.session.signals import Signals
@@ -126,13 +128,26 @@ class Reporting:
             return results, {}
         self.collection.say("")  # ends the line of dots
         after = PostSession(self._rerunning, options, self.aggregation.chosen, self.collection.say)
+        found: dict[str, SearchResult] = {}
         with self._signals.deferred(False):
             if options.shrink:
                 results = after.shrink(results)
-            found = after.search(results) if options.search and not stopped else {}
+            if options.search and not stopped:
+                found = self._found(after, results)
         self.interrupted = after.interrupted
         self.problems += after.problems
         return results, found
+
+    def _found(self, after: PostSession, results: list[TestResult]) -> dict[str, SearchResult]:
+        """Searches, on a cluster where one is named."""
+        if not self.options.cluster.address:
+            return after.search(results)
+        try:
+            with remote_runs(self.running, lambda text: self.collection.say(f"hricdv: {text}")) as after.remote:
+                return after.search(results)
+        except ClusterError as error:
+            self.problems.append(f"--hri-search: --hri-cluster: {error}")
+            return {}
 
     def _mutation(self, results: list[TestResult]) -> MutationResult | None:
         """Tries mutants of the code under test, if asked to."""

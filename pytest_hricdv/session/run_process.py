@@ -1,4 +1,4 @@
-"""The process that runs tests of a campaign, one after the other, and answers each result as soon as it is known."""
+"""The process that runs tests for a cluster, one after the other, and answers each result as soon as it is known."""
 
 from __future__ import annotations
 

@@ -1,0 +1,45 @@
+"""The user's project that campaigns are tried on, and what runs them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.plugin import project
+
+Campaign = Callable[..., subprocess.CompletedProcess[str]]
+SUITE = ("--suite=bdi-random", "--tests=4")
+
+
+def environment() -> dict[str, str]:
+    """Of a process that is not part of a test run."""
+    given = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "COV_", "COVERAGE_"))}
+    root = str(Path(__file__).parents[2])
+    return {**given, "PYTHONPATH": root, "COLUMNS": "80"}
+
+
+@pytest.fixture
+def lamps(tmp_path: Path) -> Path:
+    """A user's project."""
+    folder = tmp_path / "project"
+    folder.mkdir()
+    project.write(folder)
+    return folder
+
+
+@pytest.fixture
+def campaign(lamps: Path) -> Campaign:
+    """A command of a campaign in the user's project, as a process of its own."""
+
+    def command(*arguments: str) -> subprocess.CompletedProcess[str]:
+        given = [sys.executable, "-m", "pytest_hricdv.campaign", *arguments]
+        return subprocess.run(
+            given, cwd=lamps, env=environment(), capture_output=True, text=True, timeout=120, check=False
+        )
+
+    return command

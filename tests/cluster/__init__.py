@@ -1,0 +1,1 @@
+"""Workers beyond one process."""
