@@ -180,18 +180,23 @@ def reported(options: argparse.Namespace, state: Path) -> str:
     return json.dumps(timeless(json.loads(text.replace(os.path.relpath(folder, options.root), "FOLDER"))))
 
 
-def main() -> None:
-    """Run both campaigns, and compare their reports."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def size_options(parser: argparse.ArgumentParser) -> None:
+    """What is run, and where."""
     parser.add_argument("--suite", default="rl")
     parser.add_argument("--tests", type=int, default=100, help="abstract tests (default 100)")
     parser.add_argument("--concretizations", type=int, default=4, help="seeds of each (default 4)")
+    parser.add_argument("--root", type=Path, default=Path.cwd(), help="the project")
+    parser.add_argument("--state", type=Path, help="folder of the campaigns (default: a temporary one)")
+
+
+def main() -> None:
+    """Run both campaigns, and compare their reports."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    size_options(parser)
     parser.add_argument("--workers", type=int, default=20, help="times that a worker is killed (default 20)")
     parser.add_argument("--clients", type=int, default=3, help="times that the client is killed (default 3)")
     parser.add_argument("--pace", type=float, default=5.0, help="mean time between two, about (s, default 5)")
     parser.add_argument("--seed", type=int, default=0, help="of what is killed when (default 0)")
-    parser.add_argument("--root", type=Path, default=Path.cwd(), help="the project")
-    parser.add_argument("--state", type=Path, help="folder of the campaigns (default: a temporary one)")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         where = (options.state or Path(folder)).resolve()
