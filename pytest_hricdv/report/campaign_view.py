@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pytest_hricdv.message import visible
-from pytest_hricdv.report.formatting import Line, by_requirement, pad, plural, quantity, seconds
+from pytest_hricdv.report.formatting import Line, by_requirement, pad, plural, seconds
 from pytest_hricdv.report.tests_view import anchor
-from pytest_hricdv.results.campaign import CampaignResult, CampaignTest, FailedShare
+from pytest_hricdv.results.campaign import CampaignResult, CampaignTest, FailedShare, LeastMargin
 from pytest_hricdv.results.model import Report
 
 _MAX_LISTED = 10
@@ -75,7 +75,7 @@ def page(report: Report) -> Mapping[str, Any] | None:
         "requirements": {name: result.requirements[name] for name in sorted(result.requirements, key=by_requirement)},
         "share": share_text,
         "worst": worst,
-        "least": least_text,
+        "margins": margins,
         "anchors": {test.id: anchor(test.nodeid) for test in report.tests},
     }
 
@@ -85,10 +85,8 @@ def worst(test: CampaignTest) -> list[tuple[str, FailedShare]]:
     return sorted(test.failed.items(), key=lambda each: (-each[1].failed, by_requirement(each[0])))
 
 
-def least_text(test: CampaignTest) -> str:
-    """`R3 -0.0413 (k12)`: the least margin of a test, over its requirements with one."""
-    found = [(each.margin, name, each.run) for name, each in test.least.items()]
-    if not found:
-        return ""
-    margin, name, run = min(found)
-    return f"{name} {quantity(margin)} in {run}"
+def margins(result: CampaignResult, test: CampaignTest) -> list[tuple[str, LeastMargin]]:
+    """The least margins of the requirements that a test violated, and those that are the least of all tests."""
+    least = {name: each.least for name, each in result.requirements.items()}
+    told = (name for name, each in test.least.items() if name in test.failed or each == least[name])
+    return [(name, test.least[name]) for name in sorted(told, key=by_requirement)]
