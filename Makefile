@@ -75,4 +75,4 @@ $(VENV)/.installed: pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis hri-report hri-experiment hri-agreement hri-adequacy hri-false-alarms hri-engines hri-closure
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis hri-report hri-campaign hri-campaign.db* hri-experiment hri-agreement hri-adequacy hri-false-alarms hri-engines hri-closure

@@ -15,7 +15,7 @@ import msgspec
 
 from pytest_hricdv.campaign.execution import TASK_RUNS, Execution
 from pytest_hricdv.campaign.plan import Plan, RunKey
-from pytest_hricdv.campaign.store import LOST
+from pytest_hricdv.campaign.row import LOST
 from pytest_hricdv.cluster.cluster import Lost, Question
 from pytest_hricdv.cluster.service import Answer, WorkerName
 from pytest_hricdv.session.run_process import RunTold

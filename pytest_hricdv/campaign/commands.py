@@ -21,7 +21,8 @@ from pytest_hricdv.campaign.execution import CancelledError, Execution
 from pytest_hricdv.campaign.plan import CampaignError, Plan, plan
 from pytest_hricdv.campaign.progress import FAILED, Progress, outcomes
 from pytest_hricdv.campaign.reporting import campaign_report
-from pytest_hricdv.campaign.store import LOST, Counts, Store
+from pytest_hricdv.campaign.row import LOST
+from pytest_hricdv.campaign.store import Counts, Store
 from pytest_hricdv.campaign.table import write_parquet
 from pytest_hricdv.cluster import code_archive
 from pytest_hricdv.cluster.address import ClusterError
@@ -91,8 +92,8 @@ def _execute(options: argparse.Namespace, now: Plan, store: Store, archive: byte
     began_s = time.monotonic()
     try:
         with connected(options.cluster, progress.say) as cluster:
-            if cluster.dashboard:
-                progress.say(f"dashboard of the cluster: {cluster.dashboard}")
+            if cluster.connection.dashboard:
+                progress.say(f"dashboard of the cluster: {cluster.connection.dashboard}")
             execution = Execution(now, store, cluster, options.run_seconds, archive, progress.show)
             execution.run()
             audit.audit(execution, options.audit)

@@ -7,7 +7,8 @@ import time
 from collections.abc import Mapping
 from typing import TextIO
 
-from pytest_hricdv.campaign.store import LOST, Store
+from pytest_hricdv.campaign.row import LOST
+from pytest_hricdv.campaign.store import Store
 from pytest_hricdv.message import visible
 from pytest_hricdv.session.progress import time_left
 

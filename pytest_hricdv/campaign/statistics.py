@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from pytest_hricdv.campaign.plan import Plan, RunKey
-from pytest_hricdv.campaign.store import LOST, Row
+from pytest_hricdv.campaign.row import LOST, Row
 from pytest_hricdv.results.campaign import CampaignRequirement, CampaignTest, FailedShare, LeastMargin
 from pytest_hricdv.results.proportion import share
 

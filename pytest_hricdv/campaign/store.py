@@ -14,20 +14,18 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import msgspec
 
 from pytest_hricdv.campaign.plan import CampaignError, Plan, RunKey
+from pytest_hricdv.campaign.row import LOST, Row, columns, note, read_row
 from pytest_hricdv.cluster.service import WorkerName
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.folder_lock import FolderLock, LockedError
 from pytest_hricdv.results.model import TestResult
 
 SCHEMA = "hricdv-campaign/2"
-
-LOST = "lost"
-"""The outcome of a run that ends the process, or the worker, that runs it, each time."""
 
 _TABLES = """
 CREATE TABLE campaign (name TEXT PRIMARY KEY, value BLOB) WITHOUT ROWID;
@@ -41,32 +39,6 @@ CREATE TABLE results (test INTEGER, k INTEGER, result BLOB, replay BLOB, PRIMARY
 CREATE TABLE again (test INTEGER, k INTEGER, sha256 TEXT, worker INTEGER, parting TEXT, PRIMARY KEY (test, k, worker));
 CREATE TABLE sessions (began_utc TEXT, wall_s REAL);
 """
-
-
-@dataclass(frozen=True)
-class Row:
-    """A run, as far as sums are made of it.
-
-    Args:
-        verdicts: in the order of `Store.requirements`; likewise triggers and margins.
-        bins: cross product -> the bins that were hit.
-        ended: how each interaction ended.
-        statements: covered, as a bit set; likewise branches.
-    """
-
-    key: RunKey
-    outcome: str
-    note: str
-    sim_s: float
-    sha256: str
-    verdicts: tuple[str, ...]
-    triggers: tuple[int, ...]
-    margins: tuple[float | None, ...]
-    bins: Mapping[str, list[list[str]]]
-    ended: tuple[str, ...]
-    statements: int
-    branches: int
-    worker: int
 
 
 @dataclass(frozen=True)
@@ -191,7 +163,7 @@ class Store:
         """Keep a run; one that is there already stays, and where it differs, both are kept."""
         with _located(self.path), self._connection:
             number = self._worker(worker)
-            values = (*key, result.outcome, _note(result), result.sim_s, result.record_sha256 or "", *_columns(result))
+            values = (*key, result.outcome, note(result), result.sim_s, result.record_sha256 or "", *columns(result))
             marks = ", ".join("?" * (len(values) + 1))
             made = self._connection.execute(f"INSERT OR IGNORE INTO runs VALUES ({marks})", (*values, number))
             if made.rowcount == 0:
@@ -249,12 +221,12 @@ class Store:
         """All runs, by test and concretization."""
         with _located(self.path):
             for row in self._connection.execute("SELECT * FROM runs ORDER BY test, k"):
-                yield _row(row)
+                yield read_row(row)
 
     def row(self, key: RunKey) -> Row:
         """One run."""
         with _located(self.path):
-            return _row(self._connection.execute("SELECT * FROM runs WHERE test = ? AND k = ?", key).fetchone())
+            return read_row(self._connection.execute("SELECT * FROM runs WHERE test = ? AND k = ?", key).fetchone())
 
     def hashes(self, keys: Iterable[RunKey]) -> dict[RunKey, str]:
         """Of the records of these runs."""
@@ -301,50 +273,6 @@ class Store:
     def _get(self, name: str) -> bytes | None:
         found = self._connection.execute("SELECT value FROM campaign WHERE name = ?", (name,)).fetchone()
         return None if found is None else bytes(found[0])
-
-
-def requirements(result: TestResult) -> list[str]:
-    """The order of a run's verdicts in its row."""
-    return sorted(result.requirements)
-
-
-def _columns(result: TestResult) -> tuple[str, ...]:
-    judged = [result.requirements[name] for name in requirements(result)]
-    statements, branches = result.code.bits if result.code else ("0x0", "0x0")
-    return (
-        " ".join(each.verdict for each in judged),
-        " ".join(str(each.triggers) for each in judged),
-        json.dumps([each.margin for each in judged]),
-        json.dumps({name: sorted(set(hits)) for name, hits in (result.cross or {}).items()}),
-        json.dumps(result.outcomes),
-        statements,
-        branches or "0x0",
-    )
-
-
-def _note(result: TestResult) -> str:
-    return result.failure.strip().partition("\n")[0] if result.outcome in ("failed", "error") else ""
-
-
-def _row(found: tuple[Any, ...]) -> Row:
-    test, k, outcome, note, sim_s, sha256, verdicts, triggers, margins, bins, ended, statements, branches, worker = (
-        found
-    )
-    return Row(
-        key=(test, k),
-        outcome=outcome,
-        note=note,
-        sim_s=sim_s,
-        sha256=sha256,
-        verdicts=tuple(verdicts.split()),
-        triggers=tuple(map(int, triggers.split())),
-        margins=tuple(json.loads(margins or "[]")),
-        bins=json.loads(bins),
-        ended=tuple(json.loads(ended)),
-        statements=int(statements, 16),
-        branches=int(branches, 16),
-        worker=worker,
-    )
 
 
 def _connection(path: Path) -> sqlite3.Connection:

@@ -9,7 +9,8 @@ from typing import Any
 
 from pytest_hricdv.atomic_file import replaced
 from pytest_hricdv.campaign.plan import CampaignError, Plan
-from pytest_hricdv.campaign.store import Row, Store
+from pytest_hricdv.campaign.row import Row
+from pytest_hricdv.campaign.store import Store
 
 BATCH = 10_000
 

@@ -197,7 +197,8 @@ def _gaps(report: Report, columns: int) -> Iterator[Line]:
 def _totals(report: Report, columns: int) -> Iterator[Line]:
     counts = totals.outcomes(report)
     bad = counts["failed"] or counts["error"]
-    yield Line(f"tests: {totals.outcomes_text(report)}", "bad" if bad else "ok" if counts["passed"] else "warn")
+    what = "runs to keep" if report.campaign and not report.campaign.is_listed else "tests"
+    yield Line(f"{what}: {totals.outcomes_text(report)}", "bad" if bad else "ok" if counts["passed"] else "warn")
     lost = totals.loss(report)
     expected = f"expected {report.selected}, reported {report.reported}"
     yield Line(f"{expected}: {lost}" if lost else expected, "bad" if lost else "ok")

@@ -182,8 +182,9 @@ def is_tolerated(report: Report, requirement: str, test: TestResult) -> bool:
 
 
 def duration(report: Report) -> Duration:
-    """The session's wall clock, and the simulated time of its tests."""
-    return Duration(report.wall_s, sum(test.sim_s for test in report.tests), report.workers or 1)
+    """The session's wall clock, and the simulated time of its tests; of a campaign, that of all runs."""
+    simulated_s = report.campaign.sim_s if report.campaign else sum(test.sim_s for test in report.tests)
+    return Duration(report.wall_s, simulated_s, report.workers or 1)
 
 
 def statements_covered(report: Report) -> tuple[int, int]:

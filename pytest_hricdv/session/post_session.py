@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
@@ -17,9 +18,11 @@ from pytest_hricdv.search import Budget
 from pytest_hricdv.search.replay import Origin
 from pytest_hricdv.search.shrink import FailureSignature, Shrunk, failure_signature, has_signature, shrink
 from pytest_hricdv.session.options import Options
-from pytest_hricdv.session.remote_runs import RemoteRuns
 from pytest_hricdv.session.replaying import Rerunning, named
 from pytest_hricdv.session.searching import Searching
+
+if TYPE_CHECKING:
+    from pytest_hricdv.session.remote_runs import RemoteRuns
 
 SHRUNK = "shrunk"
 ELSEWHERE = "it did not fail again outside of its test function: does a fixture change what the run depends on?"

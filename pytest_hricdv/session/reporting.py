@@ -31,7 +31,6 @@ from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
 from pytest_hricdv.session.post_session import PostSession
 from pytest_hricdv.session.preparation import GateCheck
-from pytest_hricdv.session.remote_runs import remote_runs
 from pytest_hricdv.session.replaying import Rerunning
 from pytest_hricdv.session.running import Running
 from pytest_hricdv.session.signals import Signals
@@ -142,6 +141,8 @@ class Reporting:
         """Searches, on a cluster where one is named."""
         if not self.options.cluster.address:
             return after.search(results)
+        from pytest_hricdv.session.remote_runs import remote_runs  # only where it is asked for
+
         try:
             with remote_runs(self.running, lambda text: self.collection.say(f"hricdv: {text}")) as after.remote:
                 return after.search(results)

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.campaign.plan import Plan, Planned, PlannedTest
+from pytest_hricdv.campaign.row import LOST, Row
 from pytest_hricdv.campaign.statistics import Statistics, failed_share
-from pytest_hricdv.campaign.store import LOST, Row
 from pytest_hricdv.generate.abstract import AbstractTest
 
 NAMES = ("R1", "R2")

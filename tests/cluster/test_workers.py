@@ -121,7 +121,7 @@ def test_workers_that_are_killed_are_replaced_and_nothing_is_missing(echo: Path)
 
     def kill_one() -> None:
         if len(told) < 3:
-            workers = made._client.run(os.getpid)  # type: ignore[union-attr]
+            workers = made.connection.client.run(os.getpid)
             told.append(next(iter(workers.values())))
             os.kill(told[-1], 9)
 
