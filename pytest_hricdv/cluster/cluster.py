@@ -156,7 +156,8 @@ class Cluster:
             queue.append(question)
             return None
         except KilledWorker as error:
-            return Lost(f"{error.last_worker.address if error.last_worker else 'its workers'} and others were lost")
+            last = f", the last of them {error.last_worker.address}" if error.last_worker else ""
+            return Lost(f"{error.allowed_failures + 1} workers were lost with it{last}")
         assert isinstance(answer, Answer), "it is what a worker returns"
         if not answer.unable:
             return answer

@@ -127,7 +127,7 @@ def test_a_run_that_kills_its_worker_is_named_and_the_others_go_on(lamps: Path, 
     crash_at(lamps, "os.kill(PARENT, 9)", "wish.cellar")
     done = campaign(*RUN, *ALL)
     assert done.returncode == 1, done.stdout
-    assert "were lost" in done.stdout
+    assert "4 workers were lost with it, the last of them tcp://127.0.0.1:" in done.stdout
     campaign("report", "--state=a.db")
     result = report(lamps)["campaign"]
     assert result["stored"] == RUNS

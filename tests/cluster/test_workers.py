@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 from collections import deque
 from collections.abc import Iterator
@@ -10,9 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks import lost_workers
 from pytest_hricdv.cluster.address import Address, ClusterError
 from pytest_hricdv.cluster.cluster import Cluster, Lost, Question, connected
 from pytest_hricdv.cluster.service import Answer, Service
+from tests.campaign.conftest import environment
 
 ECHO = """
 import json, os, sys, time
@@ -132,6 +135,31 @@ def test_workers_that_are_killed_are_replaced_and_nothing_is_missing(echo: Path)
         ]
     assert sorted(found) == sorted((str(number), [f'"{number}!"']) for number in range(30))
     assert len(told) == 3
+
+
+def test_a_worker_with_other_versions_is_refused_and_named(echo: Path, tmp_path: Path) -> None:
+    older = tmp_path / "msgspec-0.0.1.dist-info" / "METADATA"
+    older.parent.mkdir()
+    older.write_text("Metadata-Version: 2.1\nName: msgspec\nVersion: 0.0.1\n", encoding="utf-8")
+    with lost_workers.cluster(0) as scheduler:
+        scheduler.keep()
+        worker = [
+            sys.executable,
+            "-m",
+            "distributed.cli.dask_worker",
+            scheduler.address,
+            "--no-nanny",
+            "--no-dashboard",
+        ]
+        path = os.pathsep.join([str(tmp_path), environment()["PYTHONPATH"]])
+        given = {**environment(), "PYTHONPATH": path}
+        with subprocess.Popen(worker, env=given, **lost_workers.QUIET) as process:  # type: ignore[call-overload]
+            said: list[str] = []
+            with pytest.raises(ClusterError, match=r"no worker can be asked: .*msgspec .*, now 0\.0\.1"):
+                connected(Address(scheduler.address), said.append).__enter__()
+            process.kill()
+    assert len(said) == 1
+    assert "is not asked: its versions are others: msgspec" in said[0]
 
 
 @pytest.mark.parametrize("text", ["local:x", "localhost:8786", "tcp://host", "tcp://:8786x", ""])
