@@ -30,7 +30,7 @@ from pytest_hricdv.monitor import (
 )
 from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
-from pytest_hricdv.runtime.record import Value
+from pytest_hricdv.runtime.plain import Value
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
 
 if TYPE_CHECKING:
@@ -53,18 +53,37 @@ class MonitorFeed:
     def __init__(self, monitors: Watcher, vocabulary: Vocabulary) -> None:
         self._monitors = monitors
         self._fields = {topic: dict(fields) for topic, fields in vocabulary.messages.items()}
-        self._signals = frozenset(vocabulary.signals)
+        self._signals = dict(vocabulary.signals)
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
-        """See `runtime.record.Listener`."""
+        """See `runtime.record.Listener`. A field that is not as its class declares it is a TypeError."""
         kinds = self._fields[topic]
+        for name, kind in kinds.items():
+            if not (_is_of(kind, fields[name]) or (kind is not str and isinstance(fields[name], int))):
+                raise TypeError(f"{topic}.{name} is {fields[name]!r} at {time_s:.6f} s: declared as {kind.__name__}")
         self._monitors.message(time_s, topic, {name: kind(fields[name]) for name, kind in kinds.items()})
 
     def signal(self, time_s: float, name: str, value: float | bool | str) -> None:
-        """See `runtime.record.Listener`. A signal the testbench did not declare is a KeyError."""
-        if name not in self._signals:
+        """See `runtime.record.Listener`.
+
+        Raises:
+            KeyError: the testbench did not declare such a signal.
+            TypeError: it declared it with another type.
+        """
+        kind = self._signals.get(name)
+        if kind is None:
             raise KeyError(f"signal {name!r} is recorded but not declared in the testbench's signals")
+        if not _is_of(kind, value):
+            where = f"signal {name} is {value!r} at {time_s:.6f} s"
+            raise TypeError(f"{where}: the testbench declares it as {kind.__name__}")
         self._monitors.signal(time_s, name, value)
+
+
+def _is_of(kind: type, value: Value) -> bool:
+    """Whether a value is of a declared type; a whole number is a float, a bool is none."""
+    if kind is float:
+        return isinstance(value, float | int) and not isinstance(value, bool)
+    return isinstance(value, kind)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from functools import partial
 from typing import Any, Generic, TypeVar
 
 from pytest_hricdv.runtime.kernel import Kernel, Node
-from pytest_hricdv.runtime.record import Recorder, Value
+from pytest_hricdv.runtime.plain import Value, plain
+from pytest_hricdv.runtime.record import Recorder
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -133,8 +134,7 @@ class Bus:
         kind = self._declared(type(message))
         fields: dict[str, Value] = {}
         for name in self._fields[kind]:
-            value = getattr(message, name)
-            fields[name] = text_of(value) if isinstance(value, Enum) else value
+            fields[name] = self._recorded(message, name)
         self.kernel.last_messages[sender] = message
         faults = self._faults.get(topic_of(kind)) if self._faults else None
         if faults:
@@ -142,6 +142,15 @@ class Bus:
             return
         self.recorder.message(self.kernel.now_s, sender, topic_of(kind), fields)
         self._deliver(message)
+
+    def _recorded(self, message: object, name: str) -> Value:
+        """The value of a field as the record has it."""
+        value = getattr(message, name)
+        found = text_of(value) if isinstance(value, Enum) else plain(value)
+        if found is None:
+            where = f"message {type(message).__name__} at {self.kernel.now_s:.6f} s: {name} is {value!r}"
+            raise TypeError(f"{where}: expected a number, a bool or a text")
+        return found
 
     def disturb(self, topic: str, fault: MessageFault) -> None:
         """Let a fault happen to the next message of a topic; several faults await one message each, in order.

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+from pytest_hricdv.runtime.plain import Value, plain
 
-Value = float | bool | int | str
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
 class Listener(Protocol):
@@ -86,10 +86,17 @@ class Recorder:
     def signal(self, time_s: float, name: str, value: float | bool | str) -> None:
         """Record a signal's value from `time_s` on; an unchanged value is not recorded again.
 
+        A scalar of numpy is recorded as the number or bool that it stands for.
+
         Raises:
+            TypeError: the value is no number, bool or text.
             ValueError: the value is NaN or infinite (an error of the world, which no monitor may judge as passed), or
                 a text for a signal that had numbers, or the other way round.
         """
+        given, found = value, plain(value)
+        if found is None:
+            raise TypeError(f"signal {name} is {given!r} at {time_s:.6f} s: expected a number, a bool or a text")
+        value = found
         if self._last.get(name) == value and name in self._last:
             return
         if isinstance(value, str):

@@ -1,0 +1,16 @@
+"""Values as a record has them: bools, numbers and texts of Python, whatever library computed them."""
+
+from __future__ import annotations
+
+Value = float | bool | int | str
+
+_PLAIN = (bool, int, float, str)
+
+
+def plain(value: object) -> Value | None:
+    """A bool, a number or a text; a scalar of numpy, or an array of one, as the value that it stands for; else None."""
+    if isinstance(value, _PLAIN):
+        return value
+    item = getattr(value, "item", None)
+    found = item() if callable(item) and getattr(value, "shape", None) == () else None
+    return found if isinstance(found, _PLAIN) else None

@@ -1,0 +1,77 @@
+"""What worlds and controllers record: numbers of any library, and located errors for what is not as declared."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.plugin import project
+
+SIGNAL = 'run.recorder.signal(run.kernel.now_s, "lamp_level", level)'
+SWITCHED = "bus.publish(Switched(level))"
+NUMPY = '__import__("numpy")'
+RUN = ("--hri-suite=bdi-random", "--hri-tests=2", "-p", "no:cacheprovider", "-p", "no:xdist")
+
+
+def hashes(lamps: pytest.Pytester) -> list[str]:
+    """Of the records of a run, in a process of its own: numpy does not take being imported twice."""
+    lamps.runpytest_subprocess(*RUN).assert_outcomes(passed=2, deselected=1)
+    return [test["record_sha256"] for test in project.report(lamps.path)["tests"]]
+
+
+@pytest.mark.parametrize("kind", ["float32", "int64", "asarray"])
+def test_numbers_of_numpy_are_recorded_as_what_they_stand_for(lamps: pytest.Pytester, kind: str) -> None:
+    before = hashes(lamps)
+    project.change(lamps.path, "conftest.py", SIGNAL, SIGNAL.replace(" level)", f" {NUMPY}.{kind}(level))"))
+    project.change(lamps.path, "lamps/guide.py", SWITCHED, SWITCHED.replace("level", f"{NUMPY}.float32(level)"))
+    assert hashes(lamps) == before
+
+
+def test_a_bool_of_numpy_is_a_bool(lamps: pytest.Pytester) -> None:
+    project.change(lamps.path, "conftest.py", '{"lamp_level": float}', '{"lamp_level": float, "lit": bool}')
+    lit = f'run.recorder.signal(run.kernel.now_s, "lit", {NUMPY}.bool_(level > 0))'
+    project.change(lamps.path, "conftest.py", SIGNAL, f"{SIGNAL}\n            {lit}")
+    lamps.runpytest_subprocess(*RUN).assert_outcomes(passed=2, deselected=1)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        ("None", "signal lamp_level is None at 0.000000 s: expected a number, a bool or a text"),
+        ("[level]", "signal lamp_level is [0.0] at 0.000000 s: expected a number, a bool or a text"),
+        ("str(level)", "signal lamp_level is '0.0' at 0.000000 s: the testbench declares it as float"),
+        ("level > 0", "signal lamp_level is False at 0.000000 s: the testbench declares it as float"),
+    ],
+)
+def test_a_signal_that_is_not_as_declared_is_an_error_with_its_name(
+    lamps: pytest.Pytester, value: str, said: str
+) -> None:
+    project.change(lamps.path, "conftest.py", SIGNAL, SIGNAL.replace(" level)", f" {value})"))
+    result = lamps.runpytest(*RUN)
+    result.assert_outcomes(failed=2, deselected=1)
+    assert f"TypeError: {said}" in result.stdout.str()
+
+
+@pytest.mark.parametrize("value", ["0.5", "1", "'on'"])
+def test_a_signal_that_no_requirement_reads_has_to_be_as_declared_too(lamps: pytest.Pytester, value: str) -> None:
+    project.change(lamps.path, "conftest.py", '{"lamp_level": float}', '{"lamp_level": float, "lit": bool}')
+    lit = f'run.recorder.signal(run.kernel.now_s, "lit", {value})'
+    project.change(lamps.path, "conftest.py", SIGNAL, f"{SIGNAL}\n            {lit}")
+    result = lamps.runpytest(*RUN)
+    result.assert_outcomes(failed=2, deselected=1)
+    assert f"signal lit is {value} at 0.000000 s: the testbench declares it as bool" in result.stdout.str()
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        ("None", "level is None: expected a number, a bool or a text"),
+        ("'high'", "switched.level is 'high' at "),
+    ],
+)
+def test_a_field_that_is_not_as_declared_is_an_error_with_its_name(
+    lamps: pytest.Pytester, value: str, said: str
+) -> None:
+    project.change(lamps.path, "lamps/guide.py", SWITCHED, SWITCHED.replace("level", value))
+    result = lamps.runpytest(*RUN)
+    assert said in result.stdout.str()
+    assert "lamps/guide.py:21: TypeError" in result.stdout.str()
