@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -239,12 +239,13 @@ METHODS: Mapping[str, Method] = {
 ALL = "all"
 
 
-def select_methods(selection: str, root: Path) -> tuple[Method, ...]:
+def select_methods(selection: str, root: Path, lacking: Container[str] = ()) -> tuple[Method, ...]:
     """The methods of a selection such as `by-hand,rl`, `all` or `tests/recorded.txt`, in order, each once.
 
     Args:
         selection: names, `all`, or paths of files and folders of tests, with commas between them.
         root: the folder that paths are relative to.
+        lacking: names of methods that `all` leaves out, as the testbench lacks what they need.
 
     Raises:
         GenerateError: a name that is no method, and no file or folder either; or nothing selected.
@@ -252,7 +253,7 @@ def select_methods(selection: str, root: Path) -> tuple[Method, ...]:
     chosen: dict[Method, None] = {}
     for name in filter(None, (part.strip() for part in selection.split(","))):
         if name == ALL:
-            chosen.update(dict.fromkeys(METHODS.values()))
+            chosen.update(dict.fromkeys(method for method in METHODS.values() if method.name not in lacking))
         elif name in METHODS:
             chosen[METHODS[name]] = None
         elif (root / name).exists():

@@ -58,9 +58,10 @@ class Preparation:
 
     def _header(self) -> list[str]:
         names = [each.suite.name for each in self.collection.selected]
-        tests = len(self.collection.cases)
+        tests = len(self.collection.cases)  # also generates them, with its errors, before anything else
+        named = self.collection.config.args_source == pytest.Config.ArgsSource.ARGS
         return [
-            terminal.header(names, self.options.seed, tests, self.collection.testbench.name),
+            terminal.header(names, self.options.seed, None if named else tests, self.collection.testbench.name),
             *self._engine_header(),
         ]
 

@@ -241,16 +241,15 @@ class Reporting:
 
     @cached_property
     def _reachability(self) -> Reachability:
-        """What the model makes impossible. For replayed tests the model is not explored."""
+        """What the model makes impossible; of replayed tests too, so that their figures are of the same bins."""
         testbench = self.collection.testbench
-        if not self.collection.replays:
-            commands = tuple(testbench.concretization.commands)
-            context = GenerationContext(model=testbench.model, space=testbench.beliefs, commands=commands)
-            try:
-                return explore(context, testbench.cross, getattr(self.collection.config, "cache", None))
-            except CoverageError as error:
-                self.problems.append(str(error))
-        return unexplored(testbench.cross)
+        commands = tuple(testbench.concretization.commands)
+        context = GenerationContext(model=testbench.model, space=testbench.beliefs, commands=commands)
+        try:
+            return explore(context, testbench.cross, getattr(self.collection.config, "cache", None))
+        except CoverageError as error:
+            self.problems.append(str(error))
+            return unexplored(testbench.cross)
 
     @cached_property
     def _models(self) -> dict[str, ModelSource]:

@@ -14,7 +14,7 @@ from pytest_hricdv.case import HriCase
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.concrete import UNIFORM, check_values, expand
 from pytest_hricdv.generate.context import GenerationContext, Method
-from pytest_hricdv.generate.methods import select_methods
+from pytest_hricdv.generate.methods import ALL, ByHand, select_methods
 from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.generate.suite_files import Files, dump_tests
 from pytest_hricdv.input_file import from_cache
@@ -41,7 +41,7 @@ def selected_suites(
         pytest.UsageError: an unknown suite, a missing path, a model or a file that is wrong, or two equal names.
     """
     try:
-        methods = select_methods(options.closing.others, root) if options.closing.others else ()
+        methods = _methods(options.closing.others, root, testbench, say) if options.closing.others else ()
         context = _context(options, testbench, learns=any(method.name == METHOD for method in methods))
         reading = replace(context, commands=tuple(testbench.commands.commands))  # methods draw no disturbances
         selected = [
@@ -61,6 +61,15 @@ def selected_suites(
         check_commands(each.suite, testbench)
         _check_values(each.suite, testbench)
     return selected
+
+
+def _methods(selection: str, root: Path, testbench: Testbench, say: Callable[[str], None]) -> tuple[Method, ...]:
+    """The methods that were asked for; `all` takes those that the testbench has everything for, and says so."""
+    lacking = [ByHand.name] if testbench.by_hand is None else []
+    methods = select_methods(selection, root, lacking)
+    if ALL in selection.split(",") and lacking and lacking[0] not in {method.name for method in methods}:
+        say(f"hricdv: suite all is without {lacking[0]}: the testbench names no file of belief subsets (by_hand)")
+    return methods
 
 
 def generation_context(options: Options, testbench: Testbench) -> GenerationContext:

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from tests.plugin.project import MODES, change, nodeids
+from tests.plugin.project import MODES, change, nodeids, report
 
 ID = re.compile(r"test_lamps\.py::test_lamps\[rl-(hall|cellar)(-polite)?(-curt)?-[0-9a-f]{8}\]")
 COLLECT = ("--collect-only", "-q", "--hri-suite=rl")
@@ -83,3 +83,23 @@ def test_a_file_of_bare_commands_is_a_suite(lamps: pytest.Pytester) -> None:
     listed = nodeids(lamps.runpytest_inprocess("--collect-only", "-q", "--hri-suite=recorded.txt"))
     assert len(listed) == 2
     assert all("[recorded-" in nodeid for nodeid in listed)
+
+
+def test_all_takes_the_suites_that_the_testbench_has_everything_for_and_says_so(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "conftest.py", '        by_hand=HERE / "by_hand.toml",\n', "")
+    result = lamps.runpytest("--hri-suite=all", "--hri-tests=2")
+    result.stdout.fnmatch_lines(
+        ["hricdv: suite all is without by-hand: the testbench names no file of belief subsets (by_hand)"]
+    )
+    assert {suite["name"] for suite in report(lamps.path)["suites"]} == {"bdi-random", "rl", "pseudorandom"}
+    refused = lamps.runpytest("--hri-suite=all,by-hand")
+    refused.stderr.fnmatch_lines(["*tests by hand need a file of belief subsets, but the testbench names none*"])
+
+
+def test_a_file_that_is_named_is_not_announced_with_all_tests_of_the_suite(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_suite = rl")
+    (lamps.path / "test_own.py").write_text("def test_own():\n    pass\n", encoding="utf-8")
+    named = lamps.runpytest("test_own.py")
+    named.assert_outcomes(passed=1)
+    named.stdout.fnmatch_lines(["hri: lamps, suite rl, seed 0"])
+    lamps.runpytest().stdout.fnmatch_lines(["hri: lamps, suite rl, seed 0, 34 tests"])
