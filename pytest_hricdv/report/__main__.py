@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import datetime
-import os
 import shutil
 import sys
 from collections.abc import Sequence
@@ -15,7 +14,8 @@ from msgspec import structs
 
 from pytest_hricdv.generate.suite_files import dump_tests
 from pytest_hricdv.message import visible
-from pytest_hricdv.report import EXPORT_FORMATS, behaviour_view
+from pytest_hricdv.report import EXPORT_FORMATS, terminal
+from pytest_hricdv.report.carrying import Carrying
 from pytest_hricdv.report.exported_files import ExportTargets, write_exports
 from pytest_hricdv.report.files import write, write_text
 from pytest_hricdv.report.rebuilding import rebuild_report
@@ -33,7 +33,7 @@ from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.gates import THRESHOLDS, Threshold, ThresholdError, parse_threshold
 from pytest_hricdv.results.judgement import Judgement, gates_of, judge
 from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards, sessions_of
-from pytest_hricdv.results.model import GateResult, Report, TestResult
+from pytest_hricdv.results.model import GateResult, Report
 
 OK, FAILED, USAGE = 0, 1, 2
 
@@ -116,16 +116,25 @@ def _threshold(text: str) -> Threshold:
 
 
 def _merge(options: argparse.Namespace) -> int:
-    reports = [(str(path), _relocated(load(path), path, options.output)) for path in options.reports]
+    folders = [path if path.is_dir() else path.parent for path in options.reports]
+    carrying = Carrying(folders, options.output)
+    # Sessions are noted before files are renamed: their hashes do not depend on where a report lies.
+    loaded = (structs.replace(found, sessions=sessions_of(found)) for found in map(load, options.reports))
+    reports = [
+        (str(path), carrying.renamed(report, folder))
+        for path, folder, report in zip(options.reports, folders, loaded, strict=True)
+    ]
     merged, judgement = _judged(merge(reports), options)
     merged = structs.replace(merged, gates=GateResult(failed=judgement.failed, improved=judgement.improved))
+    carrying.copy()
     write(merged, options.output)
     print(f"{options.output}: merged from {len(reports)} reports of {len(merged.sessions)} runs")
-    return _printed(merged, judgement)
+    return _printed(merged, judgement, options.output)
 
 
 def _gate(options: argparse.Namespace) -> int:
-    return _printed(*_judged(load(options.report), options))
+    folder = options.report if options.report.is_dir() else options.report.parent
+    return _printed(*_judged(load(options.report), options), folder)
 
 
 def _rebuild(options: argparse.Namespace) -> int:
@@ -167,10 +176,11 @@ def _minimal(options: argparse.Namespace) -> int:
     return OK
 
 
-def _printed(report: Report, judgement: Judgement) -> int:
-    print(f"expected {expected(report)}, merged {report.reported}")
-    for line in behaviour_view.lines(report, shutil.get_terminal_size().columns):
+def _printed(report: Report, judgement: Judgement, folder: Path) -> int:
+    """Says what a session says at its end."""
+    for line in (*terminal.summary(report, folder, shutil.get_terminal_size().columns), *terminal.findings(report)):
         print(line.text)
+    print(f"expected {expected(report)}, merged {report.reported}")
     for text in judgement.improved:
         print(visible(text))
     for text in judgement.failed:
@@ -185,6 +195,7 @@ def _judged(report: Report, options: argparse.Namespace) -> tuple[Report, Judgem
     if missing > 0:
         failed.append(f"{missing} of {expected(report)} tests have no result: totals are lower bounds")
     failed += [f"{test.id}: {test.outcome}" for test in report.tests if test.outcome in ("failed", "error")]
+    failed += report.problems
     old = _baseline(report, options)
     compared = None if options.update_baseline else old
     if compared is not None:
@@ -217,25 +228,6 @@ def _baseline(report: Report, options: argparse.Namespace) -> Baseline | None:
         seeds = {suite.name: suite.seed for suite in report.suites}
         check_suites(baseline, seeds, str(options.baseline), behaviour=options.fail_on_change)
     return baseline
-
-
-def _relocated(report: Report, path: Path, output: Path) -> Report:
-    """The report with the paths of its films, which are relative to its folder, relative to another one.
-
-    Its sessions are noted before: their hashes do not depend on where a report lies.
-    """
-    folder = path if path.is_dir() else path.parent
-    tests = tuple(_with_film(test, folder, output) for test in report.tests)
-    return structs.replace(report, sessions=sessions_of(report), tests=tests)
-
-
-def _with_film(test: TestResult, folder: Path, output: Path) -> TestResult:
-    if test.film is None:
-        return test
-    video, strip = (
-        path and Path(os.path.relpath(folder / path, output)).as_posix() for path in (test.film.video, test.film.strip)
-    )
-    return structs.replace(test, film=structs.replace(test.film, video=video, strip=strip))
 
 
 if __name__ == "__main__":

@@ -46,7 +46,7 @@ def prepare(directory: Path) -> None:
         finally:
             probe.unlink(missing_ok=True)
     except OSError as error:
-        raise _refused(directory, error) from error
+        raise refused(directory, error) from error
 
 
 def supersede(directory: Path, *, of_this_journal: bool = False) -> bool:
@@ -70,7 +70,7 @@ def supersede(directory: Path, *, of_this_journal: bool = False) -> bool:
             shutil.rmtree(earlier)
         _move(names, directory, earlier)
     except OSError as error:
-        raise _refused(directory, error) from error
+        raise refused(directory, error) from error
     return bool(names)
 
 
@@ -85,7 +85,7 @@ def reinstate(directory: Path) -> None:
         _move(_MOVED, directory / EARLIER, directory)
         (directory / EARLIER).rmdir()
     except OSError as error:
-        raise _refused(directory, error) from error
+        raise refused(directory, error) from error
 
 
 def _move(names: Sequence[str], source: Path, target: Path) -> None:
@@ -122,7 +122,7 @@ def write_text(path: Path, text: str) -> Path:
     try:
         return atomic_file.write_text(path, text)
     except OSError as error:
-        raise _refused(path.parent, error) from error
+        raise refused(path.parent, error) from error
 
 
 def _page(report: Report) -> tuple[str, dict[str, str]]:
@@ -143,7 +143,8 @@ def _remove_leftovers(directory: Path, written: Sequence[Path]) -> None:
         (directory / FOLDER).rmdir()  # refused as long as anything is in it
 
 
-def _refused(directory: Path, error: OSError) -> ReportError:
+def refused(directory: Path, error: OSError) -> ReportError:
+    """The error of a folder that cannot be written, with what to do."""
     remedy = _REMEDIES.get(error.errno or 0, f"{error.strerror}: {_OTHER_FOLDER}")
     place = error.filename2 or error.filename or directory
     return ReportError(f"cannot write the report into {directory}: {remedy} ({place})")

@@ -23,6 +23,7 @@ from pytest_hricdv.results.model import (
     SCHEMA,
     ActionParameters,
     ConcreteParameters,
+    GatePolicy,
     ModelSource,
     NcExemption,
     Report,
@@ -177,6 +178,7 @@ class SessionInfo:
     sizes: Mapping[str, int]
     """Suite -> its tests, selected or not."""
     shard: str = ""
+    policy: GatePolicy | None = None
     made_with: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -215,6 +217,7 @@ def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Repor
         known_until=dict(session.until),
         strict=session.strict,
         shard=session.shard,
+        policy=session.policy,
         made_with=dict(session.made_with),
         rerun=session.rerun,
         requirements=requirement_texts(session.requirements),

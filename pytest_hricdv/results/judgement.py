@@ -13,7 +13,7 @@ from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import percentages
 from pytest_hricdv.results.gates import MUTANTS, THRESHOLDS, Exemption, Gates, Threshold
-from pytest_hricdv.results.model import Report
+from pytest_hricdv.results.model import GatePolicy, Report
 
 
 @dataclass(frozen=True)
@@ -121,9 +121,11 @@ def gates_of(
     allowed: Iterable[str] = (),
     fail_on_change: bool = False,
 ) -> Gates:
-    """Gates with the exemptions that a report was made with.
+    """Gates with the policy and the exemptions that a report was made with.
 
     Args:
+        thresholds: in place of those of the policy for the same kinds.
+        fail_on_nc: likewise `fail_on_change`: beside the policy.
         allowed: further requirements that need not be triggered.
 
     Raises:
@@ -142,7 +144,17 @@ def gates_of(
         name: Exemption(name, each.reason, _day(each.until), suites=each.suites)
         for name, each in report.may_be_nc.items()
     } | {name: Exemption(name, "named with --allow-nc") for name in allowed}
-    return Gates(tuple(thresholds), fail_on_nc, may_be_nc, known, fail_on_change)
+    policy = report.policy or GatePolicy()
+    named = tuple(thresholds)
+    kept = (Threshold(kind, percent, named=False) for kind, percent in policy.thresholds.items())
+    others = (each for each in kept if each.kind not in {threshold.kind for threshold in named})
+    return Gates(
+        (*named, *others),
+        fail_on_nc or policy.fail_on_nc,
+        may_be_nc,
+        known,
+        fail_on_change or policy.fail_on_change,
+    )
 
 
 def _day(text: str) -> datetime.date | None:

@@ -21,7 +21,7 @@ from pytest_hricdv.message import InputError
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import declare_suite, derive
 from pytest_hricdv.results.generation import GenerationResult
-from pytest_hricdv.results.model import Report, RerunOptions, SessionSummary, SuiteResult, TestResult
+from pytest_hricdv.results.model import GatePolicy, Report, RerunOptions, SessionSummary, SuiteResult, TestResult
 from pytest_hricdv.results.searching import SearchResult
 
 _EQUAL = (
@@ -67,6 +67,8 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         units=None,
         shard="",
         gates=None,
+        policy=_policy(all_reports),
+        problems=tuple(sorted({problem for report in all_reports for problem in report.problems})),
         made_with=dict(set.intersection(*(set(report.made_with.items()) for report in all_reports))),
         changes=None,
         mutation=None,
@@ -151,6 +153,22 @@ def _rerun(reports: Iterable[Report]) -> RerunOptions:
     suites = {name for each in given for name in each.suite.split(",")} - {""}
     options = {option for each in given for option in each.options}
     return RerunOptions(suite=",".join(sorted(suites)), options=tuple(sorted(options)))
+
+
+def _policy(reports: Iterable[Report]) -> GatePolicy | None:
+    """All that any of the sessions was to keep."""
+    given = [report.policy for report in reports if report.policy is not None]
+    if not given:
+        return None
+    thresholds: dict[str, float] = {}
+    for each in given:
+        for kind, percent in each.thresholds.items():
+            thresholds[kind] = max(percent, thresholds.get(kind, 0.0))
+    return GatePolicy(
+        thresholds=dict(sorted(thresholds.items())),
+        fail_on_nc=any(each.fail_on_nc for each in given),
+        fail_on_change=any(each.fail_on_change for each in given),
+    )
 
 
 def _suites(reports: Sequence[tuple[str, Report]]) -> tuple[SuiteResult, ...]:

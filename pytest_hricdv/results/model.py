@@ -29,6 +29,7 @@ from pytest_hricdv.coverage.records import (
     Names,
     NotNegative,
     Number,
+    Percent,
     PlanCoverage,
     Record,
     RequirementResult,
@@ -254,6 +255,14 @@ class NcExemption(Record, frozen=True, kw_only=True):
     until: str = ""
 
 
+class GatePolicy(Record, frozen=True, kw_only=True):
+    """The gates that a session was asked to keep: least percentage by kind, and what else fails it."""
+
+    thresholds: Mapping[str, Percent] = {}
+    fail_on_nc: bool = False
+    fail_on_change: bool = False
+
+
 class GateResult(Record, frozen=True, kw_only=True):
     """What failed the session beside its tests, and what improved on the baseline, a sentence each."""
 
@@ -281,6 +290,8 @@ class Report(Record, frozen=True, kw_only=True):
         gates: None where the session did not come to its end, or ran a shard.
         made_with: name -> version, of what records can depend on beside code and testbench; of a merged report, where
             all sessions had the same.
+        policy: the gates that were asked for; of a merged report, those of all sessions.
+        problems: what went wrong beside tests and gates, a sentence each; it fails a merge, too.
         changes: how its tests behave, compared with a baseline.
         mutation: where faults were put into the code under test; a merged report has none.
         closing: where a suite came from a closing loop; in a merged report, where all sessions had the same.
@@ -315,6 +326,8 @@ class Report(Record, frozen=True, kw_only=True):
     sessions: tuple[SessionSummary, ...] = ()
     search: Mapping[str, SearchResult] = {}
     gates: GateResult | None = None
+    policy: GatePolicy | None = None
+    problems: Names = ()
     known_while: Mapping[str, str] = {}
     may_be_nc: Mapping[str, NcExemption] = {}
     made_with: Mapping[str, str] = {}

@@ -138,6 +138,13 @@ class Aggregation:
         """Suite -> the seed that it was generated from."""
         return {each.suite.name: each.suite.seed for each in self.collection.selected}
 
+    def late_errors(self) -> list[str]:
+        """Errors of tests that have a result nevertheless, as of a fixture that could not be torn down."""
+        return [
+            f"{nodeid}: an error after its result: {_cause(self.reasons[nodeid])}"
+            for nodeid in sorted(self.reasons.keys() & self._results.nodeids())
+        ]
+
     def losses(self) -> list[str]:
         """Tests without a result or a reason: the session must not look as if all were well."""
         lost = len(self.chosen.keys() - self._results.nodeids() - self.reasons.keys())
@@ -146,6 +153,13 @@ class Aggregation:
             if lost
             else []
         )
+
+
+def _cause(text: str) -> str:
+    """The line of a traceback, as pytest writes it, that says what was raised."""
+    lines = text.strip().splitlines()
+    raised = [line.removeprefix("E").strip() for line in lines if line.startswith("E ")]
+    return "".join((raised or lines)[-1:])
 
 
 def _case_named(nodeid: str, by_id: dict[str, HriCase]) -> HriCase | None:

@@ -24,7 +24,7 @@ from pytest_hricdv.report import files, terminal
 from pytest_hricdv.results.assembling import assemble
 from pytest_hricdv.results.building import SessionInfo, declare_report
 from pytest_hricdv.results.codec import ReportError, encode
-from pytest_hricdv.results.model import GateResult, ModelSource, Report, RerunOptions, TestResult
+from pytest_hricdv.results.model import GatePolicy, GateResult, ModelSource, Report, RerunOptions, TestResult
 from pytest_hricdv.results.mutation import MutationResult
 from pytest_hricdv.results.searching import SearchResult
 from pytest_hricdv.session.aggregation import Aggregation
@@ -234,10 +234,20 @@ class Reporting:
             workers=self.aggregation.workers,
             sizes=Counter(case.suite for case in self.collection.everything),
             shard=str(self.options.shard or ""),
+            policy=self._policy,
             rerun=RerunOptions(suite=self.options.suites, options=self.options.again),
             models=self._models,
             reachability=self._reachability,
         )
+
+    @property
+    def _policy(self) -> GatePolicy | None:
+        """The gates of the session; None where it has none, so that a report does not speak of them."""
+        gates = self.options.gates
+        thresholds = {each.kind: each.percent for each in gates.thresholds}
+        if not (thresholds or gates.fail_on_nc or gates.fail_on_change):
+            return None
+        return GatePolicy(thresholds=thresholds, fail_on_nc=gates.fail_on_nc, fail_on_change=gates.fail_on_change)
 
     @cached_property
     def _reachability(self) -> Reachability:
@@ -288,11 +298,12 @@ class Reporting:
 
         A shard has no gates: they apply to the merged report.
         """
+        report = msgspec.structs.replace(report, problems=(*self.problems, *self.aggregation.late_errors()))
+        self.problems += self.aggregation.losses()
         if self.options.shard is not None:
-            self.problems += self.aggregation.losses()
             return report
         judgement = self._gate_check.judge(report, whole=self._is_whole)
-        self.problems += [*self.aggregation.losses(), *judgement.failed]
+        self.problems += judgement.failed
         return msgspec.structs.replace(
             report, gates=GateResult(failed=tuple(self.problems), improved=judgement.improved)
         )

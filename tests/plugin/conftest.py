@@ -15,6 +15,7 @@ ENVIRONMENT = ("PY_COLORS", "FORCE_COLOR", "NO_COLOR", "COLUMNS", "CI", "GITHUB_
 
 for _name in (
     "coverage",
+    "pytest_hricdv.bdi.language.syntax_errors",
     "pytest_hricdv.generate.model_runner",
     "pytest_hricdv.monitor.parser",
     "pytest_hricdv.report.html",

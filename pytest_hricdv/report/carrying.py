@@ -1,0 +1,114 @@
+"""Carrying files along: what reports refer to, replay files and films, copied into the folder of the merged report."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from msgspec.structs import replace
+
+from pytest_hricdv import atomic_file
+from pytest_hricdv.report.files import refused
+from pytest_hricdv.results.model import Report, TestResult
+from pytest_hricdv.results.searching import SearchResult, ShrunkTest
+
+FOLDERS = ("failures", "films")
+"""Folders inside of a report."""
+
+
+@dataclass
+class Carrying:
+    """The files of several reports, to be copied into the folder of another one.
+
+    Where files with one name differ, as of two runs of one test that differ, all of them get names with a hash: so the
+    names do not depend on the order of the reports.
+
+    Args:
+        sources: folders of the reports that have the files.
+        target: folder of the report that is to have them.
+    """
+
+    sources: Iterable[Path]
+    target: Path
+    _hashes: dict[str, set[str]] = field(default_factory=dict)
+    """Folder and name -> hashes of the files that have it."""
+
+    def __post_init__(self) -> None:
+        for path in self._files():
+            self._hashes.setdefault(f"{path.parent.name}/{path.name}", set()).add(_hash(path))
+
+    def _files(self) -> Iterator[Path]:
+        for source in self.sources:
+            for name in FOLDERS:
+                yield from sorted(path for path in (source / name).glob("*") if path.is_file())
+
+    def renamed(self, report: Report, source: Path) -> Report:
+        """A report with the names that its files will have."""
+        names = _Names(self, source)
+        search = {name: names.of_search(each) for name, each in report.search.items()}
+        return replace(report, tests=tuple(map(names.of_test, report.tests)), search=search)
+
+    def copy(self) -> None:
+        """Copy the files.
+
+        Raises:
+            ReportError: the folder cannot be written.
+        """
+        try:
+            for path in self._files():
+                target = self.target / self.name(path)
+                if not target.is_file():
+                    atomic_file.write_bytes(target, path.read_bytes())
+        except OSError as error:
+            raise refused(self.target, error) from error
+
+    def name(self, path: Path) -> str:
+        """Of a file, relative to the target."""
+        name = f"{path.parent.name}/{path.name}"
+        if len(self._hashes[name]) == 1:
+            return name
+        return f"{path.parent.name}/{path.stem}-{_hash(path)}{path.suffix}"
+
+
+@dataclass(frozen=True)
+class _Names:
+    """Changes the names in one report, whose files are in `source`; a file that is missing keeps its name."""
+
+    carrying: Carrying
+    source: Path
+
+    def of_test(self, test: TestResult) -> TestResult:
+        film = test.film and replace(test.film, video=self._film(test.film.video), strip=self._film(test.film.strip))
+        return replace(
+            test,
+            film=film,
+            replay=self._replay(test.replay),
+            shrunk={name: self._of_shrunk(each) for name, each in test.shrunk.items()},
+            repeats=tuple(map(self.of_test, test.repeats)),
+        )
+
+    def _of_shrunk(self, shrunk: ShrunkTest) -> ShrunkTest:
+        return replace(shrunk, replay=self._replay(shrunk.replay))
+
+    def of_search(self, search: SearchResult) -> SearchResult:
+        shrunk = search.shrunk and self._of_shrunk(search.shrunk)
+        return replace(search, replay=self._replay(search.replay), shrunk=shrunk)
+
+    def _replay(self, name: str | None) -> str | None:
+        """As it is given to pytest: relative to the folder where that is started."""
+        path = self.source / FOLDERS[0] / Path(name or "").name
+        return os.path.relpath(self.carrying.target / self.carrying.name(path)) if name and path.is_file() else name
+
+    def _film(self, name: str | None) -> str | None:
+        """Relative to the report."""
+        path = self.source / FOLDERS[1] / Path(name or "").name
+        if name and path.is_file():
+            return self.carrying.name(path)
+        return name and Path(os.path.relpath(self.source / name, self.carrying.target)).as_posix()
+
+
+def _hash(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:8]
