@@ -140,6 +140,7 @@ def execute(
     known_while: Mapping[str, PastFormula] = MappingProxyType({}),
     producing: Actions | None = None,
     watching: Iterable[Watcher] = (),
+    begun: Callable[[CodeUnderTest], None] = lambda code: None,
 ) -> CaseResult:
     """Run one concrete test: a pure function of the test and the code.
 
@@ -152,6 +153,7 @@ def execute(
         producing: produces the actions while the run goes on; the result's test has those that were taken (see
             `Run.enacted`).
         watching: who else sees the run, before what produces its actions asks them.
+        begun: called before the run, with what knows the nodes of the code under test.
 
     Raises:
         TestbenchError: the testbench's `run` returned no Outcome.
@@ -166,6 +168,7 @@ def execute(
     # Disable the watchdog while debugging.
     kernel = Kernel(stuck_after_s=math.inf if debugger() else None)
     code = CodeUnderTest(kernel, lambda body: measurement.measured(context, body))
+    begun(code)
     run = Run(
         test=test,
         kernel=kernel,

@@ -8,6 +8,7 @@ cannot or must not be hit: each would otherwise pass for a run in which some req
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from types import FrameType
 
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.monitor import Verdict
@@ -53,6 +54,12 @@ class CodeUnderTest:
     def is_running(self) -> bool:
         """Whether the caller is one of its nodes."""
         return self._kernel.running() in self._nodes
+
+    @property
+    def waiting(self) -> Mapping[str, FrameType]:
+        """Its nodes that wait -> their innermost frames."""
+        frames = {node.name: node.frame for node in self._nodes}
+        return {name: frame for name, frame in frames.items() if frame is not None}
 
     @property
     def returned_s(self) -> float | None:

@@ -72,6 +72,11 @@ class Node:
         self._wait = 0  # number of the current wait; heap entries of earlier waits are stale
         self._woken = False
 
+    @property
+    def frame(self) -> FrameType | None:
+        """Its innermost frame, while it waits; None while it runs, and when it has ended."""
+        return self._greenlet.gr_frame
+
 
 class Kernel:
     """Runs nodes in virtual time, with an optional world that advances while they wait.

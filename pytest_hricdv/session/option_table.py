@@ -180,6 +180,13 @@ GATES = (
 )
 
 AFTER_THE_TESTS = (
+    Value(
+        "break",
+        "REQUIREMENT[,...]",
+        "stop in a debugger at the instant at which a test violates it, inside the code under test; hri_now has the "
+        "time, signals, messages, the state and the verdicts",
+        key=False,
+    ),
     Flag(
         "shrink",
         "after all tests, shrink the shortest failing test of each requirement: drop actions, simplify parameters, "

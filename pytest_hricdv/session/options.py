@@ -120,6 +120,8 @@ class Options:
     learning: LearningOptions = field(default_factory=LearningOptions)
     closing: ClosingOptions = field(default_factory=ClosingOptions)
     cluster: ClusterOptions = ClusterOptions()
+    stop_at: tuple[str, ...] = ()
+    """Requirements at whose violation a debugger stops."""
     shard: Shard | None = None
     baseline: Path | None = None
     update_baseline: bool = False
@@ -178,6 +180,7 @@ def read_options(config: pytest.Config) -> Options:
         learning=read_learning(config),
         closing=_closing(config, suites),
         cluster=ClusterOptions(_text(config, "cluster"), _flag(config, "send_code")),
+        stop_at=_stop_at(config),
         again=_again(config),
     )
 
@@ -257,6 +260,13 @@ def _sampling(config: pytest.Config) -> str:
     if name not in SAMPLINGS:
         raise usage_error(f"--hri-sampling={name}: expected one of {', '.join(SAMPLINGS)}")
     return name
+
+
+def _stop_at(config: pytest.Config) -> tuple[str, ...]:
+    given = str(config.getoption("hri_break") or "")
+    if given and getattr(config.option, "numprocesses", None):
+        raise usage_error("--hri-break: a debugger needs a terminal, and workers have none: leave -n out, or give -n0")
+    return tuple(name.strip() for name in given.split(",") if name.strip())
 
 
 def _text(config: pytest.Config, name: str) -> str:

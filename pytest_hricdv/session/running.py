@@ -72,9 +72,14 @@ class Running:
         testbench = self.collection.testbench
         try:
             requirements = load_requirements(testbench.requirements, testbench.vocabulary())
-            return (*requirements, *oracles(testbench))
+            found: tuple[Criterion, ...] = (*requirements, *oracles(testbench))
         except (RequirementError, ConformanceError, ValueError) as error:
             raise usage_error(str(error)) from None
+        names = [each.id for each in found]
+        for name in self.options.stop_at:
+            if name not in names:
+                raise usage_error(f"--hri-break={name}: no such requirement; there are: {', '.join(names)}")
+        return found
 
     @property
     def known(self) -> Mapping[str, str]:
@@ -123,6 +128,8 @@ class Running:
         return NoMeasurement(stepping) if stepping else self._chosen
 
     def _stepping(self) -> str:
+        if self.options.stop_at:
+            return "--hri-break was given: measuring would get in its way"
         given = self.collection.config.option
         asked = [name for name, use in (("--pdb", "usepdb"), ("--trace", "trace")) if getattr(given, use, False)]
         return f"{asked[0]} was given: measuring would get in its way" if asked else ""
@@ -223,6 +230,8 @@ class Running:
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
         self._used = self.measurement
         try:
+            if self.options.stop_at:
+                return self._stopped(case.concrete)
             return self._checked(case.concrete, self.execute(case.concrete, self._used, f"hricdv|{nodeid}"))
         except Exception as error:
             # The exception of the author's code, with its line, says more than that a node failed.
@@ -231,6 +240,14 @@ class Running:
         shown = self._shown_result(case, nodeid)
         failure.add_note("\n" + explanation.aborted(shown, what, **self._rerun_info(case)))
         raise failure
+
+    def _stopped(self, test: ConcreteTest) -> CaseResult:
+        """The result of a run; where it violates what was asked for, another one stops there."""
+        from pytest_hricdv.session.breaking import Breaking  # it loads pdb
+
+        files = [file.path for file in self.code.files]
+        breaking = Breaking(self.options.stop_at, self.collection.testbench, self.requirements, files)
+        return breaking.run(test, self._used, self.known_while)
 
     def _require_check(self, case: HriCase) -> None:
         if case.result is None:

@@ -1,0 +1,184 @@
+"""Stopping at a violation: a debugger at the instant at which a requirement is violated, inside the code under test.
+
+A monitor judges an instant when it is over, and then the code that acted in it has gone on. But a run is a function of
+its test: so it is done twice, once to find the violation, and once more up to the last event of that instant. There the
+stack is that of the node that acted, and virtual time stands still.
+"""
+
+from __future__ import annotations
+
+import builtins
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+
+import pytest
+from _pytest.debugging import pytestPDB
+
+from pytest_hricdv.case import CaseResult, execute
+from pytest_hricdv.coverage.measurement import Measurement, debugger
+from pytest_hricdv.faults import CodeUnderTest
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.monitor import Criterion, PastFormula
+from pytest_hricdv.runtime.plain import Value
+from pytest_hricdv.testbench import Testbench
+
+NAME = "hri_now"
+
+
+@dataclass(frozen=True)
+class Now:
+    """The instant at which a run stands still; a debugger has it as `hri_now`.
+
+    Args:
+        requirement: that is violated.
+        time_s: simulated time (s).
+        signals: name -> value.
+        messages: topic -> fields of its last message.
+        state: the last state that the code under test told; empty where the testbench does not say what that is.
+        verdicts: requirement -> verdict of the whole run.
+        nodes: nodes of the code under test that wait, by name.
+    """
+
+    requirement: str
+    time_s: float
+    signals: Mapping[str, Value]
+    messages: Mapping[str, Mapping[str, Value]]
+    state: str
+    verdicts: Mapping[str, str]
+    nodes: Sequence[str]
+
+
+@dataclass
+class Events:
+    """Numbers the events of a run, as requirements see them; a watcher (see `pytest_hricdv.case.Watcher`).
+
+    Args:
+        stop_at: the number of the event at which `stop` is called; 0: at none.
+        stop: is called with signals and messages up to then.
+    """
+
+    stop_at: int = 0
+    stop: Callable[[Mapping[str, Value], Mapping[str, Mapping[str, Value]]], None] = lambda signals, messages: None
+    times_s: list[float] = field(default_factory=list)
+    _signals: dict[str, Value] = field(default_factory=dict)
+    _messages: dict[str, Mapping[str, Value]] = field(default_factory=dict)
+
+    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
+        """A message arrived."""
+        self._messages[topic] = dict(fields)
+        self._count(time_s)
+
+    def signal(self, time_s: float, name: str, value: Value) -> None:
+        """A signal changed."""
+        self._signals[name] = value
+        self._count(time_s)
+
+    def _count(self, time_s: float) -> None:
+        self.times_s.append(time_s)
+        if len(self.times_s) == self.stop_at:
+            self.stop(self._signals, self._messages)
+
+    def last_until(self, time_s: float) -> int:
+        """The number of the last event up to this time (s)."""
+        return max((number for number, at_s in enumerate(self.times_s, 1) if at_s <= time_s), default=1)
+
+
+def first_violation(result: CaseResult, asked: Sequence[str]) -> tuple[str, float] | None:
+    """The requirement that a run violated first, of those asked for, and when (s); None where it violated none."""
+    found = [
+        (violation.time_s, verdict.requirement)
+        for verdict in result.verdicts
+        if verdict.requirement in asked
+        for violation in verdict.violations
+    ]
+    return (min(found)[1], min(found)[0]) if found else None
+
+
+@dataclass
+class Breaking:
+    """Runs tests, and stops where they violate what was asked for.
+
+    Args:
+        asked: requirements.
+        testbench: of the session.
+        requirements: of the testbench, loaded.
+        files: of the code under test.
+    """
+
+    asked: Sequence[str]
+    testbench: Testbench
+    requirements: tuple[Criterion, ...]
+    files: Sequence[Path]
+    _quit: BaseException | None = field(default=None, init=False)
+    """What a person who quits the debugger raises: not where it stops, as it would be taken for a fault of the code."""
+
+    def run(self, test: ConcreteTest, measurement: Measurement, known_while: Mapping[str, PastFormula]) -> CaseResult:
+        """Run a test; where it violates a requirement, once more, to stop there. Returns the first run's result."""
+        counting = Events()
+        result = execute(
+            self.testbench, self.requirements, test, measurement, NAME, known_while=known_while, watching=[counting]
+        )
+        found = first_violation(result, self.asked)
+        if found is None:
+            return result
+        code: list[CodeUnderTest] = []
+
+        def stop(signals: Mapping[str, Value], messages: Mapping[str, Mapping[str, Value]]) -> None:
+            self._stop(self._now(found, result, signals, messages, code[0]), code[0])
+
+        stopping = Events(counting.last_until(found[1]), stop)
+        execute(self.testbench, self.requirements, test, measurement, NAME, watching=[stopping], begun=code.append)
+        if self._quit is not None:
+            raise self._quit
+        return result
+
+    def _now(
+        self,
+        found: tuple[str, float],
+        result: CaseResult,
+        signals: Mapping[str, Value],
+        messages: Mapping[str, Mapping[str, Value]],
+        code: CodeUnderTest,
+    ) -> Now:
+        topic, _, name = self.testbench.state.partition(".")
+        return Now(
+            requirement=found[0],
+            time_s=found[1],
+            signals=dict(signals),
+            messages=dict(messages),
+            state=str(messages.get(topic, {}).get(name, "")),
+            verdicts={each.requirement: each.verdict for each in result.verdicts},
+            nodes=tuple(code.waiting),
+        )
+
+    def _stop(self, now: Now, code: CodeUnderTest) -> None:
+        """Give the instant to a debugger: the attached one, or pdb at the terminal."""
+        setattr(builtins, NAME, now)
+        try:
+            if debugger():
+                breakpoint()  # the debugger of an IDE stops here; the code under test is up the stack
+                return
+            here = sys._getframe()
+            frames = [_of_code(frame, self.files) for frame in (here, *code.waiting.values())]
+            pdb = pytestPDB._init_pdb("hri-break", header=_header(now))  # type: ignore[no-untyped-call]
+            pdb.reset()
+            pdb.interaction(next((frame for frame in frames if frame is not None), here), None)
+        except pytest.exit.Exception as error:
+            self._quit = error
+        finally:
+            delattr(builtins, NAME)
+
+
+def _of_code(frame: FrameType | None, files: Sequence[Path]) -> FrameType | None:
+    """The innermost frame of the code under test, from a frame on."""
+    names = {str(path) for path in files}
+    while frame is not None and frame.f_code.co_filename not in names:
+        frame = frame.f_back
+    return frame
+
+
+def _header(now: Now) -> str:
+    return f"{now.requirement} is violated at {now.time_s:g} s: see {NAME}; c goes on, q ends the session"

@@ -1,0 +1,66 @@
+"""`--hri-break`: a debugger at the instant of a violation, inside the code under test."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from tests.campaign.conftest import environment
+from tests.plugin import project
+
+RUN = ("--hri-suite=rl", "--hri-strict", "-x", "-p", "no:cacheprovider")
+
+
+def debugged(lamps: pytest.Pytester, commands: str, *options: str) -> str:
+    """What a session says in which these commands are given to the debugger."""
+    given = [sys.executable, "-m", "pytest", *RUN, *options]
+    told = {"input": commands, "capture_output": True, "text": True}
+    done = subprocess.run(given, cwd=lamps.path, env=environment(), timeout=60, check=False, **told)  # type: ignore[call-overload]
+    return done.stdout + done.stderr
+
+
+def test_it_stops_in_the_line_that_acted_while_time_stands_still(lamps: pytest.Pytester) -> None:
+    asked = "p hri_now.time_s, hri_now.requirement\np hri_now.signals, hri_now.messages['wish']\np level\nc\n"
+    said = debugged(lamps, f"where\n{asked}", "--hri-break=R2")
+    assert ">>> R2 is violated at 1.71556 s: see hri_now; c goes on, q ends the session" in said
+    assert f"> {lamps.path}/lamps/guide.py(19)serve()\n-> lamp.set(level)" in said
+    assert "(1.715564, 'R2')" in said
+    assert "({'lamp_level': 100.0}, {'level': 100.0, 'cellar': False})" in said
+    assert "(Pdb) 100.0\n" in said
+    assert "R2 Failed: The lamp shall never glare" in said
+    assert "1 failed" in said
+
+
+def test_where_the_world_acts_it_stops_where_the_code_under_test_waits(lamps: pytest.Pytester) -> None:
+    project.change(lamps.path, "conftest.py", "    def visitor():\n", "    def visitor():\n        lamp.set(90.0)\n")
+    project.change(lamps.path, "conftest.py", '    run.kernel.spawn("visitor", visitor)\n', "")
+    both = '    run.kernel.spawn("guide", run.measured(robot))\n'
+    project.change(lamps.path, "conftest.py", both, f'{both}    run.kernel.spawn("visitor", visitor)\n')
+    said = debugged(lamps, "p hri_now.nodes\nc\n", "--hri-break=R2")
+    assert "-> wish = wishes.wait(patience_s)" in said
+    assert "('guide',)" in said
+
+
+def test_a_test_that_violates_nothing_of_it_runs_once(lamps: pytest.Pytester) -> None:
+    said = debugged(lamps, "", "--hri-break=R1,R3")
+    assert "PDB" not in said
+    assert "is violated" not in said
+
+
+def test_quitting_ends_the_session(lamps: pytest.Pytester) -> None:
+    said = debugged(lamps, "q\n", "--hri-break=R2")
+    assert "Quitting debugger" in said
+    assert "Traceback" not in said
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--hri-break=R9",), "ERROR: --hri-break=R9: no such requirement; there are: R1, R2, R3"),
+        (("--hri-break=R2", "-n", "1"), "ERROR: --hri-break: a debugger needs a terminal, and workers have none*"),
+    ],
+)
+def test_bad_input(lamps: pytest.Pytester, options: tuple[str, ...], said: str) -> None:
+    lamps.runpytest_subprocess(*RUN, *options).stderr.fnmatch_lines([said])
