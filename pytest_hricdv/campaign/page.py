@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from textwrap import fill
 
 from pytest_hricdv.campaign.plan import Plan
 from pytest_hricdv.report.campaign_view import share_text
@@ -11,6 +12,7 @@ from pytest_hricdv.results.campaign import CampaignRequirement, CampaignResult
 from pytest_hricdv.results.model import Report
 
 _MAX_LISTED = 20
+_WIDTH = 120
 _SHOWN_VERSIONS = ("python", "machine", "pytest_hricdv", "pybullet", "mujoco_core", "numpy", "coverage")
 
 
@@ -41,13 +43,15 @@ def text(report: Report, plan: Plan) -> str:
 def _what(result: CampaignResult, plan: Plan) -> str:
     command = " ".join(plan.planned.arguments)
     last = plan.run((0, plan.concretizations - 1)).test.id
-    return (
+    what = (
         f"{plural(len(result.tests), 'abstract test')} of `pytest {command}`, each concretized with "
         f"{plural(result.concretizations, 'seed')}, and run: {result.stored:,} of {result.expected:,} runs, "
         f"{result.sim_s:,.0f} s simulated. Concretization number k of a test is the one that `--hri-concretizations` "
-        f"numbers so, and its id ends in `-k` and that number; for example\n\n"
-        f"    pytest {command} --hri-concretizations={result.concretizations} -k {last}"
+        "numbers so, and its id ends in `-k` and that number. Written by `python -m pytest_hricdv.campaign report "
+        "--page=FILE`. To run one of them as an ordinary test:"
     )
+    example = f"    pytest {command} --hri-concretizations={result.concretizations} -k {last}"
+    return f"{fill(what, _WIDTH, break_long_words=False, break_on_hyphens=False)}\n\n{example}"
 
 
 def _verdicts(result: CampaignResult) -> str:
