@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -32,14 +33,15 @@ def lamps(tmp_path: Path) -> Path:
     return folder
 
 
+def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """A command of a campaign in a project, as a process of its own."""
+    given = [sys.executable, "-m", "pytest_hricdv.campaign", *arguments]
+    return subprocess.run(
+        given, cwd=folder, env=environment(), capture_output=True, text=True, timeout=120, check=False
+    )
+
+
 @pytest.fixture
 def campaign(lamps: Path) -> Campaign:
-    """A command of a campaign in the user's project, as a process of its own."""
-
-    def command(*arguments: str) -> subprocess.CompletedProcess[str]:
-        given = [sys.executable, "-m", "pytest_hricdv.campaign", *arguments]
-        return subprocess.run(
-            given, cwd=lamps, env=environment(), capture_output=True, text=True, timeout=120, check=False
-        )
-
-    return command
+    """A command of a campaign in the user's project."""
+    return partial(command, lamps)

@@ -14,7 +14,7 @@ import pyarrow.parquet
 import pytest
 
 from tests import json_schema
-from tests.campaign.conftest import SUITE, Campaign, environment
+from tests.campaign.conftest import SUITE, Campaign, command, environment
 from tests.plugin import project
 
 RUN = ("run", *SUITE, "--concretizations=5", "--cluster=local:2", "--state=a.db")
@@ -43,11 +43,22 @@ def crash_at(lamps: Path, what: str, where: str) -> None:
     project.change(lamps, "lamps/guide.py", "if wish.level == 0.0:", f"if wish.level == 0.0 and {where}:")
 
 
-def test_its_runs_are_those_of_the_plugin_s_own_concretizations(lamps: Path, campaign: Campaign) -> None:
-    done = campaign(*RUN)
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, subprocess.CompletedProcess[str]]:
+    """A project with a campaign that was run, and what it said."""
+    folder = tmp_path_factory.mktemp("finished") / "project"
+    folder.mkdir()
+    project.write(folder)
+    return folder, command(folder, *RUN)
+
+
+def test_its_runs_are_those_of_the_plugin_s_own_concretizations(
+    finished: tuple[Path, subprocess.CompletedProcess[str]],
+) -> None:
+    lamps, done = finished
     assert f"expected {RUNS}, stored {RUNS}: 0 failed, 0 lost" in done.stdout, done.stdout + done.stderr
     assert done.returncode == 0
-    assert campaign("report", "--state=a.db", "-o", "of-campaign").returncode == 0
+    assert command(lamps, "report", "--state=a.db", "-o", "of-campaign").returncode == 0
     options = ["--hri-suite=bdi-random", "--hri-tests=4", "--hri-concretizations=5", "-p", "no:xdist"]
     subprocess.run([sys.executable, "-m", "pytest", *options, "-q"], cwd=lamps, env=environment(), check=True)
     made, plain = report(lamps, "of-campaign"), report(lamps)
@@ -61,11 +72,11 @@ def test_its_runs_are_those_of_the_plugin_s_own_concretizations(lamps: Path, cam
     json_schema.REPORT.validate(made)
 
 
-def test_the_sums_are_those_of_all_runs(lamps: Path, campaign: Campaign) -> None:
-    campaign(*RUN)
-    assert campaign("report", "--state=a.db", "--page=page.md").returncode == 0
-    whole = report(lamps)
-    few = campaign("report", "--state=a.db", "--most=5", "-o", "few")
+def test_the_sums_are_those_of_all_runs(finished: tuple[Path, subprocess.CompletedProcess[str]]) -> None:
+    lamps, _ = finished
+    assert command(lamps, "report", "--state=a.db", "-o", "whole", "--page=page.md").returncode == 0
+    whole = report(lamps, "whole")
+    few = command(lamps, "report", "--state=a.db", "--most=5", "-o", "few")
     assert few.returncode == 0, few.stdout
     kept = report(lamps, "few")
     result = whole["campaign"]
@@ -82,9 +93,10 @@ def test_the_sums_are_those_of_all_runs(lamps: Path, campaign: Campaign) -> None
     assert [suite["cross"]["hit"] for suite in kept["suites"]] == [suite["cross"]["hit"] for suite in whole["suites"]]
     assert "listed as tests are the runs to keep" in few.stdout
     assert "| R1 |" in (lamps / "page.md").read_text(encoding="utf-8")
-    assert "Campaign" in (lamps / "hri-report" / "index.html").read_text(encoding="utf-8")
+    assert "Campaign" in (lamps / "whole" / "index.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_more_seeds_go_on_with_what_is_there(lamps: Path, campaign: Campaign) -> None:
     campaign("run", *SUITE, "--concretizations=2", "--cluster=local:1", "--state=a.db")
     more = campaign(*RUN)
@@ -156,18 +168,20 @@ def test_a_run_that_differs_elsewhere_is_reported_with_the_event_at_which_it_par
     assert status.stdout.count("worker tcp://127.0.0.1:") == 2
 
 
+@pytest.mark.slow
 def test_runs_that_agree_elsewhere_are_said_to(lamps: Path, campaign: Campaign) -> None:
     done = campaign("run", *SUITE, "--cluster=local:2", "--state=a.db", *ALL)
     assert "repeated on another worker 4, of which 0 differ" in done.stdout
     assert done.returncode == 0
 
 
-def test_a_row_a_run_as_parquet(lamps: Path, campaign: Campaign) -> None:
-    campaign(*RUN)
-    assert campaign("export", "--parquet=runs.parquet", "--state=a.db").stdout == "runs.parquet: 20 runs\n"
+def test_a_row_a_run_as_parquet(finished: tuple[Path, subprocess.CompletedProcess[str]]) -> None:
+    lamps, _ = finished
+    exported = command(lamps, "export", "--parquet=runs.parquet", "--state=a.db")
+    assert exported.stdout == "runs.parquet: 20 runs\n"
     rows = pyarrow.parquet.read_table(lamps / "runs.parquet").to_pylist()
-    campaign("report", "--state=a.db")
-    tests = {test["id"]: test for test in report(lamps)["tests"]}
+    command(lamps, "report", "--state=a.db", "-o", "exported")
+    tests = {test["id"]: test for test in report(lamps, "exported")["tests"]}
     assert {row["run"] for row in rows} == tests.keys()
     for row in rows:
         judged = tests[row["run"]]["requirements"]["R2"]
