@@ -28,6 +28,7 @@ from pytest_hricdv.monitor.vocabulary import Kind
 from pytest_hricdv.online.declaration import Online, OnlineError
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import text_of, topic_of
+from pytest_hricdv.runtime.virtual_time import TIME
 from pytest_hricdv.suggestion import nearest
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
@@ -156,6 +157,8 @@ class Testbench:
             generates such lines.
         state: the field in which the code under test tells its state, such as "state.name"; empty where it does not.
         transitions: from one such state to the next one: those that the suite `closure` is to cover.
+        virtual: "time", where the code under test sleeps with `time.sleep`, or reads the clocks of `time` and
+            `datetime`: its modules then see virtual time. Without it, each of these in a node is an error.
     """
 
     __test__ = False
@@ -189,6 +192,7 @@ class Testbench:
     disturbances: Disturbances = field(default_factory=dict, hash=False)
     state: str = ""
     transitions: tuple[tuple[str, str], ...] = ()
+    virtual: tuple[str, ...] = ()
 
     @cached_property
     def commands(self) -> Concretization:
@@ -263,6 +267,13 @@ def _field_type(hint: object) -> tuple[Kind | None, tuple[str, ...]]:
     return float if hint is int else next((kind for kind in _KINDS if hint is kind), None), ()
 
 
+def _virtual_faults(testbench: Testbench) -> Iterator[str]:
+    given = testbench.virtual
+    for name in given if isinstance(given, tuple) else (given,):
+        if name != TIME:
+            yield f'virtual has {name!r}; expected virtual=("{TIME}",), which is for the modules time and datetime'
+
+
 def checked(candidate: object, where: str) -> Testbench:
     """`candidate` as a testbench.
 
@@ -277,7 +288,12 @@ def checked(candidate: object, where: str) -> Testbench:
     try:
         topics = candidate.vocabulary().messages
         disturbance_faults = faults(candidate.disturbances, candidate.concretization.commands, topics)
-        for fault in (*_film_faults(candidate), *_state_faults(candidate), *disturbance_faults):
+        for fault in (
+            *_film_faults(candidate),
+            *_state_faults(candidate),
+            *_virtual_faults(candidate),
+            *disturbance_faults,
+        ):
             raise TestbenchError(f"{where}: {fault}")
         _ = candidate.commands
     except (ValueError, GenerateError) as error:

@@ -12,20 +12,22 @@ from __future__ import annotations
 
 import heapq
 import math
-import signal
-import threading
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from types import FrameType
 from typing import Protocol
 
 from greenlet import GreenletExit, greenlet
 
+from pytest_hricdv.runtime.watchdog import busy_watchdog, idle_watchdog
+
 US_PER_S = 1_000_000
 
 STUCK_AFTER_S = 20.0
 """A node hangs if no simulated time passes for this processor time (s). Motion planning takes a tenth of it."""
+
+IDLE_AFTER_S = 30.0
+"""A node waits for what never comes if none passes for twice this real time (s), in which the process does nothing."""
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -92,6 +94,7 @@ class Kernel:
         self.last_messages: dict[str, object] = {}
         """Sender -> its last message; error messages use it to say where a node hangs."""
         self._stuck_after_s = STUCK_AFTER_S if stuck_after_s is None else stuck_after_s
+        self._idle_after_s = IDLE_AFTER_S if stuck_after_s is None else stuck_after_s
         self._polls = 0  # at the present instant
         self.world: World | None = None
         self._hub: greenlet | None = None
@@ -185,7 +188,10 @@ class Kernel:
         Raises:
             NodeError: a node raised (its own exception is the cause), or nodes wake each other without end.
         """
-        with _watchdog(lambda: self.now_us, self._stuck, self._stuck_after_s):
+        with (
+            busy_watchdog(lambda: self.now_us, self._stuck, self._stuck_after_s),
+            idle_watchdog(lambda: self.now_us, self._waiting, self._idle_after_s),
+        ):
             return self._run(limit_s)
 
     def _run(self, limit_s: float) -> str:
@@ -219,6 +225,12 @@ class Kernel:
 
     def _stuck(self) -> KernelError:
         return KernelError(f"no time has passed for {self._stuck_after_s:g} s of work{self._node_info()}")
+
+    def _waiting(self, where: str) -> KernelError:
+        return KernelError(
+            f"no time has passed for {2 * self._idle_after_s:g} s of real time, at {where}: code that waits for what "
+            f"is not simulated, such as a lock, a socket or another thread{self._node_info()}"
+        )
 
     def _node_info(self) -> str:
         here = greenlet.getcurrent()
@@ -279,37 +291,3 @@ class Kernel:
     def _drop_stale(self) -> None:
         while self._due and (self._due[0][3] != self._due[0][2]._wait or self._due[0][2].ended):
             heapq.heappop(self._due)
-
-
-@contextmanager
-def _watchdog(progress: Callable[[], object], error: Callable[[], Exception], period_s: float) -> Iterator[None]:
-    """Raise `error()` in the running code if the value of `progress()` is the same for a period of processor time.
-
-    Only processor time counts, so the load of the machine has no effect. Without effect on systems without such a
-    timer, and outside of the main thread.
-
-    Args:
-        progress: called once a period; any value that changes while the code makes progress.
-        error: creates the exception.
-        period_s: seconds of this process's processor time; infinity disables the watchdog.
-    """
-    supported = hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
-    if math.isinf(period_s) or not supported:
-        yield
-        return
-    last = progress()
-
-    def check(number: int, frame: FrameType | None) -> None:
-        nonlocal last
-        now = progress()
-        if now == last:
-            raise error()
-        last = now
-
-    previous = signal.signal(signal.SIGVTALRM, check)
-    signal.setitimer(signal.ITIMER_VIRTUAL, period_s, period_s)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-        signal.signal(signal.SIGVTALRM, previous)

@@ -1,0 +1,100 @@
+"""Python's own clocks in the code under test: in virtual time where the testbench says so, refused otherwise."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from tests.plugin import project
+
+RUN = ("--hri-suite=bdi-random", "--hri-tests=3", "-p", "no:cacheprovider", "-p", "no:xdist")
+SLEEP = "        clock.sleep(SWITCHING_S)\n"
+WAYS = {
+    "module": ("import time\n", "        time.sleep(SWITCHING_S)\n"),
+    "name": ("from time import sleep as nap\n", "        nap(SWITCHING_S)\n"),
+    "in the function": ("", "        import time\n        time.sleep(SWITCHING_S)\n"),
+    "name in the function": ("", "        from time import sleep\n        sleep(SWITCHING_S)\n"),
+    "until a time": (
+        "import time\n",
+        "        end = time.monotonic() + SWITCHING_S\n"
+        "        while time.monotonic() < end - 1e-9:\n            time.sleep(0.1)\n",
+    ),
+}
+
+
+def sleeping(lamps: pytest.Pytester, way: str, *, virtual: bool = True) -> None:
+    """The guide sleeps in its own way."""
+    head, body = WAYS[way]
+    project.change(lamps.path, "lamps/guide.py", SLEEP, body)
+    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", f"{head}GLARE = 80.0")
+    if virtual:
+        let_be_virtual(lamps)
+
+
+def let_be_virtual(lamps: pytest.Pytester) -> None:
+    project.change(
+        lamps.path,
+        "conftest.py",
+        '        code=("lamps",),\n',
+        '        code=("lamps",),\n        virtual=("time",),\n',
+    )
+
+
+def hashes(lamps: pytest.Pytester) -> list[str]:
+    """Of the records of a run."""
+    lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=3, deselected=1)
+    return [test["record_sha256"] for test in project.report(lamps.path)["tests"]]
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_sleeping_in_real_time_is_the_same_run_in_virtual_time(lamps: pytest.Pytester, way: str) -> None:
+    before = hashes(lamps)
+    sleeping(lamps, way)
+    assert hashes(lamps) == before
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_without_the_switch_it_is_an_error_with_the_line(lamps: pytest.Pytester, way: str) -> None:
+    sleeping(lamps, way, virtual=False)
+    result = lamps.runpytest_inprocess(*RUN)
+    said = result.stdout.str()
+    assert "RealTimeError: " in said
+    assert f"{lamps.path / 'lamps' / 'guide.py'}:" in said
+    what = "time.monotonic" if way == "until a time" else "time.sleep"
+    assert f"{what} in node guide is real time, of which a simulated run has none: give the testbench" in said
+
+
+def test_dates_are_those_of_the_run(lamps: pytest.Pytester) -> None:
+    said = "        print(isinstance(datetime.now(), datetime), datetime.now(), date.today(), time.time(), '!')\n"
+    project.change(lamps.path, "lamps/guide.py", SLEEP, f"{SLEEP}{said}        assert False\n")
+    head = "import time\nfrom datetime import date, datetime\n"
+    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", f"{head}GLARE = 80.0")
+    let_be_virtual(lamps)
+    first, second = (lamps.runpytest_inprocess(*RUN).stdout.str() for _ in range(2))
+    shown = [line for line in first.splitlines() if line.startswith("True 2000-01-01 00:00:0")]
+    assert shown
+    assert shown == [line for line in second.splitlines() if line.startswith("True ")]
+    assert " 9466848" in shown[0]
+
+
+def test_a_module_may_ask_for_the_time_when_it_is_imported_and_nobody_else_is_touched(lamps: pytest.Pytester) -> None:
+    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", "import time\nSTARTED = time.time()\nGLARE = 80.0")
+    lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=3, deselected=1)
+    assert time.sleep.__module__ == "time"
+    assert abs(time.time() - time.time_ns() / 1e9) < 60
+
+
+def test_a_loop_that_only_looks_at_the_clock_is_an_error(lamps: pytest.Pytester) -> None:
+    body = "        end = time.monotonic() + 1\n        while time.monotonic() < end:\n            pass\n"
+    project.change(lamps.path, "lamps/guide.py", SLEEP, body)
+    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", "import time\nGLARE = 80.0")
+    let_be_virtual(lamps)
+    assert "polls without time passing: a loop must sleep" in lamps.runpytest_inprocess(*RUN).stdout.str()
+
+
+def test_what_cannot_be_virtual(lamps: pytest.Pytester) -> None:
+    let_be_virtual(lamps)
+    project.change(lamps.path, "conftest.py", 'virtual=("time",)', 'virtual=("time", "sockets")')
+    result = lamps.runpytest_inprocess(*RUN)
+    result.stderr.fnmatch_lines(["*virtual has 'sockets'; expected virtual=(\"time\",), which is for the modules*"])
