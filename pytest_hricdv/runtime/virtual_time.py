@@ -14,6 +14,7 @@ import sys
 import time as real_time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cached_property
 from types import ModuleType
 from typing import Any, NoReturn
 
@@ -27,6 +28,11 @@ EPOCH = real_datetime.datetime(2000, 1, 1, tzinfo=real_datetime.UTC)
 
 _CLOCKS = ("time", "monotonic", "perf_counter", "process_time", "thread_time")
 NS = 1_000_000_000
+
+_MODULES = {module.__name__: module for module in (real_time, real_datetime)}
+_FUNCTIONS = (real_time.sleep, *(getattr(real_time, f"{name}{end}") for name in _CLOCKS for end in ("", "_ns")))
+_REAL = {id(each) for each in (*_MODULES.values(), *_FUNCTIONS, real_datetime.datetime, real_datetime.date)}
+"""Identities of what is replaced."""
 
 
 class RealTimeError(KernelError):
@@ -59,7 +65,12 @@ class VirtualTime:
     def __init__(self, kernel: Kernel, packages: Sequence[str], *, is_virtual: bool) -> None:
         self._kernel = kernel
         self._packages = tuple(packages)
+        self._roots = {package.partition(".")[0] for package in packages}
         self._is_virtual = is_virtual
+
+    @cached_property
+    def _pairs(self) -> list[tuple[object, object]]:
+        """What is real, and what stands for it. Made only where the code under test knows anything of it."""
         functions: dict[Callable[..., Any], Callable[..., Any]] = {real_time.sleep: self._wrapped("sleep", self._sleep)}
         for name in _CLOCKS:
             offset_s = EPOCH.timestamp() if name == "time" else 0.0
@@ -67,16 +78,18 @@ class VirtualTime:
             functions[getattr(real_time, f"{name}_ns")] = self._wrapped(f"{name}_ns", self._clock_ns(offset_s))
         moment, day = self._datetime_classes()
         proxies = {function.__name__: proxy for function, proxy in functions.items()}
-        pairs: list[tuple[object, object]] = [
+        return [
             *functions.items(),
             (real_time, _module(real_time, proxies)),
             (real_datetime, _module(real_datetime, {"datetime": moment, "date": day})),
             (real_datetime.datetime, moment),
             (real_datetime.date, day),
         ]
-        self._virtual: Mapping[int, object] = {id(real): proxy for real, proxy in pairs}
-        self._real: Mapping[int, object] = {id(proxy): real for real, proxy in pairs}
-        self._modules = {module.__name__: self._virtual[id(module)] for module in (real_time, real_datetime)}
+
+    @cached_property
+    def _virtual(self) -> Mapping[int, object]:
+        """Identity of what is real -> what stands for it."""
+        return {id(real): proxy for real, proxy in self._pairs}
 
     def _wrapped(self, name: str, virtual: Callable[..., Any]) -> Callable[..., Any]:
         """A function of `time` as the code under test has it."""
@@ -162,7 +175,7 @@ class VirtualTime:
     @contextmanager
     def installed(self) -> Iterator[None]:
         """The modules under test see it; also those that are imported in the meantime."""
-        real_import, loaded = builtins.__import__, 0
+        real_import, loaded = builtins.__import__, len(sys.modules)
 
         def importing(
             name: str, globals: Any = None, locals: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
@@ -170,29 +183,39 @@ class VirtualTime:
             nonlocal loaded
             found = real_import(name, globals, locals, fromlist or (), level)
             by_code = self._is_of_code((globals or {}).get("__name__"))
-            if by_code and level == 0 and name in self._modules:
-                return self._modules[name]
+            if by_code and level == 0 and name in _MODULES:
+                return self._virtual[id(_MODULES[name])]
             if (by_code or self._is_of_code(name)) and len(sys.modules) != loaded:
-                self._replace(self._virtual)  # a module of the code under test may be new
+                self._let_see_virtual()  # a module of the code under test may be new
                 loaded = len(sys.modules)
             return found
 
-        self._replace(self._virtual)
+        self._let_see_virtual()
         builtins.__import__ = importing
         try:
             yield
         finally:
             builtins.__import__ = real_import
-            self._replace(self._real)
+            self._let_see_real()
 
-    def _replace(self, others: Mapping[int, object]) -> None:
-        """Give the names of the modules under test other values: identity of a value -> the other one."""
-        for module_name, module in list(sys.modules.items()):
-            if self._is_of_code(module_name) and isinstance(module, ModuleType):
-                names = vars(module)
-                for name, value in list(names.items()):
-                    if id(value) in others:
-                        names[name] = others[id(value)]
+    def _let_see_virtual(self) -> None:
+        for names in self._namespaces():
+            for name in [name for name, value in names.items() if id(value) in _REAL]:
+                names[name] = self._virtual[id(names[name])]
+
+    def _let_see_real(self) -> None:
+        if "_pairs" not in vars(self):
+            return
+        real = {id(proxy): original for original, proxy in self._pairs}
+        for names in self._namespaces():
+            for name in [name for name, value in names.items() if id(value) in real]:
+                names[name] = real[id(names[name])]
+
+    def _namespaces(self) -> list[dict[str, Any]]:
+        """Of the modules under test."""
+        roots = self._roots
+        found = [(name, module) for name, module in sys.modules.items() if name.partition(".")[0] in roots]
+        return [vars(module) for name, module in found if self._is_of_code(name) and isinstance(module, ModuleType)]
 
 
 def _module(real: ModuleType, names: dict[str, Any]) -> ModuleType:
