@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -14,7 +15,9 @@ import pytest
 from tests.plugin import project
 
 Campaign = Callable[..., subprocess.CompletedProcess[str]]
+Finished = tuple[Path, subprocess.CompletedProcess[str]]
 SUITE = ("--suite=bdi-random", "--tests=4")
+RUN = ("run", *SUITE, "--concretizations=5", "--cluster=local:2", "--state=a.db")
 
 
 def environment() -> dict[str, str]:
@@ -45,3 +48,19 @@ def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 def campaign(lamps: Path) -> Campaign:
     """A command of a campaign in the user's project."""
     return partial(command, lamps)
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    """A project with a campaign that was run, and what it said; for tests that leave both as they are."""
+    folder = tmp_path_factory.mktemp("finished") / "project"
+    folder.mkdir()
+    project.write(folder)
+    return folder, command(folder, *RUN)
+
+
+@pytest.fixture
+def begun(finished: Finished, lamps: Path) -> Path:
+    """A project with a copy of that campaign."""
+    shutil.copy(finished[0] / "a.db", lamps / "a.db")
+    return lamps

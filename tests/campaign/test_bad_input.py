@@ -10,7 +10,7 @@ import pytest
 
 from pytest_hricdv.campaign.plan import CampaignError
 from pytest_hricdv.campaign.store import Store
-from tests.campaign.conftest import SUITE, Campaign
+from tests.campaign.conftest import RUN, SUITE, Campaign
 
 
 def free_port() -> int:
@@ -42,6 +42,7 @@ def test_it_is_said_on_a_line(campaign: Campaign, arguments: list[str], said: st
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there(lamps: Path, campaign: Campaign) -> None:
     address = f"tcp://127.0.0.1:{free_port()}"
     done = campaign("run", *SUITE, f"--cluster={address}", "--state=a.db")
@@ -54,8 +55,7 @@ def test_a_scheduler_that_is_not_there(lamps: Path, campaign: Campaign) -> None:
     assert (nothing.returncode, "no run is stored yet" in nothing.stderr) == (2, True)
 
 
-def test_a_damaged_store_is_not_touched(lamps: Path, campaign: Campaign) -> None:
-    campaign("run", *SUITE, "--cluster=local:1", "--state=a.db")
+def test_a_damaged_store_is_not_touched(begun: Path, lamps: Path, campaign: Campaign) -> None:
     data = (lamps / "a.db").read_bytes()
     (lamps / "a.db").write_bytes(data[: len(data) // 2])
     for arguments in (["status"], ["report"], ["run", *SUITE, "--cluster=local:1"]):
@@ -72,28 +72,26 @@ def test_another_database_is_no_campaign(lamps: Path, campaign: Campaign) -> Non
     assert "expected a campaign of schema hricdv-campaign/2, found None" in campaign("status", "--state=b.db").stderr
 
 
-def test_a_campaign_that_runs_is_not_run_twice(lamps: Path, campaign: Campaign) -> None:
-    campaign("run", *SUITE, "--cluster=local:1", "--state=a.db")
+def test_a_campaign_that_runs_is_not_run_twice(begun: Path, lamps: Path, campaign: Campaign) -> None:
     holder = Store.opened(lamps / "a.db")
     holder.hold()
-    refused = campaign("run", *SUITE, "--cluster=local:1", "--state=a.db")
+    refused = campaign(*RUN)
     holder.close()
     assert refused.returncode == 2
     assert "this campaign is running already (process " in refused.stderr
 
 
-def test_a_full_disk_is_said_and_loses_nothing(lamps: Path, campaign: Campaign) -> None:
-    campaign("run", *SUITE, "--cluster=local:1", "--state=a.db")
+def test_a_full_disk_is_said_and_loses_nothing(begun: Path, lamps: Path, campaign: Campaign) -> None:
     store = Store.opened(lamps / "a.db")
     [(key, result, replay)] = store.results([(0, 0)])
     store._connection.execute("PRAGMA max_page_count = 1")
     worker = store.workers()[1]
 
     def fill() -> None:
-        for k in range(1, 1000):
+        for k in range(5, 1000):
             store.add((key[0], k), result, replay, worker)
 
     with pytest.raises(CampaignError, match=r"a\.db: cannot be read or written: database or disk is full; what was"):
         fill()
     store.close()
-    assert "expected 4, stored" in campaign("status", "--state=a.db").stdout
+    assert "expected 20, stored" in campaign("status", "--state=a.db").stdout

@@ -14,10 +14,9 @@ import pyarrow.parquet
 import pytest
 
 from tests import json_schema
-from tests.campaign.conftest import SUITE, Campaign, command, environment
+from tests.campaign.conftest import RUN, SUITE, Campaign, Finished, command, environment
 from tests.plugin import project
 
-RUN = ("run", *SUITE, "--concretizations=5", "--cluster=local:2", "--state=a.db")
 RUNS = 20
 ALL = ("--audit=100",)
 
@@ -43,17 +42,8 @@ def crash_at(lamps: Path, what: str, where: str) -> None:
     project.change(lamps, "lamps/guide.py", "if wish.level == 0.0:", f"if wish.level == 0.0 and {where}:")
 
 
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, subprocess.CompletedProcess[str]]:
-    """A project with a campaign that was run, and what it said."""
-    folder = tmp_path_factory.mktemp("finished") / "project"
-    folder.mkdir()
-    project.write(folder)
-    return folder, command(folder, *RUN)
-
-
 def test_its_runs_are_those_of_the_plugin_s_own_concretizations(
-    finished: tuple[Path, subprocess.CompletedProcess[str]],
+    finished: Finished,
 ) -> None:
     lamps, done = finished
     assert f"expected {RUNS}, stored {RUNS}: 0 failed, 0 lost" in done.stdout, done.stdout + done.stderr
@@ -72,7 +62,7 @@ def test_its_runs_are_those_of_the_plugin_s_own_concretizations(
     json_schema.REPORT.validate(made)
 
 
-def test_the_sums_are_those_of_all_runs(finished: tuple[Path, subprocess.CompletedProcess[str]]) -> None:
+def test_the_sums_are_those_of_all_runs(finished: Finished) -> None:
     lamps, _ = finished
     assert command(lamps, "report", "--state=a.db", "-o", "whole", "--page=page.md").returncode == 0
     whole = report(lamps, "whole")
@@ -175,7 +165,7 @@ def test_runs_that_agree_elsewhere_are_said_to(lamps: Path, campaign: Campaign) 
     assert done.returncode == 0
 
 
-def test_a_row_a_run_as_parquet(finished: tuple[Path, subprocess.CompletedProcess[str]]) -> None:
+def test_a_row_a_run_as_parquet(finished: Finished) -> None:
     lamps, _ = finished
     exported = command(lamps, "export", "--parquet=runs.parquet", "--state=a.db")
     assert exported.stdout == "runs.parquet: 20 runs\n"
@@ -199,6 +189,7 @@ def test_workers_without_the_project_are_sent_it(lamps: Path, campaign: Campaign
     assert done.returncode == 0
 
 
+@pytest.mark.slow
 def test_a_campaign_is_cancelled_from_elsewhere(lamps: Path, campaign: Campaign) -> None:
     campaign("run", *SUITE, "--cluster=local:1", "--state=a.db")
     arguments = [sys.executable, "-m", "pytest_hricdv.campaign", *RUN, "--concretizations=2000"]

@@ -33,6 +33,7 @@ def test_it_stops_in_the_line_that_acted_while_time_stands_still(lamps: pytest.P
     assert "1 failed" in said
 
 
+@pytest.mark.slow
 def test_where_the_world_acts_it_stops_where_the_code_under_test_waits(lamps: pytest.Pytester) -> None:
     project.change(lamps.path, "conftest.py", "    def visitor():\n", "    def visitor():\n        lamp.set(90.0)\n")
     project.change(lamps.path, "conftest.py", '    run.kernel.spawn("visitor", visitor)\n', "")

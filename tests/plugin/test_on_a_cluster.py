@@ -20,6 +20,7 @@ def timeless(value: Any) -> Any:
     return [timeless(each) for each in value] if isinstance(value, list) else value
 
 
+@pytest.mark.slow
 def test_a_search(lamps: pytest.Pytester) -> None:
     lamps.runpytest_subprocess(*SEARCH)
     here = project.report(lamps.path)

@@ -239,6 +239,7 @@ def test_a_merge_keeps_the_gates_of_the_ini_file(lamps: pytest.Pytester) -> None
     assert command("gate", parts[0]).returncode == 1
 
 
+@pytest.mark.slow
 def test_a_merge_says_what_one_run_says(lamps: pytest.Pytester) -> None:
     parts = shards(lamps, 2)
     whole = lamps.runpytest_inprocess(RL).stdout.str().splitlines()
