@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 AHEAD = 3
 """So many questions a thread are handed out: enough that none waits, and few when a worker is lost with them."""
 
-WAIT_FOR_WORKERS_S = 60.0
+WAIT_FOR_WORKERS_S, WAIT_FOR_LOCAL_S = 60.0, 10.0
 
 TICK_S = 0.5
 """What happens without an answer, as a worker that comes or goes, is looked at so often (s)."""
@@ -190,7 +190,10 @@ class Cluster:
             if found and set(found) <= set(self.refused):
                 reasons = "; ".join(f"{worker}: {self.refused[worker]}" for worker in sorted(found))
                 raise ClusterError(f"{self.address}: no worker can be asked: {reasons}")
-            if time.monotonic() - began_s > WAIT_FOR_WORKERS_S:
+            waited_s = time.monotonic() - began_s
+            if self.connection.is_local and waited_s > WAIT_FOR_LOCAL_S:
+                raise OSError(f"no worker in {WAIT_FOR_LOCAL_S:.0f} s")
+            if waited_s > WAIT_FOR_WORKERS_S:
                 raise ClusterError(
                     f"{self.address}: no worker has come in {WAIT_FOR_WORKERS_S:.0f} s: start one with "
                     f"'dask worker {self.address}'"

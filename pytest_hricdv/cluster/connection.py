@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from distributed import Client
 
 CONNECT_S, WAIT_FOR_SCHEDULER_S = 5.0, 120.0
+MOST_RESTARTS = 20
+"""So often workers of this machine are started anew; they end where a run kills its worker, or nothing can run."""
 
 GONE = (CancelledError, TimeoutError, OSError)
 """The errors of a connection that is gone."""
@@ -38,12 +40,18 @@ class Connection:
         self._address = address
         self._say = say
         self._local: Any = None
+        self._restarts = 0
         self.client: Client = self._connected()
 
     @property
     def dashboard(self) -> str:
         """The address of Dask's own page; empty where it cannot be made."""
         return str(self.client.dashboard_link) if importlib.util.find_spec("bokeh") is not None else ""
+
+    @property
+    def is_local(self) -> bool:
+        """Whether the workers are on this machine, and belong to this connection."""
+        return self._local is not None
 
     @property
     def is_open(self) -> bool:
@@ -57,7 +65,8 @@ class Connection:
             ClusterError: it does not return.
         """
         if self._local is not None:
-            raise ClusterError(f"{self._address}: the workers of this machine are gone: {error}") from None
+            self._restart(error)
+            return
         self._say(f"the scheduler {self._address} is gone; waiting for it for {WAIT_FOR_SCHEDULER_S:.0f} s ...")
         self._close_client()
         began_s = time.monotonic()
@@ -70,6 +79,17 @@ class Connection:
             else:
                 self._say(f"the scheduler {self._address} is back")
                 return
+
+    def _restart(self, error: Exception) -> None:
+        """Start scheduler and workers of this machine anew: nannies give up on workers that die when they begin."""
+        self._restarts += 1
+        if self._restarts > MOST_RESTARTS:
+            raise ClusterError(f"{self._address}: the workers of this machine end again and again: {error}") from None
+        self._say("the workers of this machine are gone: others are started")
+        self._close_client()
+        self._close_local()
+        self._local = None
+        self.client = self._connected()
 
     def _connected(self) -> Client:
         from distributed import Client
@@ -94,6 +114,9 @@ class Connection:
             with suppress(*GONE):
                 self.client.run(worker_side.end_processes, wait=True, on_error="return")
         self._close_client()
+        self._close_local()
+
+    def _close_local(self) -> None:
         if self._local is not None:
             with suppress(*GONE):
                 self._local.close(timeout=5)

@@ -137,6 +137,19 @@ def test_workers_that_are_killed_are_replaced_and_nothing_is_missing(echo: Path)
     assert len(told) == 3
 
 
+def test_workers_of_this_machine_that_do_not_come_back_are_started_anew(
+    echo: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pytest_hricdv.cluster.cluster.WAIT_FOR_LOCAL_S", 0.5)
+    said: list[str] = []
+    with connected(Address(workers=1), said.append) as made:
+        made.connection._local.scale(0)
+        while made.connection.client.scheduler_info()["workers"]:
+            pass
+        assert lines(ask(made, service(echo), '["one"]')['["one"]']) == ['"one!"']
+    assert said == ["the workers of this machine are gone: others are started"]
+
+
 def test_a_worker_with_other_versions_is_refused_and_named(echo: Path, tmp_path: Path) -> None:
     older = tmp_path / "msgspec-0.0.1.dist-info" / "METADATA"
     older.parent.mkdir()
