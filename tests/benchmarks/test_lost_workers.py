@@ -18,7 +18,7 @@ def test_the_report_is_that_of_a_campaign_that_nobody_disturbs(tmp_path: Path) -
     size = ("--suite=bdi-random", "--tests=4", "--concretizations=500")
     kills = ("--workers=3", "--clients=1", "--pace=1")
     arguments = [sys.executable, "-m", "benchmarks.lost_workers", *size, *kills, f"--root={tmp_path}"]
-    done = subprocess.run(arguments, env=environment(), capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(arguments, env=environment(), capture_output=True, text=True, timeout=900, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.count("expected 2,000, stored 2,000: 0 failed, 0 lost") == 2
     assert "killed: " in done.stdout

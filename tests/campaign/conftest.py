@@ -40,7 +40,7 @@ def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """A command of a campaign in a project, as a process of its own."""
     given = [sys.executable, "-m", "pytest_hricdv.campaign", *arguments]
     return subprocess.run(
-        given, cwd=folder, env=environment(), capture_output=True, text=True, timeout=120, check=False
+        given, cwd=folder, env=environment(), capture_output=True, text=True, timeout=300, check=False
     )
 
 
