@@ -83,7 +83,7 @@ def cut_off(options: argparse.Namespace, state: Path) -> str:
         began_s = time.monotonic()
         with start(options, address, state) as client:
             for at_s, what in ((options.after, "down"), (options.after + options.silent, "up")):
-                time.sleep(max(0.0, began_s + at_s - time.monotonic()))
+                time.sleep(max(0.0, began_s + at_s - time.monotonic()))  # how long it is cut off is what is tried
                 ip("link", "set", f"{HOSTS[0]}-c", what)
                 print(
                     f"{HOSTS[0]} is {what}; the client {'runs' if client.poll() is None else 'has ended'}", flush=True

@@ -50,11 +50,18 @@ class Cluster:
         if self._scheduler is None or self._scheduler.poll() is not None:
             options = ["--host=127.0.0.1", f"--port={self.port}", "--no-dashboard", "--no-jupyter", "--no-show"]
             self._scheduler = self._started("distributed.cli.dask_scheduler", options)
-            time.sleep(1)  # a worker that finds no scheduler waits longer than this
+            self._await_scheduler()
         self._nannies = [each for each in self._nannies if each.poll() is None]
         while len(self._nannies) < self.workers:
             options = [self.address, "--nthreads=1", "--memory-limit=0", "--no-dashboard", "--death-timeout=20"]
             self._nannies.append(self._started("distributed.cli.dask_worker", options))
+
+    def _await_scheduler(self) -> None:
+        """Until it listens: clients and workers that find nobody give up at some time."""
+        while self._scheduler is not None and self._scheduler.poll() is None:
+            with suppress(OSError), socket.create_connection(("127.0.0.1", self.port), timeout=1):
+                return
+            time.sleep(0.05)  # it only asks again: what it waits for is the open port
 
     def _started(self, module: str, options: list[str]) -> subprocess.Popen[bytes]:
         return subprocess.Popen([sys.executable, "-m", module, *options], cwd=tempfile.gettempdir(), **QUIET)  # type: ignore[call-overload,no-any-return]

@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
     """Begin a campaign, or go on with it."""
     root = Path.cwd()
     now = plan(_arguments(options), options.concretizations, root)
-    archive = code_archive.pack(root) if options.send_code else b""
+    archive = code_archive.pack(root, options.state.resolve()) if options.send_code else b""
     with closing(_held(options.state.resolve(), now)) as store:
         if options.retry_lost:
             store.forget_lost()

@@ -198,7 +198,7 @@ class Cluster:
                     f"{self.address}: no worker has come in {WAIT_FOR_WORKERS_S:.0f} s: start one with "
                     f"'dask worker {self.address}'"
                 )
-            time.sleep(TICK_S / 5)  # Dask tells of no worker that comes
+            time.sleep(TICK_S / 5)  # it only asks again: what it waits for is a worker that may be asked
 
     def _threads_of_workers(self) -> dict[str, int]:
         if not self.connection.is_open:

@@ -20,15 +20,22 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 """Of all files in an archive: the same files give the same archive."""
 
 
-def pack(root: Path) -> bytes:
-    """All files of a project, but for hidden folders and environments, as a ZIP archive.
+_REPORT = "report.json"
+
+
+def pack(root: Path, state: Path | None = None) -> bytes:
+    """All files of a project as a ZIP archive, but for hidden folders, environments, reports and a campaign's state.
+
+    Args:
+        root: the project's folder.
+        state: the file that keeps the campaign, which with those beside it (`-wal`) is no part of the project.
 
     Raises:
         ClusterError: they are too many to be sent.
     """
     packed, size = io.BytesIO(), 0
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path in project_files.files(root):
+        for path in _sent(root, state):
             size += path.stat().st_size
             if size > MOST_BYTES:
                 raise ClusterError(
@@ -38,6 +45,15 @@ def pack(root: Path) -> bytes:
             entry = zipfile.ZipInfo(path.relative_to(root).as_posix(), _EPOCH)
             archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
     return packed.getvalue()
+
+
+def _sent(root: Path, state: Path | None) -> list[Path]:
+    files = list(project_files.files(root))
+    reports = {path.parent for path in files if path.name == _REPORT}
+    kept = [path for path in files if not reports.intersection(path.parents)]
+    if state is None:
+        return kept
+    return [path for path in kept if path.parent != state.parent or not path.name.startswith(state.name)]
 
 
 def unpacked(archive: bytes) -> Path:

@@ -42,6 +42,23 @@ def test_the_same_files_are_the_same_archive_in_the_same_folder(project: Path, m
     assert code_archive.unpacked(code_archive.pack(project)) != code_archive.unpacked(first)
 
 
+def test_results_are_no_part_of_a_project(project: Path) -> None:
+    before = code_archive.pack(project, project / "campaign.db")
+    for name in (
+        "campaign.db",
+        "campaign.db-wal",
+        "campaign.db.lock",
+        "hri-report/report.json",
+        "hri-report/films/a.mp4",
+    ):
+        path = project / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(b"results")
+    assert code_archive.pack(project, project / "campaign.db") == before
+    (project / "more.db").write_bytes(b"data of the project")
+    assert code_archive.pack(project, project / "campaign.db") != before
+
+
 def test_a_project_with_data_is_not_sent(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(code_archive, "MOST_BYTES", 1000)
     (project / "recordings.bin").write_bytes(bytes(1001))

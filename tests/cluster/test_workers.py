@@ -27,7 +27,7 @@ for line in sys.stdin:
         if word == "crash":
             os.abort()
         if word == "hang":
-            time.sleep(60)
+            time.sleep(60)  # what is tried: a service that gives no sign of life
         print(json.dumps(word + "!"), flush=True)
     print(flush=True)
 """
