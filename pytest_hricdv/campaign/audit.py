@@ -1,4 +1,4 @@
-"""The audit of a campaign: some runs are done again on another worker, and have to give the same record.
+"""The audit of a campaign: some runs are done again, on another worker where there is one, and give the same record.
 
 Where they do not, both are asked for their records, and the first event at which they part is kept: what differs
 between two machines, or two versions, shows there first.

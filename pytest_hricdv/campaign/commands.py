@@ -128,7 +128,7 @@ def _summary(now: Plan, store: Store, counts: Counts) -> Iterator[str]:
     if 0 < now.runs - counts.stored <= _SHOWN:
         done = store.done()
         yield f"missing: {', '.join(now.name(key) for key in now.everything() if key not in done)}"
-    yield f"repeated on another worker {counts.repeated:,}, of which {counts.differing:,} differ"
+    yield f"repeated {counts.repeated:,}, on another worker where there is one, of which {counts.differing:,} differ"
     lost = store.lost()
     for key, reason in lost[:_SHOWN]:
         yield f"lost: {now.name(key)}: {reason}"

@@ -122,7 +122,8 @@ def _failures(report: Report, result: CampaignResult) -> Iterator[str]:
 
 def _repeated(result: CampaignResult) -> str:
     differing = "\n".join(f"- `{each.id}`: {each.parting}" for each in result.differing)
-    told = f"{result.repeated:,} runs were done again on another worker; {len(result.differing):,} gave another record."
+    again = f"{result.repeated:,} runs were done again, on another worker where there is one"
+    told = f"{again}; {len(result.differing):,} gave another record."
     return f"{told}\n\n{differing}".strip()
 
 

@@ -47,7 +47,8 @@ def notes(result: CampaignResult) -> Iterator[str]:
     for each in result.lost[:_MAX_LISTED]:
         yield f"lost: {each.id}: {each.reason}"
     if result.repeated:
-        yield f"{result.repeated:,} runs were repeated on another worker: {len(result.differing):,} differ"
+        again = f"{result.repeated:,} runs were repeated, on another worker where there is one"
+        yield f"{again}: {len(result.differing):,} differ"
     for different in result.differing[:_MAX_LISTED]:
         where = f" (versions: {different.versions})" if different.versions else ""
         yield f"differs: {different.id}: {different.parting}{where}"

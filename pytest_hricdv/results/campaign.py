@@ -98,7 +98,7 @@ class CampaignResult(Record, frozen=True, kw_only=True):
         requirements: requirement -> over all runs.
         tests: by suite and id.
         lost: in order.
-        repeated: runs that were done again on another worker.
+        repeated: runs that were done again, on another worker where there is one.
         differing: of them, those that gave another record.
     """
 
