@@ -152,7 +152,10 @@ def test_ctrl_c_keeps_what_was_found(guide: pytest.Pytester, monkeypatch: pytest
     found = mutation(guide)
     assert found["ended"] == "interrupted"
     assert sum(each["complete"] and bool(each["runs"]) for each in found["mutants"]) == 1
-    result.stdout.fnmatch_lines(["  6 mutants not tried: it was interrupted"])
+    # Two are tried at a time: by then the other one may have been found out, though not in all of its tests.
+    not_tried = found["total"]["not_tried"]
+    assert not_tried in (5, 6)
+    result.stdout.fnmatch_lines([f"  {not_tried} mutants not tried: it was interrupted"])
 
 
 @pytest.mark.parametrize(
