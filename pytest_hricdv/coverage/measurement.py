@@ -36,34 +36,54 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 TAKEN_OVER = "a debugger took the trace function over while the code under test ran"
 
 
-@contextmanager
-def kept_to_this_greenlet() -> Iterator[None]:
-    """While the body runs, what it sets with `sys.settrace` holds in the current greenlet only."""
-    outer = sys.gettrace()
-    if not held_by_thread():
+class _Tracers:
+    """The trace functions of the greenlets that have one of their own, where Python has one for the whole thread."""
+
+    def __init__(self) -> None:
+        self._own: dict[greenlet.greenlet, Any] = {}
+        self._outer: Any = None
+        self._previous: Any = None
+
+    @contextmanager
+    def kept(self) -> Iterator[None]:
+        """While the body runs, the current greenlet has a trace function of its own."""
+        here = greenlet.getcurrent()
+        if not self._own:
+            self._outer = sys.gettrace()
+            self._previous = greenlet.settrace(self._switched)
+        self._own[here] = None
         try:
             yield
         finally:
-            sys.settrace(outer)
-        return
-    here = greenlet.getcurrent()
-    inner: Any = None
+            del self._own[here]
+            if not self._own:
+                greenlet.settrace(self._previous)
+            sys.settrace(self._outer)
 
-    def switched(event: str, greenlets: Any) -> None:
-        nonlocal inner, outer
+    def _switched(self, event: str, greenlets: Any) -> None:
         origin, target = greenlets
-        if origin is here:
-            inner = sys.gettrace()
-            sys.settrace(outer)
-        elif target is here:
-            outer = sys.gettrace()
-            sys.settrace(inner)
+        if origin in self._own:
+            self._own[origin] = sys.gettrace()
+        else:
+            self._outer = sys.gettrace()
+        sys.settrace(self._own.get(target, self._outer))
 
-    previous = greenlet.settrace(switched)
+
+_TRACERS = _Tracers()
+"""One for the process, as the trace function is."""
+
+
+@contextmanager
+def kept_to_this_greenlet() -> Iterator[None]:
+    """While the body runs, what it sets with `sys.settrace` holds in the current greenlet only."""
+    if held_by_thread():
+        with _TRACERS.kept():
+            yield
+        return
+    outer = sys.gettrace()
     try:
         yield
     finally:
-        greenlet.settrace(previous)
         sys.settrace(outer)
 
 
@@ -90,7 +110,7 @@ def held_by_thread() -> bool:
 
 
 class Measurement(Protocol):
-    """Measures one test at a time. `reason` says why nothing can be measured; empty when all is well."""
+    """Measures one test at a time, in one greenlet or several. `reason` says why nothing can be measured, if so."""
 
     reason: str
 
@@ -142,29 +162,45 @@ class OwnMeasurement:
         # Dynamic contexts come back empty from the sys.monitoring core.
         self._coverage.set_option("run:core", "ctrace")
         self._taken_over = False
+        self._greenlets = 0  # that are measured now
+        self._tracer: Any = None
 
     def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """See `Measurement`."""
-        self._taken_over = False
 
         def traced() -> None:
             with kept_to_this_greenlet():
-                self._coverage.start()
+                self._enter(context)
                 try:
-                    self._coverage.switch_context(context)
                     body()
                 finally:
-                    self._taken_over |= not _is_coverages(sys.gettrace())
-                    self._coverage.stop()
+                    self._leave()
 
         return traced
 
+    def _enter(self, context: str) -> None:
+        """Trace the current greenlet: the first one starts the measurement, and its tracer serves the others, too."""
+        self._greenlets += 1
+        if self._greenlets > 1:
+            sys.settrace(self._tracer)
+            return
+        self._coverage.start()
+        self._coverage.switch_context(context)
+        self._tracer = sys.gettrace()
+
+    def _leave(self) -> None:
+        self._taken_over |= not _is_coverages(sys.gettrace())
+        self._greenlets -= 1
+        if self._greenlets == 0:
+            self._coverage.stop()
+
     def take(self, context: str) -> Bits | None:
         """See `Measurement`. A run that a debugger interrupted is unmeasured: its data would be incomplete."""
-        self.reason = TAKEN_OVER if self._taken_over else ""
+        taken_over, self._taken_over = self._taken_over, False
+        self.reason = TAKEN_OVER if taken_over else ""
         data = self._coverage.get_data()
         try:
-            return None if self._taken_over else self._imported | read(data, self._code, exactly(context))
+            return None if taken_over else self._imported | read(data, self._code, exactly(context))
         finally:
             data.erase()  # it is not needed again, and the lines of thousands of tests need memory
 
@@ -185,27 +221,32 @@ class JoinedMeasurement:
         self._contexts_by_test = contexts_by_test
         self._tracer = users_tracer()
         self._taken_over = False
+        self._greenlets = 0  # that are measured now
+        self._users_context: str | None = None
 
     def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """See `Measurement`."""
-        self._taken_over = False
 
         def traced() -> None:
-            previous = None if self._contexts_by_test else self._switch(context)
+            self._greenlets += 1
+            if self._greenlets == 1 and not self._contexts_by_test:
+                self._users_context = self._switch(context)
             with kept_to_this_greenlet():
                 sys.settrace(self._tracer)
                 try:
                     body()
                 finally:
                     self._taken_over |= not _is_coverages(sys.gettrace())
-                    if not self._contexts_by_test:
-                        self._switch(previous)
+                    self._greenlets -= 1
+                    if self._greenlets == 0 and not self._contexts_by_test:
+                        self._switch(self._users_context)
 
         return traced
 
     def take(self, context: str) -> Bits | None:
         """See `Measurement`."""
-        if self._taken_over:
+        taken_over, self._taken_over = self._taken_over, False
+        if taken_over:
             self.reason = TAKEN_OVER
             return None
         nodeid = context.partition("|")[2]

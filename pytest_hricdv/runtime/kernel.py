@@ -73,6 +73,7 @@ class Node:
         self._greenlet = greenlet(body)
         self._wait = 0  # number of the current wait; heap entries of earlier waits are stale
         self._woken = False
+        self._blocked = False  # it waits, and is not among those that go on at this instant
 
     @property
     def frame(self) -> FrameType | None:
@@ -151,15 +152,19 @@ class Kernel:
             due_us = self.now_us + max(round(timeout_s * US_PER_S), int(timeout_s > 0))
             heapq.heappush(self._due, (due_us, self._order, node, node._wait))
         assert self._hub is not None
+        node._blocked = True
         self._hub.switch()
         return node._woken
 
     def wake(self, node: Node) -> None:
-        """Make a blocked node runnable at the present instant; no effect on a node that is already runnable."""
-        if not node.ended and not node._woken:
-            node._woken = True
-            node._wait += 1
-            self._ready.append(node)
+        """Make a blocked node runnable at the present instant.
+
+        A node whose time-out is at this instant and that was not resumed yet is woken as well: `block` returns True.
+        """
+        if node.ended:
+            return
+        node._woken = True
+        self._make_runnable(node)
 
     def current(self) -> Node:
         """The running node. Raises KernelError outside of a node."""
@@ -285,8 +290,14 @@ class Kernel:
         while self._due and self._due[0][0] <= self.now_us:
             _, _, node, wait = heapq.heappop(self._due)
             if wait == node._wait and not node.ended:
-                node._wait += 1
-                self._ready.append(node)
+                self._make_runnable(node)
+
+    def _make_runnable(self, node: Node) -> None:
+        """Once only: a node that is resumed twice would go on from its next wait at once."""
+        if node._blocked:
+            node._blocked = False
+            node._wait += 1
+            self._ready.append(node)
 
     def _drop_stale(self) -> None:
         while self._due and (self._due[0][3] != self._due[0][2]._wait or self._due[0][2].ended):

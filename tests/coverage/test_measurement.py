@@ -103,3 +103,49 @@ def test_code_that_cannot_be_imported_is_unmeasured_with_the_reason(tmp_path: Pa
             import_bits(map_code(["broken_on_import"], tmp_path))
     finally:
         sys.path.remove(str(tmp_path))
+
+
+TOGETHER = """
+import json, sys
+from pathlib import Path
+from pytest_hricdv.coverage.measurement import choose
+from pytest_hricdv.coverage.code_map import map_code
+from pytest_hricdv.runtime import Kernel
+
+{before}
+import graded
+code = map_code(["graded"], Path.cwd())
+measurement = choose(code, contexts_by_test=False)
+found = dict()
+for context, numbers in (("all", (5, 0, 1)), ("two", (5, 0)), ("one", (0,))):
+    kernel = Kernel()
+
+    def grader(number, started_s, ended_s):
+        def body():
+            kernel.sleep(started_s)
+            graded.grade(number)
+            kernel.sleep(ended_s - started_s)
+            graded.grade(number)
+        return measurement.measured("hricdv|" + context, body)
+
+    for place, number in enumerate(numbers):
+        kernel.spawn(str(number), grader(number, 1.0 + place, 5.0 + place % 2))
+    kernel.run(100.0)
+    kernel.close()
+    bits = measurement.take("hricdv|" + context)
+    found[context] = None if bits is None else [list(lines) for _, lines, _ in code.uncovered(bits)][0]
+print(json.dumps([measurement.reason, found, sys.gettrace() is None]))
+"""
+
+
+@pytest.mark.parametrize("before", ["", JOIN])
+def test_several_greenlets_are_measured_at_once(tmp_path: Path, before: str) -> None:
+    write_package(tmp_path, "graded")
+    script = tmp_path / "script.py"
+    script.write_text(TOGETHER.format(before=before), encoding="utf-8")
+    process = subprocess.run([sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert process.returncode == 0, process.stderr
+    reason, found, untraced = json.loads(process.stdout.splitlines()[-1])
+    together = sorted(set(MISSING["5"]) & set(MISSING["0"]))
+    assert found == {"all": [15], "two": together, "one": MISSING["0"]}
+    assert (reason, untraced) == ("", not before)

@@ -224,3 +224,21 @@ def test_a_world_that_does_not_move_is_refused() -> None:
     kernel.world = Stuck()
     with pytest.raises(KernelError, match="world at 0 us"):
         kernel.run(limit_s=1.0)
+
+
+def test_who_is_woken_at_the_instant_of_its_time_out_goes_on_once() -> None:
+    kernel, log = Kernel(), []
+
+    def waiter() -> None:
+        log.append(kernel.block(1.0))
+        kernel.sleep(5.0)
+        log.append(kernel.now_s)
+
+    def waker() -> None:
+        kernel.sleep(1.0)
+        kernel.wake(node)
+
+    kernel.spawn("waker", waker)
+    node = kernel.spawn("waiter", waiter)
+    kernel.run(20.0)
+    assert log == [True, 6.0]
