@@ -31,7 +31,7 @@ from pytest_hricdv.monitor import (
 from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
 from pytest_hricdv.runtime.plain import Value
-from pytest_hricdv.runtime.virtual_time import TIME, VirtualTime
+from pytest_hricdv.runtime.virtual import VirtualModules
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
 
 if TYPE_CHECKING:
@@ -183,9 +183,9 @@ def execute(
         disturbances=testbench.disturbances,
         producing=producing,
     )
-    clocks = VirtualTime(kernel, testbench.code, is_virtual=TIME in testbench.virtual)
+    kernel.virtual = frozenset(testbench.virtual)
     try:
-        with clocks.installed():
+        with VirtualModules(testbench.code).installed():
             outcome, verdicts, record = _finished(testbench, requirements, followers, run, known_while)
     except Exception:
         if run.ending is not None and run.ending.error is not None:

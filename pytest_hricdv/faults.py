@@ -36,18 +36,24 @@ class CodeUnderTest:
         self.raised: BaseException | None = None
 
     def node(self, body: Body) -> Body:
-        """The body of a node of the code under test, measured."""
+        """The body of a node of the code under test, measured; its threads are part of the code, too."""
+        return self._thread(body, daemon=False)
+
+    def _thread(self, body: Body, daemon: bool) -> Body:
         measured, number = self._measured(body), len(self._returned_s)
-        self._returned_s.append(None)
+        self._returned_s.append(0.0 if daemon else None)  # the code is over when all but such threads are
 
         def observed() -> None:
-            self._nodes.append(self._kernel.current())
+            node = self._kernel.current()
+            node.wrap_thread = self._thread
+            self._nodes.append(node)
             try:
                 measured()
             except BaseException as error:
                 self.raised = error
                 raise
-            self._returned_s[number] = self._kernel.now_s
+            if not daemon:
+                self._returned_s[number] = self._kernel.now_s
 
         return observed
 

@@ -28,7 +28,7 @@ from pytest_hricdv.monitor.vocabulary import Kind
 from pytest_hricdv.online.declaration import Online, OnlineError
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import text_of, topic_of
-from pytest_hricdv.runtime.virtual_time import TIME
+from pytest_hricdv.runtime.virtual import KINDS
 from pytest_hricdv.suggestion import nearest
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
@@ -157,8 +157,9 @@ class Testbench:
             generates such lines.
         state: the field in which the code under test tells its state, such as "state.name"; empty where it does not.
         transitions: from one such state to the next one: those that the suite `closure` is to cover.
-        virtual: "time", where the code under test sleeps with `time.sleep`, or reads the clocks of `time` and
-            `datetime`: its modules then see virtual time. Without it, each of these in a node is an error.
+        virtual: which of Python's own ways to wait the code under test uses: "time" (`time` and `datetime`),
+            "threading" (`threading`, `queue`, the thread pool of `concurrent.futures`), "asyncio". Its modules then see
+            them in virtual time, and its threads are nodes. Without it, waiting in one of them is an error.
     """
 
     __test__ = False
@@ -270,8 +271,9 @@ def _field_type(hint: object) -> tuple[Kind | None, tuple[str, ...]]:
 def _virtual_faults(testbench: Testbench) -> Iterator[str]:
     given = testbench.virtual
     for name in given if isinstance(given, tuple) else (given,):
-        if name != TIME:
-            yield f'virtual has {name!r}; expected virtual=("{TIME}",), which is for the modules time and datetime'
+        if name not in KINDS:
+            known = "; ".join(f'"{kind}" for {modules}' for kind, modules in KINDS.items())
+            yield f"virtual has {name!r}; expected a tuple of these: {known}"
 
 
 def checked(candidate: object, where: str) -> Testbench:

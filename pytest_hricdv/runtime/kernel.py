@@ -64,13 +64,33 @@ class World(Protocol):
         """Publish what happened; the kernel's clock has the time that `advance` returned."""
 
 
+class _NodeGreenlet(greenlet):
+    """A greenlet that knows its node."""
+
+    node: Node
+
+
+def running_node() -> Node | None:
+    """The node, of whichever kernel, that runs in this thread; None outside of a node."""
+    here = greenlet.getcurrent()
+    return here.node if isinstance(here, _NodeGreenlet) else None
+
+
 class Node:
     """One blocking activity; created by `Kernel.spawn`."""
 
-    def __init__(self, name: str, body: Callable[[], None]) -> None:
+    def __init__(self, kernel: Kernel, name: str, body: Callable[[], None]) -> None:
+        self.kernel = kernel
         self.name = name
         self.ended = False
-        self._greenlet = greenlet(body)
+        self.leaving: Callable[[], Callable[[], None]] | None = None
+        """Called when it blocks; returns what is called when it goes on. For what Python keeps once a thread."""
+        self.wrap_thread: Callable[[Callable[[], None], bool], Callable[[], None]] = lambda body, daemon: body
+        """Wraps the body of a thread that it starts, for instance so that it is measured."""
+        self.own: dict[str, object] = {}
+        """What stand-ins of Python's modules keep for it, as its threads and its event loop."""
+        self._greenlet = _NodeGreenlet(body)
+        self._greenlet.node = self
         self._wait = 0  # number of the current wait; heap entries of earlier waits are stale
         self._woken = False
         self._blocked = False  # it waits, and is not among those that go on at this instant
@@ -98,6 +118,8 @@ class Kernel:
         self._idle_after_s = IDLE_AFTER_S if stuck_after_s is None else stuck_after_s
         self._polls = 0  # at the present instant
         self.world: World | None = None
+        self.virtual: frozenset[str] = frozenset()
+        """Which of Python's own ways to wait take place in virtual time, see `pytest_hricdv.runtime.virtual`."""
         self._hub: greenlet | None = None
         self._nodes: list[Node] = []
         self._due: list[tuple[int, int, Node, int]] = []
@@ -124,7 +146,7 @@ class Kernel:
 
     def spawn(self, name: str, body: Callable[[], None]) -> Node:
         """Start `body` as a node at the present simulated instant."""
-        node = Node(name, body)
+        node = Node(self, name, body)
         if self._hub is not None:  # a node that is started by another node returns to the kernel when it ends
             node._greenlet.parent = self._hub
         self._nodes.append(node)
@@ -153,7 +175,12 @@ class Kernel:
             heapq.heappush(self._due, (due_us, self._order, node, node._wait))
         assert self._hub is not None
         node._blocked = True
-        self._hub.switch()
+        go_on = node.leaving() if node.leaving is not None else None
+        try:
+            self._hub.switch()
+        finally:
+            if go_on is not None:
+                go_on()
         return node._woken
 
     def wake(self, node: Node) -> None:
@@ -172,8 +199,8 @@ class Kernel:
 
     def running(self) -> Node | None:
         """The running node; None outside of a node."""
-        here = greenlet.getcurrent()
-        return next((node for node in self._nodes if node._greenlet is here), None)
+        node = running_node()
+        return node if node is not None and node.kernel is self else None
 
     def stop(self, reason: str) -> None:
         """End the run once the present instant is over; `run` returns `reason`."""
@@ -238,12 +265,11 @@ class Kernel:
         )
 
     def _node_info(self) -> str:
-        here = greenlet.getcurrent()
-        for node in self._nodes:
-            if node._greenlet is here:
-                last = self.last_messages.get(node.name)
-                return f"; {node.name} last sent {last!r}" if last is not None else f"; in {node.name}"
-        return ""
+        node = self.running()
+        if node is None:
+            return ""
+        last = self.last_messages.get(node.name)
+        return f"; {node.name} last sent {last!r}" if last is not None else f"; in {node.name}"
 
     def _running(self) -> Node:
         node = self.running()

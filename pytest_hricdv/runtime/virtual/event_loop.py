@@ -1,0 +1,192 @@
+"""`asyncio` in virtual time: Python's own event loop, which waits in the kernel instead of in the system.
+
+asyncio keeps the running loop and task once a thread. All nodes are in one, so a node that blocks takes its own away
+and puts them back when it goes on: several nodes may have a loop, and a coroutine may block.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import concurrent.futures
+import selectors
+import sys
+from collections.abc import Callable, Coroutine
+from contextvars import Context
+from types import ModuleType
+from typing import Any, TypeVar, TypeVarTuple
+
+from pytest_hricdv.runtime.kernel import running_node
+from pytest_hricdv.runtime.virtual.clocks import monotonic
+from pytest_hricdv.runtime.virtual.copies import stand_in
+from pytest_hricdv.runtime.virtual.locks import Waiting
+from pytest_hricdv.runtime.virtual.real_time import ASYNCIO, waiting_node
+from pytest_hricdv.runtime.virtual.thread_pool import Future, ThreadPoolExecutor
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+
+T = TypeVar("T")
+Ts = TypeVarTuple("Ts")
+
+_LOOP = "event loop"
+
+
+class _Selector(selectors.SelectSelector):
+    """Waits for time to pass, and for `wake`. It looks at no socket: nothing outside of the run may have an effect."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._waiting = Waiting(ASYNCIO, "the event loop of asyncio")
+
+    def select(self, timeout: float | None = None) -> list[Any]:
+        if timeout is not None and timeout <= 0:
+            waiting_node(ASYNCIO, "the event loop of asyncio").kernel.count_poll()
+        else:
+            self._waiting.wait(timeout)
+        return []
+
+    def wake(self) -> None:
+        self._waiting.wake()
+
+
+class VirtualEventLoop(asyncio.SelectorEventLoop):
+    """An event loop whose time is that of the run."""
+
+    def __init__(self) -> None:
+        self._virtual_selector = _Selector()
+        self._pool: ThreadPoolExecutor | None = None
+        super().__init__(self._virtual_selector)
+
+    def time(self) -> float:
+        """The time of the run (s)."""
+        return monotonic()
+
+    def run_forever(self) -> None:
+        """As of asyncio's loops."""
+        node = waiting_node(ASYNCIO, "the event loop of asyncio")
+        before, node.leaving = node.leaving, _leave
+        try:
+            super().run_forever()
+        finally:
+            node.leaving = before
+
+    def call_soon_threadsafe(
+        self, callback: Callable[[*Ts], object], *args: *Ts, context: Context | None = None
+    ) -> asyncio.Handle:
+        """As of asyncio's loops: other nodes may call it."""
+        handle = super().call_soon(callback, *args, context=context)
+        self._virtual_selector.wake()
+        return handle
+
+    def run_in_executor(
+        self, executor: concurrent.futures.Executor | None, func: Callable[[*Ts], T], *args: *Ts
+    ) -> asyncio.Future[T]:
+        """As of asyncio's loops, with threads that are nodes."""
+        if executor is None:
+            self._pool = self._pool or ThreadPoolExecutor(thread_name_prefix="asyncio")
+            executor = self._pool
+        return asyncio.wrap_future(executor.submit(func, *args), loop=self)
+
+    def __del__(self, _warn: Any = None) -> None:
+        # What a run leaves open is closed without a warning: it ended at any moment, and no program would have gone on.
+        if not self.is_closed() and not self.is_running():
+            self.close()
+
+
+def _leave() -> Callable[[], None]:
+    """Take away what asyncio keeps once a thread; returns what puts it back."""
+    loop, hooks = asyncio._get_running_loop(), sys.get_asyncgen_hooks()
+    if loop is None:
+        return lambda: None
+    task = asyncio.current_task(loop)
+    if task is not None:
+        asyncio.tasks._leave_task(loop, task)
+    asyncio._set_running_loop(None)
+    sys.set_asyncgen_hooks(None, None)
+
+    def go_on() -> None:
+        sys.set_asyncgen_hooks(*hooks)
+        asyncio._set_running_loop(loop)
+        if task is not None:
+            asyncio.tasks._enter_task(loop, task)
+
+    return go_on
+
+
+def new_event_loop() -> asyncio.AbstractEventLoop:
+    """As of asyncio."""
+    return asyncio.new_event_loop() if running_node() is None else VirtualEventLoop()
+
+
+def set_event_loop(loop: asyncio.AbstractEventLoop | None) -> None:
+    """As of asyncio, for the running node."""
+    node = running_node()
+    if node is None:
+        asyncio.set_event_loop(loop)
+    else:
+        node.own[_LOOP] = loop
+
+
+def get_event_loop() -> asyncio.AbstractEventLoop:
+    """As of asyncio: the running loop, else that of the node, which has a new one if there is none."""
+    node, running = running_node(), asyncio._get_running_loop()
+    if node is None or running is not None:
+        return asyncio.get_event_loop()
+    found = node.own.get(_LOOP)
+    if not isinstance(found, asyncio.AbstractEventLoop):
+        found = node.own[_LOOP] = VirtualEventLoop()
+    return found
+
+
+class Runner(asyncio.Runner):  # type: ignore[misc]  # final, and still the one that there is to reuse
+    """As of asyncio. Ctrl+C ends the session, as ever, instead of the coroutine."""
+
+    def __init__(self, *, debug: bool | None = None, loop_factory: Callable[[], Any] | None = None) -> None:
+        super().__init__(debug=debug, loop_factory=loop_factory or new_event_loop)
+
+    def run(self, coro: Coroutine[Any, Any, Any], *, context: Any = None) -> Any:
+        """As of asyncio."""
+        if running_node() is None:
+            return super().run(coro, context=context)
+        loop = self.get_loop()
+        return loop.run_until_complete(loop.create_task(coro, context=context))
+
+
+def run(main: Coroutine[Any, Any, Any], *, debug: bool | None = None, loop_factory: Any = None) -> Any:
+    """As of asyncio."""
+    if asyncio._get_running_loop() is not None:
+        raise RuntimeError("asyncio.run() cannot be called from a running event loop")
+    with Runner(debug=debug, loop_factory=loop_factory) as runner:
+        return runner.run(main)
+
+
+def run_coroutine_threadsafe(coro: Any, loop: Any) -> concurrent.futures.Future[Any]:
+    """As of asyncio, with a future that waits in virtual time."""
+    if not isinstance(loop, VirtualEventLoop):
+        return asyncio.run_coroutine_threadsafe(coro, loop)
+    future = Future()
+
+    def begin() -> None:
+        try:
+            asyncio.futures._chain_future(asyncio.ensure_future(coro, loop=loop), future)  # type: ignore[attr-defined]
+        except Exception as error:
+            if future.set_running_or_notify_cancel():
+                future.set_exception(error)
+            raise
+
+    loop.call_soon_threadsafe(begin)
+    return future
+
+
+_NAMES: dict[str, Any] = {
+    "run": run,
+    "Runner": Runner,
+    "new_event_loop": new_event_loop,
+    "get_event_loop": get_event_loop,
+    "set_event_loop": set_event_loop,
+    "run_coroutine_threadsafe": run_coroutine_threadsafe,
+    "SelectorEventLoop": VirtualEventLoop,
+}
+
+MODULES: tuple[ModuleType, ...] = (stand_in(asyncio, _NAMES),)
+"""What the modules under test see."""

@@ -1,0 +1,280 @@
+"""The locks of `threading` for nodes: who waits blocks in the kernel, and who came first goes on first.
+
+They also serve the world and other code outside of a node, which can release and set, but not wait.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+
+from greenlet import getcurrent, greenlet
+
+from pytest_hricdv.runtime.kernel import Node, running_node
+from pytest_hricdv.runtime.virtual.clocks import monotonic
+from pytest_hricdv.runtime.virtual.real_time import THREADING, waiting_node
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+
+class Waiting:
+    """The nodes that wait for one thing, in the order in which they came.
+
+    Args:
+        kind: of the wait, see `real_time.KINDS`.
+        name: what they wait in, as the code under test calls it.
+    """
+
+    def __init__(self, kind: str, name: str) -> None:
+        self._kind = kind
+        self._name = name
+        self._nodes: deque[Node] = deque()
+
+    def __len__(self) -> int:
+        return len(self._nodes)
+
+    def wait(self, timeout_s: float | None = None) -> bool:
+        """Block the running node until it is woken, at most `timeout_s`; whether it was woken."""
+        node = waiting_node(self._kind, self._name)
+        self._nodes.append(node)
+        try:
+            return node.kernel.block(timeout_s)
+        finally:
+            if node in self._nodes:
+                self._nodes.remove(node)
+
+    def wake(self, count: int = 1) -> int:
+        """Wake the first `count` of them; returns how many there were."""
+        woken = min(count, len(self._nodes))
+        for _ in range(woken):
+            node = self._nodes.popleft()
+            node.kernel.wake(node)
+        return woken
+
+
+def _count_poll() -> None:
+    node = running_node()
+    if node is not None:
+        node.kernel.count_poll()
+
+
+class Lock:
+    """As `threading.Lock`. A lock that is released belongs to the first that waits for it."""
+
+    def __init__(self) -> None:
+        self._locked = False
+        self._waiting = Waiting(THREADING, "Lock.acquire")
+
+    def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
+        """Take it, if need be after waiting for `timeout` (s; -1: as long as it takes); whether it was taken."""
+        if not self._locked:
+            self._locked = True
+            return True
+        if not blocking:
+            _count_poll()
+            return False
+        return self._waiting.wait(None if timeout < 0 else timeout)
+
+    def release(self) -> None:
+        """Hand it to the first that waits. Raises RuntimeError if nobody has it."""
+        if not self._locked:
+            raise RuntimeError("release unlocked lock")
+        self._locked = bool(self._waiting.wake())
+
+    def locked(self) -> bool:
+        """Whether somebody has it."""
+        return self._locked
+
+    is_mine = locked  # it does not know whose it is
+
+    def give_up(self) -> int:
+        """Release it; returns how often it had been taken: once."""
+        self.release()
+        return 1
+
+    def take_back(self, depth: int) -> None:
+        """Take it again, whatever `depth`."""
+        self.acquire()
+
+    def __enter__(self) -> bool:
+        return self.acquire()
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+
+class RLock:
+    """As `threading.RLock`."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._owner: greenlet | None = None
+        self._depth = 0
+
+    def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
+        """As `Lock.acquire`; who has it takes it once more."""
+        if self._owner is not getcurrent():
+            if not self._lock.acquire(blocking, timeout):
+                return False
+            self._owner = getcurrent()
+        self._depth += 1
+        return True
+
+    def release(self) -> None:
+        """Undo one `acquire`. Raises RuntimeError in who does not have it."""
+        if self._owner is not getcurrent():
+            raise RuntimeError("cannot release un-acquired lock")
+        self._depth -= 1
+        if not self._depth:
+            self.give_up()
+
+    def give_up(self) -> int:
+        """Release it altogether; returns how often it had been taken."""
+        depth, self._depth, self._owner = self._depth, 0, None
+        self._lock.release()
+        return depth
+
+    def take_back(self, depth: int) -> None:
+        """Take it as often as it had been."""
+        self._lock.acquire()
+        self._owner, self._depth = getcurrent(), depth
+
+    def is_mine(self) -> bool:
+        """Whether the caller has it."""
+        return self._owner is getcurrent()
+
+    def __enter__(self) -> bool:
+        return self.acquire()
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+
+class Condition:
+    """As `threading.Condition`."""
+
+    def __init__(self, lock: Lock | RLock | None = None) -> None:
+        self._lock = RLock() if lock is None else lock
+        self._waiting = Waiting(THREADING, "Condition.wait")
+        self.acquire, self.release = self._lock.acquire, self._lock.release
+
+    def __enter__(self) -> bool:
+        return self._lock.__enter__()
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.__exit__()
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Release the lock, wait for `notify`, at most `timeout` (s), take the lock again; whether it was notified."""
+        self._check("wait on")
+        depth = self._lock.give_up()
+        try:
+            return self._waiting.wait(None if timeout is None else max(timeout, 0.0))
+        finally:
+            self._lock.take_back(depth)
+
+    def wait_for(self, predicate: Callable[[], object], timeout: float | None = None) -> object:
+        """Wait until `predicate()` is true, at most `timeout` (s); returns its last value."""
+        end_s = None if timeout is None else monotonic() + timeout
+        while not (result := predicate()):
+            left_s = None if end_s is None else end_s - monotonic()
+            if left_s is not None and left_s <= 0:
+                break
+            self.wait(left_s)
+        return result
+
+    def notify(self, n: int = 1) -> None:
+        """Wake the first `n` that wait."""
+        self._check("notify on")
+        self._waiting.wake(n)
+
+    def notify_all(self) -> None:
+        """Wake all that wait."""
+        self.notify(len(self._waiting))
+
+    def _check(self, use: str) -> None:
+        if not self._lock.is_mine():
+            raise RuntimeError(f"cannot {use} un-acquired lock")
+
+
+class Event:
+    """As `threading.Event`."""
+
+    def __init__(self) -> None:
+        self._is_set = False
+        self._waiting = Waiting(THREADING, "Event.wait")
+
+    def is_set(self) -> bool:
+        """Whether it is set."""
+        _count_poll()
+        return self._is_set
+
+    def set(self) -> None:
+        """Set it, and wake all that wait for it."""
+        self._is_set = True
+        self._waiting.wake(len(self._waiting))
+
+    def clear(self) -> None:
+        """Unset it."""
+        self._is_set = False
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait until it is set, at most `timeout` (s); whether it was set."""
+        return self._is_set or self._waiting.wait(None if timeout is None else max(timeout, 0.0))
+
+
+class Semaphore:
+    """As `threading.Semaphore`."""
+
+    def __init__(self, value: int = 1) -> None:
+        if value < 0:
+            raise ValueError("semaphore initial value must be >= 0")
+        self._value = value
+        self._waiting = Waiting(THREADING, "Semaphore.acquire")
+
+    def acquire(self, blocking: bool = True, timeout: float | None = None) -> bool:
+        """Take one, if need be after waiting for `timeout` (s); whether one was taken."""
+        if not blocking and timeout is not None:
+            raise ValueError("can't specify timeout for non-blocking acquire")
+        if self._value:
+            self._value -= 1
+            return True
+        if not blocking:
+            _count_poll()
+            return False
+        return self._waiting.wait(None if timeout is None else max(timeout, 0.0))
+
+    def release(self, n: int = 1) -> None:
+        """Give back `n`, each to the first that waits."""
+        if n < 1:
+            raise ValueError("n must be one or more")
+        self._value += n - self._waiting.wake(n)
+
+    def __enter__(self) -> bool:
+        return self.acquire()
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+
+class BoundedSemaphore(Semaphore):
+    """As `threading.BoundedSemaphore`."""
+
+    def __init__(self, value: int = 1) -> None:
+        super().__init__(value)
+        self._first_value = value
+
+    def release(self, n: int = 1) -> None:
+        """As of `Semaphore`; raises ValueError for more than were taken."""
+        if self._value + n > self._first_value:
+            raise ValueError("Semaphore released too many times")
+        super().release(n)
+
+
+class Barrier(threading.Barrier):
+    """As `threading.Barrier`, which waits in its condition only."""
+
+    def __init__(self, parties: int, action: Callable[[], None] | None = None, timeout: float | None = None) -> None:
+        super().__init__(parties, action, timeout)
+        self._cond = Condition(Lock())

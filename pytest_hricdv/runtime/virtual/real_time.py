@@ -1,0 +1,73 @@
+"""What would wait in real time within a node: allowed in virtual time, or refused with the line that asked for it."""
+
+from __future__ import annotations
+
+import sys
+from types import FrameType
+
+from pytest_hricdv.runtime.kernel import KernelError, Node, running_node
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+TIME, THREADING, ASYNCIO = "time", "threading", "asyncio"
+
+KINDS = {
+    TIME: "time and datetime",
+    THREADING: "threading, queue and the thread pool of concurrent.futures",
+    ASYNCIO: "asyncio",
+}
+"""What a testbench may name as virtual -> the modules that it is for."""
+
+
+class RealTimeError(KernelError):
+    """The code under test asked for real time; the message says where, and how to let it have virtual time."""
+
+
+def check(node: Node, kind: str, name: str) -> None:
+    """Refuse what the testbench did not ask to have in virtual time.
+
+    Args:
+        node: which wants to wait, or to know the time.
+        kind: one of `KINDS`.
+        name: what it uses.
+
+    Raises:
+        RealTimeError: the kind is not virtual.
+    """
+    virtual = node.kernel.virtual
+    if kind in virtual:
+        return
+    wanted = ", ".join(f'"{each}"' for each in KINDS if each in virtual or each == kind)
+    raise RealTimeError(
+        f"{_place(sys._getframe(1))}: {name} in node {node.name} is real time, of which a simulated run has none: give "
+        f"the testbench virtual=({wanted}{',' if ', ' not in wanted else ''}) to have {KINDS[kind]} in virtual time, "
+        "or let the code use the clock of its port"
+    )
+
+
+def waiting_node(kind: str, name: str) -> Node:
+    """The running node, which is about to wait.
+
+    Raises:
+        KernelError: outside of a node: the world, for instance, cannot wait for what a node does.
+        RealTimeError: see `check`.
+    """
+    node = running_node()
+    if node is None:
+        raise KernelError(
+            f"{_place(sys._getframe(1))}: {name} would wait for ever: only a node may wait, and this is none"
+        )
+    check(node, kind, name)
+    return node
+
+
+def _place(frame: FrameType | None) -> str:
+    """Line of the innermost function that is neither of this plugin nor of Python's library."""
+    place = "an unknown place"
+    while frame is not None:
+        place = f"{frame.f_code.co_filename}:{frame.f_lineno}"
+        root = str(frame.f_globals.get("__name__", "")).partition(".")[0]
+        if root != "pytest_hricdv" and root not in sys.stdlib_module_names:
+            return place
+        frame = frame.f_back
+    return place

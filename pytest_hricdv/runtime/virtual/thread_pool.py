@@ -1,0 +1,144 @@
+"""The thread pool of `concurrent.futures` in virtual time. Its futures are Python's own, on our conditions."""
+
+from __future__ import annotations
+
+import concurrent.futures as real_futures
+import concurrent.futures.thread  # noqa: F401  (otherwise loaded when somebody asks for the pool)
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+from pytest_hricdv.runtime.virtual import locks
+from pytest_hricdv.runtime.virtual.clocks import monotonic
+from pytest_hricdv.runtime.virtual.copies import stand_in
+from pytest_hricdv.runtime.virtual.threads import Thread
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+
+class Future(real_futures.Future[Any]):
+    """As `concurrent.futures.Future`, which waits in its condition only."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._condition: Any = locks.Condition()
+
+
+class ThreadPoolExecutor(real_futures.Executor):
+    """As `concurrent.futures.ThreadPoolExecutor`."""
+
+    def __init__(
+        self,
+        max_workers: int | None = None,
+        thread_name_prefix: str = "",
+        initializer: Callable[..., object] | None = None,
+        initargs: tuple[Any, ...] = (),
+    ) -> None:
+        if max_workers is not None and max_workers <= 0:
+            raise ValueError("max_workers must be greater than 0")
+        # As many as on a large machine, on each machine: a run must not depend on how many processors there are.
+        self._max_workers = max_workers or 32
+        self._prefix = thread_name_prefix or "ThreadPoolExecutor"
+        self._initialize: Callable[[], object] = lambda: initializer(*initargs) if initializer is not None else None
+        self._work: list[tuple[Future, Callable[[], Any]]] = []
+        self._idle = 0
+        self._threads: list[Thread] = []
+        self._changed = locks.Condition()
+        self._is_shut_down = False
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future:
+        """As of `concurrent.futures.Executor`."""
+        if self._is_shut_down:
+            raise RuntimeError("cannot schedule new futures after shutdown")
+        future = Future()
+        self._work.append((future, lambda: fn(*args, **kwargs)))
+        if self._idle < len(self._work) and len(self._threads) < self._max_workers:
+            thread = Thread(target=self._serve, name=f"{self._prefix}_{len(self._threads)}", daemon=True)
+            self._threads.append(thread)
+            thread.start()
+        with self._changed:
+            self._changed.notify()
+        return future
+
+    def _serve(self) -> None:
+        self._initialize()
+        while True:
+            with self._changed:
+                self._idle += 1
+                self._changed.wait_for(lambda: self._work or self._is_shut_down)
+                self._idle -= 1
+                if not self._work:
+                    return
+                future, call = self._work.pop(0)
+            if future.set_running_or_notify_cancel():
+                try:
+                    result = call()
+                except Exception as error:
+                    future.set_exception(error)
+                else:
+                    future.set_result(result)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """As of `concurrent.futures.Executor`."""
+        self._is_shut_down = True
+        while cancel_futures and self._work:
+            future, _ = self._work.pop()
+            future.cancel()
+            future.set_running_or_notify_cancel()
+        with self._changed:
+            self._changed.notify_all()
+        for thread in self._threads if wait else ():
+            thread.join()
+
+
+def as_completed(fs: Iterable[Any], timeout: float | None = None) -> Iterator[Any]:
+    """As `concurrent.futures.as_completed`; futures that are done at the same instant come in the order of `fs`."""
+    end_s = None if timeout is None else monotonic() + timeout
+    left = list(dict.fromkeys(fs))
+    while left:
+        done = [future for future in left if future.done()]
+        if not done and not _wait_for_one(left, None if end_s is None else end_s - monotonic()):
+            raise TimeoutError(f"{len(left)} futures unfinished")
+        yield from done
+        left = [future for future in left if future not in done]
+
+
+def wait(fs: Iterable[Any], timeout: float | None = None, return_when: str = real_futures.ALL_COMPLETED) -> Any:
+    """As `concurrent.futures.wait`."""
+    every = list(dict.fromkeys(fs))
+    end_s = None if timeout is None else monotonic() + timeout
+    while left := [future for future in every if not future.done()]:
+        finished = [future for future in every if future.done()]
+        if finished and return_when == real_futures.FIRST_COMPLETED:
+            break
+        if return_when == real_futures.FIRST_EXCEPTION and any(
+            not future.cancelled() and future.exception() is not None for future in finished
+        ):
+            break
+        if not _wait_for_one(left, None if end_s is None else end_s - monotonic()):
+            break
+    done = {future for future in every if future.done()}
+    return _DoneAndNotDone(done, set(every) - done)
+
+
+_DoneAndNotDone: Any = type(real_futures.wait([]))
+
+
+def _wait_for_one(futures: list[Any], timeout_s: float | None) -> bool:
+    """Wait until one of them is done; whether one was in time."""
+    if timeout_s is not None and timeout_s <= 0:
+        return False
+    one_done = locks.Event()
+    for future in futures:
+        future.add_done_callback(lambda _: one_done.set())
+    return one_done.wait(timeout_s)
+
+
+_NAMES = {
+    "ThreadPoolExecutor": ThreadPoolExecutor,
+    "Future": Future,
+    "as_completed": as_completed,
+    "wait": wait,
+}
+
+MODULES = (stand_in(real_futures, _NAMES),)
+"""What the modules under test see."""

@@ -1,0 +1,249 @@
+"""`threading` and `queue` in virtual time: a thread is one more node of the kernel.
+
+A node is to its threads what a process is: it is their main thread, it numbers them, and threads of other nodes are not
+among them. A thread that raises fails the run, as its node would: nobody has to look for its traceback.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable, Iterable, Mapping
+from types import ModuleType
+from typing import Any
+
+from pytest_hricdv.runtime.kernel import Node, running_node
+from pytest_hricdv.runtime.virtual import locks
+from pytest_hricdv.runtime.virtual.clocks import monotonic
+from pytest_hricdv.runtime.virtual.copies import copy, stand_in
+from pytest_hricdv.runtime.virtual.real_time import THREADING, waiting_node
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+
+_THREADS = "threads"
+
+
+class _Threads:
+    """The threads of one node, itself the first."""
+
+    def __init__(self, main: Node) -> None:
+        self.main = main
+        self.started: list[Thread] = []
+        self.made = 0
+        first = Thread(name="MainThread", daemon=False)
+        self.running: dict[Node, Thread] = {main: first}
+        first.began(main, 1)
+
+    def number(self) -> int:
+        """Of a new thread that has no name."""
+        self.made += 1
+        return self.made
+
+
+def _threads() -> _Threads | None:
+    """Those of the running node; None outside of a node."""
+    node = running_node()
+    if node is None:
+        return None
+    found = node.own.get(_THREADS)
+    if not isinstance(found, _Threads):
+        found = node.own[_THREADS] = _Threads(node)
+    return found
+
+
+class Thread:
+    """As `threading.Thread`."""
+
+    def __init__(
+        self,
+        group: None = None,
+        target: Callable[..., object] | None = None,
+        name: str | None = None,
+        args: Iterable[Any] = (),
+        kwargs: Mapping[str, Any] | None = None,
+        *,
+        daemon: bool | None = None,
+        context: object = None,
+    ) -> None:
+        if group is not None:
+            raise ValueError("group argument must be None for now")
+        self._target = target
+        self._args = tuple(args)
+        self._kwargs = dict(kwargs or {})
+        self.name = str(name) if name is not None else self._numbered()
+        self.daemon = bool(current_thread().daemon if daemon is None else daemon)
+        self.ident: int | None = None
+        self._node: Node | None = None
+        self._over = locks.Event()
+
+    def _numbered(self) -> str:
+        threads = _threads()
+        number = threads.number() if threads is not None else 0
+        target = getattr(self._target, "__name__", "")
+        return f"Thread-{number} ({target})" if target else f"Thread-{number}"
+
+    def began(self, node: Node, ident: int) -> None:
+        """It is what `node` runs from now on."""
+        self._node, self.ident = node, ident
+
+    @property
+    def native_id(self) -> int | None:
+        """The same as `ident`: no system knows of it."""
+        return self.ident
+
+    def start(self) -> None:
+        """Begin to run at this instant, after the nodes that are due already."""
+        if self.ident is not None:
+            raise RuntimeError("threads can only be started once")
+        parent = waiting_node(THREADING, "Thread.start")
+        threads = _threads()
+        assert threads is not None
+        body = parent.wrap_thread(self._run, self.daemon)
+        node = parent.kernel.spawn(f"{threads.main.name}: {self.name}", body)
+        node.wrap_thread, node.own[_THREADS] = parent.wrap_thread, threads
+        threads.started.append(self)
+        threads.running[node] = self
+        self.began(node, len(threads.started) + 1)
+
+    def _run(self) -> None:
+        try:
+            self.run()
+        except SystemExit:
+            pass  # ends a thread without a word
+        finally:
+            self._over.set()
+
+    def run(self) -> None:
+        """What it does; to be overridden, or given as `target`."""
+        if self._target is not None:
+            self._target(*self._args, **self._kwargs)
+
+    def join(self, timeout: float | None = None) -> None:
+        """Wait until it is over, at most `timeout` (s)."""
+        if self.ident is None:
+            raise RuntimeError("cannot join thread before it is started")
+        if self is current_thread():
+            raise RuntimeError("cannot join current thread")
+        if self.is_alive():
+            self._over.wait(timeout)
+
+    def is_alive(self) -> bool:
+        """Whether it has begun and is not over."""
+        return self._node is not None and not self._node.ended and not self._over.is_set()
+
+    def __repr__(self) -> str:
+        state = "initial" if self.ident is None else "started" if self.is_alive() else "stopped"
+        return f"<{type(self).__name__}({self.name}, {state}{' daemon' if self.daemon else ''})>"
+
+
+class Timer(Thread):
+    """As `threading.Timer`."""
+
+    def __init__(
+        self,
+        interval: float,
+        function: Callable[..., object],
+        args: Iterable[Any] | None = None,
+        kwargs: Mapping[str, Any] | None = None,
+    ) -> None:
+        super().__init__()
+        self.interval = interval
+        self.function = function
+        self.args = list(args or ())
+        self.kwargs = dict(kwargs or {})
+        self.finished = locks.Event()
+
+    def cancel(self) -> None:
+        """Do not call the function, if it was not called yet."""
+        self.finished.set()
+
+    def run(self) -> None:
+        """Call the function after `interval` (s)."""
+        if not self.finished.wait(self.interval):
+            self.function(*self.args, **self.kwargs)
+        self.finished.set()
+
+
+def current_thread() -> Any:
+    """The thread that runs."""
+    threads, node = _threads(), running_node()
+    return threading.current_thread() if threads is None or node is None else threads.running[node]
+
+
+def main_thread() -> Any:
+    """The thread that is the node itself, which started the others."""
+    threads = _threads()
+    return threading.main_thread() if threads is None else threads.running[threads.main]
+
+
+def enumerate_threads() -> list[Any]:
+    """The node itself and its threads that are not over, as `threading.enumerate`."""
+    threads = _threads()
+    return threading.enumerate() if threads is None else [main_thread(), *(t for t in threads.started if t.is_alive())]
+
+
+def active_count() -> int:
+    """How many they are."""
+    return len(enumerate_threads())
+
+
+def get_ident() -> int:
+    """A number of the running thread, unique among those of its node."""
+    return int(current_thread().ident)
+
+
+_NAMES = {
+    "Thread": Thread,
+    "Timer": Timer,
+    "Lock": locks.Lock,
+    "RLock": locks.RLock,
+    "Condition": locks.Condition,
+    "Event": locks.Event,
+    "Semaphore": locks.Semaphore,
+    "BoundedSemaphore": locks.BoundedSemaphore,
+    "Barrier": locks.Barrier,
+    "current_thread": current_thread,
+    "main_thread": main_thread,
+    "enumerate": enumerate_threads,
+    "active_count": active_count,
+    "get_ident": get_ident,
+    "get_native_id": get_ident,
+}
+
+
+def _threading() -> ModuleType:
+    made = stand_in(threading, _NAMES)
+    made.__dict__["local"] = copy("_threading_local", {"threading": made}).local
+    return made
+
+
+def _queue(threads: ModuleType) -> ModuleType:
+    # Without Python's queue in C, which waits by itself, its queue module has one that waits on locks.
+    in_c = ModuleType("_queue")
+    in_c.__dict__["Empty"] = queue.Empty
+    made = copy("queue", {"threading": threads, "time": stand_in(time, {"monotonic": monotonic}), "_queue": in_c})
+    made.__dict__["Full"] = queue.Full
+    return made
+
+
+_THREADING = _threading()
+_QUEUE = _queue(_THREADING)
+
+MODULES = (_THREADING, _QUEUE)
+"""What the modules under test see."""
+
+_QUEUES = (queue.Queue, queue.LifoQueue, queue.PriorityQueue)
+
+RENEWED: dict[type, Callable[[Any], object]] = {
+    type(threading.Lock()): lambda lock: locks.Lock(),
+    type(threading.RLock()): lambda lock: locks.RLock(),
+    threading.Condition: lambda condition: locks.Condition(),
+    threading.Event: lambda event: locks.Event(),
+    threading.Semaphore: lambda semaphore: locks.Semaphore(semaphore._value),
+    threading.BoundedSemaphore: lambda semaphore: locks.BoundedSemaphore(semaphore._initial_value),
+    queue.SimpleQueue: lambda waiting: _QUEUE.SimpleQueue(),
+    **dict.fromkeys(_QUEUES, lambda waiting: getattr(_QUEUE, type(waiting).__name__)(waiting.maxsize)),
+}
+"""Class of an object that a module has -> makes a new one like it."""

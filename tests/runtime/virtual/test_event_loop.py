@@ -1,0 +1,168 @@
+"""asyncio in virtual time: Python's own event loop, and more than one of them in a process."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+from collections.abc import AsyncIterator, Callable, Coroutine
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.runtime import Kernel, NodeError
+from pytest_hricdv.runtime.virtual import event_loop, thread_pool, threads
+
+VIRTUAL: Any = event_loop.MODULES[0]
+THREADING: Any = threads.MODULES[0]
+FUTURES: Any = thread_pool.MODULES[0]
+
+
+def run(*bodies: Callable[[Kernel], object], kinds: tuple[str, ...] = ("time", "threading", "asyncio")) -> Kernel:
+    """Run nodes to their end."""
+    kernel = Kernel()
+    kernel.virtual = frozenset(kinds)
+    for number, body in enumerate(bodies):
+        kernel.spawn(f"node {number}", lambda body=body: body(kernel))  # type: ignore[misc]
+    try:
+        kernel.run(1000.0)
+    finally:
+        kernel.close()
+    return kernel
+
+
+def test_coroutines_wait_in_virtual_time() -> None:
+    said: list[object] = []
+
+    async def tick(kernel: Kernel, number: int, period_s: float) -> None:
+        for _ in range(number):
+            await asyncio.sleep(period_s)
+            said.append((period_s, kernel.now_s))
+
+    async def main(kernel: Kernel) -> str:
+        jobs: asyncio.Queue[int] = asyncio.Queue()
+        asyncio.get_running_loop().call_later(5.0, jobs.put_nowait, 7)
+        await asyncio.gather(tick(kernel, 2, 1.0), tick(kernel, 3, 0.7))
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(asyncio.Event().wait(), 0.4)
+        said.append(kernel.now_s)
+        async with asyncio.timeout(100):
+            said.append((await jobs.get(), kernel.now_s, asyncio.get_running_loop().time()))
+        return "result"
+
+    run(lambda kernel: said.append(VIRTUAL.run(main(kernel))))
+    assert said == [(0.7, 0.7), (1.0, 1.0), (0.7, 1.4), (1.0, 2.0), (0.7, 2.1), 2.5, (7, 5.0, 5.0), "result"]
+
+
+def test_nodes_have_loops_of_their_own_and_a_coroutine_may_block() -> None:
+    said: list[object] = []
+
+    async def numbers() -> AsyncIterator[int]:
+        for number in range(2):
+            await asyncio.sleep(1.0)
+            yield number
+
+    def body(name: str) -> Callable[[Kernel], object]:
+        async def main(kernel: Kernel) -> None:
+            async for number in numbers():
+                kernel.sleep(0.25)  # blocks the whole loop, as it does in real time
+                task = asyncio.current_task()
+                assert task is not None
+                said.append((name, number, kernel.now_s))
+            said.append((name, await asyncio.to_thread(lambda: (kernel.sleep(1.0), kernel.now_s)[1])))
+
+        return lambda kernel: VIRTUAL.run(main(kernel))
+
+    run(body("a"), body("b"))
+    expected = [(0, 1.25), (1, 2.5)]
+    assert said == [
+        *((name, *each) for each in expected for name in "ab"),
+        ("a", 3.5),
+        ("b", 3.5),
+    ]
+
+
+def test_a_loop_in_a_thread_is_given_work_by_others() -> None:
+    said: list[object] = []
+
+    async def work(kernel: Kernel) -> float:
+        await asyncio.sleep(4.0)
+        return kernel.now_s
+
+    def body(kernel: Kernel) -> None:
+        loop = VIRTUAL.new_event_loop()
+        thread = THREADING.Thread(target=loop.run_forever)
+        thread.start()
+        said.append(VIRTUAL.run_coroutine_threadsafe(work(kernel), loop).result(timeout=5.0))
+        late = VIRTUAL.run_coroutine_threadsafe(work(kernel), loop)
+        with pytest.raises(TimeoutError):
+            late.result(timeout=1.0)
+        said.append(kernel.now_s)
+        loop.call_soon_threadsafe(loop.stop)
+        thread.join()
+        said.append(late.done())
+
+    run(body)
+    assert said == [4.0, 5.0, False]
+
+
+def test_the_loop_of_a_node() -> None:
+    def body(kernel: Kernel) -> None:
+        first = VIRTUAL.get_event_loop()
+        assert VIRTUAL.get_event_loop() is first
+        first.run_until_complete(asyncio.sleep(2.0))
+        other = VIRTUAL.new_event_loop()
+        VIRTUAL.set_event_loop(other)
+        assert VIRTUAL.get_event_loop() is other
+        assert kernel.now_s == 2.0
+
+    run(body)
+
+
+def test_what_a_run_leaves_open_says_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+    ended: list[str] = []
+
+    async def for_ever() -> None:
+        try:
+            while True:
+                await asyncio.sleep(1.0)
+        finally:
+            ended.append("cleaned up")
+
+    async def main() -> None:
+        asyncio.create_task(for_ever())  # noqa: RUF006
+        await asyncio.sleep(10_000.0)
+
+    run(lambda kernel: VIRTUAL.run(main()), lambda kernel: VIRTUAL.new_event_loop().run_until_complete(main()))
+    gc.collect()
+    assert ended.count("cleaned up") >= 1
+    assert capfd.readouterr() == ("", "")
+
+
+def test_outside_of_a_node_it_is_asyncio_itself() -> None:
+    async def main() -> str:
+        return type(asyncio.get_running_loop()).__name__
+
+    assert VIRTUAL.run(main()) != event_loop.VirtualEventLoop.__name__
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda coroutine: VIRTUAL.run(coroutine),
+        lambda coroutine: VIRTUAL.get_event_loop().run_until_complete(coroutine),
+    ],
+)
+def test_it_is_refused_where_it_is_not_asked_for(use: Callable[[Coroutine[Any, Any, None]], object]) -> None:
+    coroutine = asyncio.sleep(1.0)
+    with pytest.raises(NodeError, match=r'test_event_loop.py:\d+: the event loop of asyncio in node .*"asyncio"'):
+        run(lambda kernel: use(coroutine), kinds=("time",))
+    coroutine.close()
+
+
+def test_a_loop_that_never_waits_is_ended() -> None:
+    async def main() -> None:
+        while True:
+            await asyncio.sleep(0)
+
+    with pytest.raises(NodeError, match="polls without time passing"):
+        run(lambda kernel: VIRTUAL.run(main()))

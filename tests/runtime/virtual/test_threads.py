@@ -1,0 +1,127 @@
+"""Threads in virtual time do what Python's own do."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import queue
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from pytest_hricdv.runtime import Kernel, NodeError
+from pytest_hricdv.runtime.virtual import clocks, thread_pool, threads
+from tests.runtime.virtual.programs import PROGRAMS, Library, Program
+
+REAL = Library(threading, queue, concurrent.futures, time)
+VIRTUAL = Library(*threads.MODULES, *thread_pool.MODULES, clocks.MODULES[0])
+
+
+def in_virtual_time(body: Callable[[], object], limit_s: float = 1000.0) -> float:
+    """Run a node; returns when it was over (s)."""
+    kernel = Kernel()
+    kernel.virtual = frozenset(("time", "threading"))
+    kernel.spawn("robot", lambda: (body(), kernel.stop("over")))
+    try:
+        kernel.run(limit_s)
+    finally:
+        kernel.close()
+    return kernel.now_s
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: program.__name__)
+def test_as_with_real_threads(program: Program) -> None:
+    virtually: list[object] = []
+    in_virtual_time(lambda: program(VIRTUAL, virtually.append))
+    # On a busy machine real threads are late: they are given more time until their order is the intended one.
+    for tick_s in (0.02, 0.1, 0.5):
+        really: list[object] = []
+        program(replace(REAL, tick_s=tick_s), really.append)
+        if really == virtually:
+            break
+    assert virtually == really
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: program.__name__)
+def test_each_time_the_same(program: Program) -> None:
+    said: list[list[object]] = [[], []]
+    ends = [in_virtual_time(lambda log=log: program(VIRTUAL, log.append)) for log in said]  # type: ignore[misc]
+    assert said[0] == said[1]
+    assert ends[0] == ends[1] > 0
+
+
+def test_two_nodes_have_threads_of_their_own() -> None:
+    virtual, names = VIRTUAL.threading, []
+
+    def body() -> None:
+        thread = virtual.Thread(target=lambda: names.append(virtual.current_thread().name))
+        thread.start()
+        names.append((virtual.active_count(), thread.ident, virtual.get_ident(), virtual.current_thread().name))
+        thread.join()
+
+    kernel = Kernel()
+    kernel.virtual = frozenset(("threading",))
+    kernel.spawn("one", body)
+    kernel.spawn("other", body)
+    assert kernel.run(1.0) == "idle"
+    assert names == [(2, 2, 1, "MainThread")] * 2 + ["Thread-1 (<lambda>)"] * 2
+
+
+def test_a_thread_that_raises_fails_its_run() -> None:
+    def body() -> None:
+        VIRTUAL.threading.Thread(target=lambda: 1 / 0, name="arm").start()
+        VIRTUAL.sleep(1)
+
+    with pytest.raises(NodeError, match=r"robot: arm failed at 0\.000 s: ZeroDivisionError"):
+        in_virtual_time(body)
+
+
+def test_a_thread_may_leave() -> None:
+    def leave() -> None:
+        raise SystemExit
+
+    def body() -> None:
+        thread = VIRTUAL.threading.Thread(target=leave)
+        thread.start()
+        thread.join()
+
+    assert in_virtual_time(body) == 0
+
+
+def test_the_world_releases_and_sets_but_does_not_wait() -> None:
+    event, kernel = VIRTUAL.threading.Event(), Kernel()
+    kernel.virtual = frozenset(("threading",))
+    woken_s: list[float] = []
+
+    class World:
+        def advance(self, target_us: int) -> int:
+            return min(target_us, kernel.now_us + 500_000)
+
+        def observe(self) -> None:
+            if kernel.now_us == 1_500_000:
+                event.set()
+
+    kernel.world = World()
+    kernel.spawn("robot", lambda: (event.wait(), woken_s.append(kernel.now_s)))
+    kernel.run(3.0)
+    assert woken_s == [1.5]
+    with pytest.raises(Exception, match=r"Event.wait would wait for ever: only a node may wait") as raised:
+        VIRTUAL.threading.Event().wait()
+    assert __file__ in str(raised.value)
+
+
+def test_waiting_is_refused_where_it_is_not_asked_for() -> None:
+    kernel = Kernel()
+    kernel.virtual = frozenset(("time",))
+    kernel.spawn("robot", VIRTUAL.queue.Queue().get)
+    with pytest.raises(
+        NodeError, match=r'in node robot is real time.*virtual=\("time", "threading"\) to have threading'
+    ):
+        kernel.run(1.0)
+
+
+def test_a_lock_that_is_free_is_no_wait() -> None:
+    with VIRTUAL.threading.Lock() as taken:
+        assert taken
