@@ -15,7 +15,9 @@ from contextvars import Context
 from types import ModuleType
 from typing import Any, TypeVar, TypeVarTuple
 
-from pytest_hricdv.runtime.kernel import running_node
+from greenlet import GreenletExit
+
+from pytest_hricdv.runtime.kernel import KernelError, running_node
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in
 from pytest_hricdv.runtime.virtual.locks import Waiting
@@ -29,6 +31,7 @@ T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
 
 _LOOP = "event loop"
+_WHAT = "the event loop of asyncio"
 
 
 class _Selector(selectors.SelectSelector):
@@ -36,11 +39,11 @@ class _Selector(selectors.SelectSelector):
 
     def __init__(self) -> None:
         super().__init__()
-        self._waiting = Waiting(ASYNCIO, "the event loop of asyncio")
+        self._waiting = Waiting(ASYNCIO, _WHAT)
 
     def select(self, timeout: float | None = None) -> list[Any]:
         if timeout is not None and timeout <= 0:
-            waiting_node(ASYNCIO, "the event loop of asyncio").kernel.count_poll()
+            waiting_node(ASYNCIO, _WHAT).kernel.count_poll()
         else:
             self._waiting.wait(timeout)
         return []
@@ -63,12 +66,23 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
 
     def run_forever(self) -> None:
         """As of asyncio's loops."""
-        node = waiting_node(ASYNCIO, "the event loop of asyncio")
+        node = waiting_node(ASYNCIO, _WHAT)
         before, node.leaving = node.leaving, _leave
         try:
             super().run_forever()
+        except (GreenletExit, KernelError):
+            self._abandon_tasks()
+            raise
         finally:
             node.leaving = before
+
+    def _abandon_tasks(self) -> None:
+        """The run is over, at any moment: that tasks wait is no fault of theirs, so nothing is to be said of it."""
+        for task in asyncio.all_tasks(self):
+            task._log_destroy_pending = False  # type: ignore[attr-defined]
+            coroutine = task.get_coro()
+            if coroutine is not None:
+                coroutine.close()
 
     def call_soon_threadsafe(
         self, callback: Callable[[*Ts], object], *args: *Ts, context: Context | None = None
@@ -115,7 +129,10 @@ def _leave() -> Callable[[], None]:
 
 def new_event_loop() -> asyncio.AbstractEventLoop:
     """As of asyncio."""
-    return asyncio.new_event_loop() if running_node() is None else VirtualEventLoop()
+    if running_node() is None:
+        return asyncio.new_event_loop()
+    waiting_node(ASYNCIO, _WHAT)
+    return VirtualEventLoop()
 
 
 def set_event_loop(loop: asyncio.AbstractEventLoop | None) -> None:
@@ -134,7 +151,7 @@ def get_event_loop() -> asyncio.AbstractEventLoop:
         return asyncio.get_event_loop()
     found = node.own.get(_LOOP)
     if not isinstance(found, asyncio.AbstractEventLoop):
-        found = node.own[_LOOP] = VirtualEventLoop()
+        found = node.own[_LOOP] = new_event_loop()
     return found
 
 
@@ -148,7 +165,11 @@ class Runner(asyncio.Runner):  # type: ignore[misc]  # final, and still the one 
         """As of asyncio."""
         if running_node() is None:
             return super().run(coro, context=context)
-        loop = self.get_loop()
+        try:
+            loop = self.get_loop()
+        except KernelError:
+            coro.close()
+            raise
         return loop.run_until_complete(loop.create_task(coro, context=context))
 
 
@@ -185,7 +206,7 @@ _NAMES: dict[str, Any] = {
     "get_event_loop": get_event_loop,
     "set_event_loop": set_event_loop,
     "run_coroutine_threadsafe": run_coroutine_threadsafe,
-    "SelectorEventLoop": VirtualEventLoop,
+    "SelectorEventLoop": new_event_loop,
 }
 
 MODULES: tuple[ModuleType, ...] = (stand_in(asyncio, _NAMES),)
