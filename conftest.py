@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from pytest_hricdv.testbench import Camera, Outcome, Run, Testbench
+    from pytest_hricdv.testbench import Body, Camera, Outcome, Run, Testbench
     from sim.world import World
 
 HERE = Path(__file__).parent
@@ -216,6 +216,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             camera=camera,
             moments={"request": "request", "grasp": "leg_held", "offer": "leg_ready", "decision": "reading"},
             state="state.name",
+            bodies=bodies,
         ),
         cross={
             "decision": CrossProduct(
@@ -241,6 +242,13 @@ def camera(world: World) -> Camera:
     from sim.film import Camera
 
     return Camera(world)
+
+
+def bodies(world: World) -> list[Body]:
+    """The shapes of the workshop, for `--hri-mcap`."""
+    from sim.film import bodies
+
+    return bodies(world)
 
 
 def run(run: Run) -> Outcome:

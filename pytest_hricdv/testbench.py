@@ -28,6 +28,7 @@ from pytest_hricdv.monitor.vocabulary import Kind
 from pytest_hricdv.online.declaration import Online, OnlineError
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import text_of, topic_of
+from pytest_hricdv.runtime.body import Body
 from pytest_hricdv.runtime.virtual import KINDS
 from pytest_hricdv.suggestion import nearest
 
@@ -35,6 +36,7 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 
 __all__ = [
     "BeliefSpace",
+    "Body",
     "Camera",
     "Chance",
     "Concretization",

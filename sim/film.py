@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from pytest_hricdv.runtime.body import Body
 from sim.geometry import UPRIGHT, Pose, Vector
 from sim.person import HAND_HALF_M, HEAD_RADIUS_M
 from sim.raycasting import Raycaster
@@ -131,6 +132,23 @@ def visible(world: World) -> dict[Visual, Pose]:
     """The visual shapes of a world but for the floor, and their poses."""
     shapes = world.engine.visuals({world.torso.body: world.torso.description})
     return {visual: pose for visual, pose in shapes.items() if not _is_floor(visual.shape)}
+
+
+def bodies(world: World) -> list[Body]:
+    """The visual shapes of a world as a viewer draws them; with the floor."""
+    shapes = world.engine.visuals({world.torso.body: world.torso.description})
+    return [_body(visual, pose) for visual, pose in shapes.items()]
+
+
+def _body(visual: Visual, pose: Pose) -> Body:
+    name, (position, rotation) = f"body {visual.body}, shape {visual.number}", _rounded(pose)
+    match visual.shape:
+        case Box((x, y, z)):
+            return Body(name, "box", (2 * x, 2 * y, 2 * z), position, rotation, visual.rgba)
+        case Sphere(r):
+            return Body(name, "sphere", (2 * r, 2 * r, 2 * r), position, rotation, visual.rgba)
+        case Cylinder(r, length_m):
+            return Body(name, "cylinder", (2 * r, 2 * r, length_m), position, rotation, visual.rgba)
 
 
 def _is_floor(shape: Shape) -> bool:

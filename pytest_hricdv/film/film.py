@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
     from pytest_hricdv.monitor import Vocabulary
+    from pytest_hricdv.runtime.body import Body
 
 
 US_PER_S = 1_000_000
@@ -55,6 +56,7 @@ class Film:
         state: the message and field with the robot's state, for instance "state.name"; empty: not shown.
         period_s: pictures are taken at multiples of this. Use the world's control period: the run then stops for
             pictures only where it stops anyway, and filming does not change it.
+        bodies: gives the shapes in the world of a run now, for the 3-D scene of `--hri-mcap`; None: there is none.
 
     Raises:
         ValueError: a period that is not a positive number of microseconds.
@@ -64,6 +66,7 @@ class Film:
     moments: Mapping[str, str] = field(default_factory=dict, hash=False)
     state: str = ""
     period_s: float = 0.05
+    bodies: Callable[[Any], Sequence[Body]] | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.period_s) and self.period_us > 0):

@@ -15,7 +15,7 @@ from pytest_hricdv.report.files import refused
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.results.searching import SearchResult, ShrunkTest
 
-FOLDERS = ("failures", "films")
+FOLDERS = ("failures", "films", "traces")
 """Folders inside of a report."""
 
 
@@ -81,10 +81,13 @@ class _Names:
     source: Path
 
     def of_test(self, test: TestResult) -> TestResult:
-        film = test.film and replace(test.film, video=self._film(test.film.video), strip=self._film(test.film.strip))
+        film = test.film and replace(
+            test.film, video=self._file(1, test.film.video), strip=self._file(1, test.film.strip)
+        )
         return replace(
             test,
             film=film,
+            trace=test.trace and replace(test.trace, file=self._file(2, test.trace.file)),
             replay=self._replay(test.replay),
             shrunk={name: self._of_shrunk(each) for name, each in test.shrunk.items()},
             repeats=tuple(map(self.of_test, test.repeats)),
@@ -102,9 +105,9 @@ class _Names:
         path = self.source / FOLDERS[0] / Path(name or "").name
         return os.path.relpath(self.carrying.target / self.carrying.name(path)) if name and path.is_file() else name
 
-    def _film(self, name: str | None) -> str | None:
-        """Relative to the report."""
-        path = self.source / FOLDERS[1] / Path(name or "").name
+    def _file(self, folder: int, name: str | None) -> str | None:
+        """Of that one of `FOLDERS`, relative to the report."""
+        path = self.source / FOLDERS[folder] / Path(name or "").name
         if name and path.is_file():
             return self.carrying.name(path)
         return name and Path(os.path.relpath(self.source / name, self.carrying.target)).as_posix()

@@ -1,7 +1,7 @@
 """What a run prints: the line in pytest's header, and the section at the end."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from pytest_hricdv.coverage.cross_records import CrossCoverage
@@ -210,6 +210,7 @@ def _totals(report: Report, columns: int) -> Iterator[Line]:
     yield _duration(report)
     yield from _slowest(report)
     yield from _films(report, columns)
+    yield from _traces(report, columns)
 
 
 def _faults(report: Report) -> Iterator[Line]:
@@ -242,7 +243,20 @@ def _films(report: Report, columns: int) -> Iterator[Line]:
         return
     made = sum(film.video is not None for film in films)
     yield Line(f"films: {made} of {plural(len(films), 'failing test')}, beside the report", "ok" if made else "warn")
-    for note, count in Counter(film.note for film in films if film.note).items():
+    yield from _notes((film.note for film in films), columns)
+
+
+def _traces(report: Report, columns: int) -> Iterator[Line]:
+    traces = [test.trace for test in report.tests if test.trace]
+    if not traces:
+        return
+    written = sum(trace.file is not None for trace in traces)
+    yield Line(f"traces: {written} of {plural(len(traces), 'test')}, beside the report", "ok" if written else "warn")
+    yield from _notes((trace.note for trace in traces), columns)
+
+
+def _notes(notes: Iterable[str], columns: int) -> Iterator[Line]:
+    for note, count in Counter(filter(None, notes)).items():
         for line in wrap(visible(f"{count} {note}").split(" "), columns - 2):
             yield Line(f"  {line}", "warn")
 

@@ -109,6 +109,7 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
         "rerun": [line.strip() for line in explanation.instructions_of(report, test)[1:]],
         "facts": {name: value for name, value in _facts(test).items() if value},
         "film": to_builtins(test.film),
+        "trace": to_builtins(test.trace),
         "shrunk": [_shrunk(name, each, report) for name, each in sorted(test.shrunk.items())],
         "repeats": len(test.repeats),
         "replayed": _replayed(test.replayed) if test.replayed else "",

@@ -215,7 +215,16 @@ def _content(run: TestResult) -> str:
     Left out is what can differ between two reports of one run; `_united` decides about each of these fields.
     """
     same = replace(
-        run, wall_s=None, code=None, failure="", unmeasured="", film=None, replay=None, replayed=None, shrunk={}
+        run,
+        wall_s=None,
+        code=None,
+        failure="",
+        unmeasured="",
+        film=None,
+        trace=None,
+        replay=None,
+        replayed=None,
+        shrunk={},
     )
     return canonical(same)
 
@@ -231,7 +240,7 @@ def _united(one: TestResult, other: TestResult) -> TestResult:
     )
 
 
-_ANY_OF = ("failure", "unmeasured", "film", "replay", "replayed", "shrunk")
+_ANY_OF = ("failure", "unmeasured", "film", "trace", "replay", "replayed", "shrunk")
 
 
 def _first(one: object, other: object) -> object:

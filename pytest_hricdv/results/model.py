@@ -106,6 +106,13 @@ class FilmResult(Record, frozen=True, kw_only=True):
     note: str
 
 
+class TraceResult(Record, frozen=True, kw_only=True):
+    """The MCAP file of a run, relative to the report; `note` says why there is none, or what is wrong with it."""
+
+    file: str | None
+    note: str = ""
+
+
 class TestResult(Record, frozen=True, kw_only=True):
     """One test and its result.
 
@@ -164,6 +171,7 @@ class TestResult(Record, frozen=True, kw_only=True):
     replay: str | None = None
     replayed: ReplayComparison | None = None
     film: FilmResult | None = None
+    trace: TraceResult | None = None
     shrunk: Mapping[str, ShrunkTest] = {}
     values: Mapping[str, Mapping[str, float]] = {}
     repeats: tuple[TestResult, ...] = ()

@@ -201,6 +201,8 @@ AFTER_THE_TESTS = (
         "in at most N runs for each requirement",
     ),
     Flag("film", "film the runs of failing tests"),
+    Flag("mcap", "write the runs of failing tests as MCAP files, which Foxglove and other viewers open"),
+    Flag("mcap-all", "write the runs of all tests as MCAP files"),
 )
 
 MUTATION = (

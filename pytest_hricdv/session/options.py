@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import pytest
 
@@ -110,6 +111,8 @@ class Options:
     export: Path | None
     coverage: bool
     film: bool = False
+    mcap: Literal["", "failing", "all"] = ""
+    """Whose runs are written as MCAP files."""
     replay: tuple[Path, ...] = ()
     replay_anyway: bool = False
     shrink: bool = False
@@ -169,6 +172,7 @@ def read_options(config: pytest.Config) -> Options:
         fidelity=_text(config, "fidelity"),
         engine=_text(config, "engine"),
         film=_flag(config, "film"),
+        mcap="all" if _flag(config, "mcap_all") else "failing" if _flag(config, "mcap") else "",
         resume=bool(config.getoption("hri_resume")),
         replay=replay,
         replay_anyway=bool(config.getoption("hri_replay_anyway")),

@@ -25,7 +25,7 @@ from pytest_hricdv.results.behaviour_diff import compare_behaviour
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.judgement import Judgement, judge
 from pytest_hricdv.results.model import Report
-from pytest_hricdv.session import films
+from pytest_hricdv.session import films, tracing
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.engine_choice import passed_over
@@ -85,8 +85,7 @@ class Preparation:
         _ = self.running.known_while
         _ = self.running.code
         self._check_replays()
-        if self.options.film:
-            self._check_film()
+        self._check_films_and_traces()
         if self.options.mutation.asked:
             _check_mutation()
         running = not self.collection.config.getoption("collectonly")
@@ -121,9 +120,12 @@ class Preparation:
             told = "\n  ".join(changed)
             raise usage_error(f"--hri-replay: {told}\nadd --hri-replay-anyway to run it all the same")
 
-    def _check_film(self) -> None:
+    def _check_films_and_traces(self) -> None:
         try:
-            films.check(self.collection.testbench)
+            if self.options.film:
+                films.check(self.collection.testbench)
+            if self.options.mcap:
+                tracing.check()
         except TestbenchError as error:
             raise usage_error(str(error)) from None
 

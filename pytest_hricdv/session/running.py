@@ -36,6 +36,7 @@ from pytest_hricdv.session.collection import Collection, case_of
 from pytest_hricdv.session.engine_verdict import ENGINE_SENSITIVE, judge_engines, unknown_on_any
 from pytest_hricdv.session.films import Filming, film_text
 from pytest_hricdv.session.replaying import Failures, Provenance, replay_mismatch
+from pytest_hricdv.session.tracing import Tracing
 from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import ConformanceError
 
@@ -156,6 +157,14 @@ class Running:
             return None
         return Filming(self.collection.testbench, self.requirements, self.options.report)
 
+    @cached_property
+    def tracing(self) -> Tracing | None:
+        """Writes runs of this process as MCAP files; None without --hri-mcap."""
+        asked = self.options.mcap
+        if not asked:
+            return None
+        return Tracing(self.collection.testbench, self.requirements, self.options.report, every=asked == "all")
+
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
         """Releases the run after its test: pytest keeps all items to the end, and a run is large."""
@@ -194,7 +203,7 @@ class Running:
             result = replace(
                 self._result(case, item.nodeid), outcome=outcome, wall_s=call.duration, failure=_text(report)
             )
-            setattr(report, ATTRIBUTE, encode(self._filmed(case, result, report)))
+            setattr(report, ATTRIBUTE, encode(self._traced(case, self._filmed(case, result, report))))
             self._built = None
         return report  # type: ignore[return-value]
 
@@ -206,6 +215,12 @@ class Running:
         folder = os.path.relpath(self.options.report, self.collection.config.invocation_params.dir)
         report.sections.append(("film", film_text(film, Path(folder))))
         return replace(result, film=film)
+
+    def _traced(self, case: HriCase, result: TestResult) -> TestResult:
+        """The result with its MCAP file, if there is to be one."""
+        if self.tracing is None or case.result is None:
+            return result
+        return replace(result, trace=self.tracing.trace(case.result, result))
 
     def execute(
         self,

@@ -18,7 +18,8 @@ from pytest_hricdv.film.video import FRAMES_PER_S
 from pytest_hricdv.results.model import FilmResult
 from pytest_hricdv.runtime import Recorder
 from pytest_hricdv.session.films import FOLDER, Filming
-from sim.film import GAP_PX, HAND_PX, HEIGHT_PX, SCENE_PX, Camera, visible
+from sim.film import GAP_PX, HAND_PX, HEIGHT_PX, SCENE_PX, Camera, bodies, visible
+from sim.person import HEAD_RADIUS_M
 from sim.shapes import Box, Cylinder, Sphere
 from sim.world import World
 from tests.film.decoded import decoded
@@ -126,8 +127,23 @@ def test_a_camera_reads_the_world_only_and_says_when_nothing_moved() -> None:
 
 def test_every_body_of_the_world_is_on_the_picture() -> None:
     with World(Recorder()) as world:
-        bodies = {visual.body for visual in visible(world)}
+        shown = {visual.body for visual in visible(world)}
         everything = {visual.body for visual in world.engine.visuals({})}
-        assert len(everything - bodies) == 1  # the floor, which is painted
-        assert {world.torso.body, world.fingers.body, world.person.hand.body, world.legs.current.body} < bodies
+        assert len(everything - shown) == 1  # the floor, which is painted
+        assert {world.torso.body, world.fingers.body, world.person.hand.body, world.legs.current.body} < shown
         assert {type(visual.shape) for visual in visible(world)} == {Box, Sphere, Cylinder}
+
+
+def test_a_viewer_is_given_every_body_where_it_is() -> None:
+    with World(Recorder()) as world:
+        given = {body.name: body for body in bodies(world)}
+        everything = world.engine.visuals({world.torso.body: world.torso.description})
+        assert len(given) == len(everything)
+        assert {body.shape for body in given.values()} == {"box", "sphere", "cylinder"}
+        head = [body for body in given.values() if body.shape == "sphere" and body.size_m[0] == 2 * HEAD_RADIUS_M]
+        assert [body.position_m for body in head] == [pytest.approx(world.person.head.pose()[0], abs=1e-4)]
+        world.person.hand.move((0.6, 0.0, 0.6))
+        world.advance(1_000_000)
+        moved = [body.name for body in bodies(world) if body != given[body.name]]
+        assert moved
+        assert len(moved) < len(given) / 2

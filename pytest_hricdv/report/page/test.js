@@ -51,6 +51,11 @@ function filmView(film) {
   return section("Film", strip, moving, film.note && h("p", { class: "soft" }, film.note));
 }
 
+function traceView(trace) {
+  return section("Trace", trace.file && h("p", {}, h("a", { href: trace.file }, trace.file), " (MCAP, for Foxglove and other viewers)"),
+    trace.note && h("p", { class: "soft" }, trace.note));
+}
+
 function shrunkView(shrunk) {
   if (shrunk.note) return section(shrunk.requirement + " was not shrunk", h("p", {}, shrunk.note));
   return section(shrunk.requirement + " with " + shrunk.abstract.length + " of " + shrunk.from + " actions",
@@ -74,6 +79,7 @@ function testView(test, found) {
     found.changed && behaviourView(found),
     section("Verdicts", h("div", { class: "scroll" }, verdictTable(found.verdicts))),
     found.film && filmView(found.film),
+    found.trace && traceView(found.trace),
     h("ol", { class: "steps" },
       h("li", {}, section("Beliefs", chips(found.beliefs))),
       h("li", {}, section("Plans they trigger", plans.length ? plans : h("p", { class: "soft" }, "none"))),

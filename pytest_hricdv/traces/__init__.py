@@ -1,0 +1,1 @@
+"""Runs as MCAP files, which the viewers and tools of robotics open."""
