@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
+from ucis.cover_type_t import CoverTypeT
+from ucis.history_node_kind import HistoryNodeKind
+from ucis.scope_type_t import ScopeTypeT
+from ucis.xml import validate_ucis_xml
+from ucis.xml.xml_reader import XmlReader
 
 from tests.plugin.project import change, counted_up_to_313, plain_and_slowly_in_other_modes, report
 from tests.report.dtd import faults
@@ -182,3 +188,50 @@ def test_no_tests_and_a_name_of_every_odd_character(lamps: pytest.Pytester) -> N
     ET.parse(lamps.path / "c.xml")
     ET.parse(lamps.path / "j.xml")
     assert "4 tests" in (lamps.path / "s.md").read_text()
+
+
+def test_ucis_is_valid_and_says_what_the_report_says(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(SUITE, "--hri-ucis=out/all.xml", "-p", "no:xdist", "-p", "no:cacheprovider")
+    result.stdout.fnmatch_lines(["ucis: *out/all.xml"])
+    path, found = lamps.path / "out" / "all.xml", report(lamps.path)
+    with path.open(encoding="utf-8") as file:
+        assert validate_ucis_xml(file)
+    with path.open(encoding="utf-8") as file:
+        database = XmlReader().read(file)
+    (suite,) = found["suites"]
+    tests = {node.getLogicalName(): node for node in database.historyNodes(HistoryNodeKind.TEST)}
+    assert tests.keys() == {test["id"] for test in found["tests"]}
+    assert {node.getSimTime() for node in tests.values()} == {test["sim_s"] for test in found["tests"]}
+    instances = {scope.getScopeName(): scope for scope in database.scopes(ScopeTypeT.INSTANCE)}
+    assert instances.keys() == {"code under test", "by-hand"}
+    (block,) = instances["code under test"].scopes(ScopeTypeT.BLOCK)
+    counts = [item.getCoverData().data for item in block.coverItems(CoverTypeT.STMTBIN)]
+    assert (sum(count > 0 for count in counts), len(counts)) == (
+        suite["code"]["statements"]["covered"],
+        suite["code"]["statements"]["total"],
+    )
+    for assertion in instances["by-hand"].scopes(ScopeTypeT.ASSERT):
+        bins = {item.getName(): item.getCoverData().data for item in assertion.coverItems(CoverTypeT.ALL)}
+        results = [test["requirements"][assertion.getScopeName()] for test in found["tests"]]
+        assert bins["attemptBin"] == sum(each["triggers"] for each in results)
+        assert bins["failBin"] == sum(each["failures"] for each in results)
+    groups = {scope.getScopeName(): scope for scope in instances["by-hand"].scopes(ScopeTypeT.COVERGROUP)}
+    assert groups.keys() == {"plans", "light"}
+    points = {scope.getScopeName(): scope for scope in groups["plans"].scopes(ScopeTypeT.COVERPOINT)}
+    plans = {item.getName(): item.getCoverData().data for item in points["visitor"].coverItems(CoverTypeT.CVGBIN)}
+    assert sorted(name for name, count in plans.items() if count) == sorted(suite["plans"]["visitor"]["covered"])
+    assert len(plans) == suite["plans"]["visitor"]["total"]
+    (cross,) = groups["light"].scopes(ScopeTypeT.CROSS)
+    hit = {item.getName() for item in cross.coverItems(CoverTypeT.CVGBIN) if item.getCoverData().data}
+    assert (len(hit), "hall x 100" in hit) == (suite["cross"]["hit"], True)
+
+
+def test_ucis_of_another_day_is_the_same_file_and_needs_no_measured_code(lamps: pytest.Pytester) -> None:
+    texts = []
+    for name in ("one.xml", "two.xml"):
+        lamps.runpytest_inprocess(
+            SUITE, "--hri-no-cov", f"--hri-ucis={name}", "-p", "no:xdist", "-p", "no:cacheprovider"
+        )
+        texts.append((lamps.path / name).read_text(encoding="utf-8"))
+    assert texts[0] == texts[1]
+    assert validate_ucis_xml(io.BytesIO(texts[0].encode()))

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import to_builtins
 
-from pytest_hricdv.report.exported_files import cobertura, hits, lcov
+from pytest_hricdv.report.code_formats import cobertura, hits, lcov
 from pytest_hricdv.results.model import Report
 from tests.report import sample
 from tests.report.dtd import faults

@@ -1,0 +1,167 @@
+"""Coverage of the code as Cobertura and LCOV."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+
+from pytest_hricdv.coverage.records import MappedFile
+from pytest_hricdv.message import visible
+from pytest_hricdv.results.model import Report
+
+_HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
+_DOCTYPE = '<!DOCTYPE coverage SYSTEM "http://cobertura.sourceforge.net/xml/coverage-04.dtd">\n'
+
+Arc = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class FileHits:
+    """One file of the code under test: tests by line, and by branch (from line, to line; negative for an exit).
+
+    Waived lines, and branches from or to them, are left out, as tools leave out what is excluded from coverage.
+    `branches` is None where only lines were measured.
+    """
+
+    name: str
+    lines: Mapping[int, int]
+    branches: Mapping[Arc, int] | None
+
+    def conditions(self, line: int) -> list[int]:
+        """Tests by branch that leaves this line, in order; empty if the line does not branch."""
+        return [hits for arc, hits in sorted((self.branches or {}).items()) if arc[0] == line]
+
+
+def cobertura(report: Report, root: str) -> str:
+    """The coverage as Cobertura XML.
+
+    Args:
+        report: of a run that measured the code.
+        root: the folder that the report's file names are relative to: the XML's only source folder.
+    """
+    files = hits(report)
+    coverage = ET.Element("coverage", _totals(files) | {"complexity": "0", "version": report.version})
+    coverage.set("timestamp", "0")  # equal runs give equal files
+    ET.SubElement(ET.SubElement(coverage, "sources"), "source").text = root
+    packages = ET.SubElement(coverage, "packages")
+    for folder in sorted({_folder(file) for file in files}):
+        inside = [file for file in files if _folder(file) == folder]
+        name = ".".join(PurePosixPath(folder).parts) or "."
+        package = ET.SubElement(packages, "package", {"name": name, **_rates(inside), "complexity": "0"})
+        classes = ET.SubElement(package, "classes")
+        for file in inside:
+            _class(classes, file)
+    ET.indent(coverage, " ")
+    return f"{_HEAD}{_DOCTYPE}{visible(ET.tostring(coverage, encoding='unicode'), keep=chr(10))}\n"
+
+
+def lcov(report: Report) -> str:
+    """The coverage as an LCOV tracefile; file names are the report's, relative to the project's root folder."""
+    return "".join(f"{line}\n" for file in hits(report) for line in _record(file))
+
+
+def hits(report: Report) -> tuple[FileHits, ...]:
+    """Tests per line and branch of each file, by name; empty where the code was not measured."""
+    code = report.code_under_test
+    if not code.measured:
+        return ()
+    bits = [test.code.bits for test in report.tests if test.code]
+    statements = _counted(lines for lines, _ in bits)
+    measured_arcs = [arcs for _, arcs in bits if arcs is not None]
+    arcs = _counted(measured_arcs) if len(measured_arcs) == len(bits) else None
+    waived = {(waiver.file, waiver.line) for waiver in code.waivers}
+    return tuple(sorted(_files(code.map, statements, arcs, waived), key=lambda file: file.name))
+
+
+def _class(classes: ET.Element, file: FileHits) -> None:
+    names = {"name": PurePosixPath(file.name).name, "filename": file.name}
+    element = ET.SubElement(classes, "class", {**names, **_rates([file]), "complexity": "0"})
+    ET.SubElement(element, "methods")
+    lines = ET.SubElement(element, "lines")
+    for number, count in sorted(file.lines.items()):
+        line = ET.SubElement(lines, "line", {"number": str(number), "hits": str(count)})
+        ways = file.conditions(number)
+        if ways:
+            _conditions(line, ways)
+
+
+def _conditions(line: ET.Element, ways: Sequence[int]) -> None:
+    taken = sum(count > 0 for count in ways)
+    share = 100 * taken // len(ways)
+    line.set("branch", "true")
+    line.set("condition-coverage", f"{share}% ({taken}/{len(ways)})")
+    conditions = ET.SubElement(line, "conditions")
+    ET.SubElement(conditions, "condition", {"number": "0", "type": "jump", "coverage": f"{share}%"})
+
+
+def _folder(file: FileHits) -> str:
+    return str(PurePosixPath(file.name).parent)
+
+
+def _counts(files: Sequence[FileHits]) -> tuple[int, int, int, int]:
+    lines = [count for file in files for count in file.lines.values()]
+    ways = [count for file in files for count in (file.branches or {}).values()]
+    return sum(count > 0 for count in lines), len(lines), sum(count > 0 for count in ways), len(ways)
+
+
+def _totals(files: Sequence[FileHits]) -> dict[str, str]:
+    names = ("lines-covered", "lines-valid", "branches-covered", "branches-valid")
+    return _rates(files) | dict(zip(names, map(str, _counts(files)), strict=True))
+
+
+def _rates(files: Sequence[FileHits]) -> dict[str, str]:
+    lines, of_lines, ways, of_ways = _counts(files)
+    return {"line-rate": _rate(lines, of_lines), "branch-rate": _rate(ways, of_ways)}
+
+
+def _rate(part: int, whole: int) -> str:
+    return f"{part / whole:.4g}" if whole else "1"
+
+
+def _record(file: FileHits) -> Iterator[str]:
+    yield "TN:"
+    yield f"SF:{visible(file.name)}"
+    if file.branches is not None:
+        yield from _branches(file)
+    for line, count in sorted(file.lines.items()):
+        yield f"DA:{line},{count}"
+    yield f"LF:{len(file.lines)}"
+    yield f"LH:{sum(count > 0 for count in file.lines.values())}"
+    yield "end_of_record"
+
+
+def _branches(file: FileHits) -> Iterator[str]:
+    for line in sorted({arc[0] for arc in file.branches or {}}):
+        for number, count in enumerate(file.conditions(line)):
+            # A line that was never reached has no count for its branches.
+            yield f"BRDA:{line},0,{number},{count if file.lines.get(line) else '-'}"
+    counts = (file.branches or {}).values()
+    yield f"BRF:{len(counts)}"
+    yield f"BRH:{sum(count > 0 for count in counts)}"
+
+
+def _files(
+    files: Sequence[MappedFile], statements: Counter[int], arcs: Counter[int] | None, waived: set[tuple[str, int]]
+) -> Iterator[FileHits]:
+    statement = arc = 0  # bit n is the n-th statement (or branch) of all files together
+    for file in files:
+        out = {line for name, line in waived if name == file.file}
+        lines = {line: statements[bit] for bit, line in enumerate(file.statements, statement) if line not in out}
+        branches = None
+        if arcs is not None:
+            branches = {each: arcs[bit] for bit, each in enumerate(file.branches, arc) if not out & set(each)}
+        statement, arc = statement + len(file.statements), arc + len(file.branches)
+        yield FileHits(file.file, lines, branches)
+
+
+def _counted(numbers: Iterable[str]) -> Counter[int]:
+    """How many of the hexadecimal numbers have each bit set; equal ones, which suites have many of, are read once."""
+    counts: Counter[int] = Counter()
+    for number, times in Counter(numbers).items():
+        for place, digit in enumerate(reversed(bin(int(number, 16)))):
+            if digit == "1":
+                counts[place] += times
+    return counts
