@@ -105,6 +105,8 @@ class CaseResult:
     """What is wrong with how the run ended, a sentence each (see `pytest_hricdv.faults`)."""
     bin_faults: tuple[str, ...] = ()
     """What is wrong with the bins that the run hit, a sentence each."""
+    has_measured_node: bool = True
+    """Whether the testbench's `run` wrapped a node with `run.measured`: otherwise nothing of the code was measured."""
     error: NodeError | None = None
     """The failure of a node that ended the run; it is one of the faults."""
     engine: str = ""
@@ -192,6 +194,7 @@ def execute(
             raise run.ending.error from run.ending.error.__cause__  # what fails after it may be its consequence
         raise
     cross, bin_faults = faults.of_bins(testbench, outcome, verdicts)
+    covered = measurement.take(context)
     ended = faults.of_ending(run.ending, code, testbench.may_end) if run.ending else ()
     return CaseResult(
         test=run.enacted,
@@ -199,7 +202,8 @@ def execute(
         record=record,
         sim_s=kernel.now_s,
         verdicts=verdicts,
-        code=measurement.take(context),
+        code=covered if code.has_run else None,
+        has_measured_node=code.has_run,
         cross=cross,
         acted_s=tuple(run.acted_s),
         ending_faults=tuple(ended),

@@ -57,6 +57,11 @@ class CodeUnderTest:
 
         return observed
 
+    @property
+    def has_run(self) -> bool:
+        """Whether it has had a node. Code that runs elsewhere, as in the world or the person, is not measured."""
+        return bool(self._nodes)
+
     def is_running(self) -> bool:
         """Whether the caller is one of its nodes."""
         return self._kernel.running() in self._nodes

@@ -20,7 +20,7 @@ from pytest_hricdv.results.building import Ending, build_result
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestOutcome, TestResult
 from pytest_hricdv.runtime.record import Record
-from pytest_hricdv.session.running import Running, tolerated
+from pytest_hricdv.session.running import Running, tolerated, why_unmeasured
 from pytest_hricdv.session.serving import END, UNWARNED, in_session, introduce, leave_no_core, preload, session
 
 
@@ -99,14 +99,13 @@ def _executed(running: Running, case: HriCase, nodeid: str) -> tuple[CaseResult 
 
 def _built(running: Running, case: HriCase, order: Order, result: CaseResult | None, failure: str) -> TestResult:
     ending = Ending(outcome=_outcome(running, result), wall_s=0.0, failure=failure)
-    measured = result is not None and result.code is not None and result.code.branches is not None
     built = build_result(
         case,
         order.nodeid,
         result,
         code=running.code,
         requirements=running.requirements,
-        unmeasured="" if result is None or measured else running.measurement.reason,
+        unmeasured=why_unmeasured(result, running.measurement),
         ending=ending,
     )
     built = msgspec.structs.replace(built, wall_s=None)  # how long it took is no result

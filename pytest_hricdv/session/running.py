@@ -308,14 +308,13 @@ class Running:
         """The test's result, without what pytest says of it; built once for a run."""
         run = case.result
         if self._built is None or self._built[0] is not case or self._built[1] is not run:
-            unmeasured = run is not None and (run.code is None or run.code.branches is None)
             result = build_result(
                 case,
                 nodeid,
                 run,
                 code=self.code,
                 requirements=self.requirements,
-                unmeasured=self._used.reason if unmeasured else "",
+                unmeasured=why_unmeasured(run, self._used),
             )
             if run is not None and run.beside is not None:
                 result = replace(result, beside=compare(run, run.beside, self.collection.testbench))
@@ -324,6 +323,18 @@ class Running:
                 result = replace(result, replay=given.name, replayed=self.provenance.compared(given, result))
             self._built = (case, run, result)
         return self._built[2]
+
+
+def why_unmeasured(run: CaseResult | None, measurement: Measurement) -> str:
+    """Why the code under test was not measured in a run, or not completely; empty where it was."""
+    if run is None or (run.code is not None and run.code.branches is not None):
+        return ""
+    if measurement.reason or run.has_measured_node:
+        return measurement.reason
+    return (
+        "the testbench's run wraps no node with run.measured: spawn the node of the code under test as "
+        'run.kernel.spawn("robot", run.measured(robot))'
+    )
 
 
 def tolerated(failed: Iterable[str], known: Mapping[str, str]) -> str:

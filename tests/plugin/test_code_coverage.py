@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.plugin.project import A_WORKER, MODES, counted_up_to_313, report
+from tests.plugin.project import A_WORKER, MODES, change, counted_up_to_313, report
 
 SUITE = "--hri-suite=by-hand"
 
@@ -129,3 +129,15 @@ def test_a_waived_line_counts_as_unreachable(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess(SUITE, "--hri-fail-under=statements=100")
     assert result.ret == 0
     result.stdout.fnmatch_lines(["  statements * (40 of 41), 100.0 % of 40 reachable, 1 waived"])
+
+
+def test_a_node_that_is_not_wrapped_is_not_measured_and_the_report_says_what_to_do(lamps: pytest.Pytester) -> None:
+    change(
+        lamps.path, "conftest.py", 'run.kernel.spawn("guide", run.measured(robot))', 'run.kernel.spawn("guide", robot)'
+    )
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-p", "no:xdist", "-p", "no:cacheprovider")
+    why = "unmeasured: the testbench's run wraps no node with run.measured: spawn the node of the code"
+    assert why in " ".join(result.stdout.str().split())
+    found = report(lamps.path)
+    assert found["suites"][0]["code"]["statements"] is None
+    assert all("run.measured" in test["unmeasured"] for test in found["tests"])

@@ -1,0 +1,59 @@
+"""Begin a project: write a testbench that runs, to be replaced part by part.
+
+    python -m pytest_hricdv init
+    pytest
+
+It asks nothing, and overwrites nothing. Other commands, each with --help: python -m pytest_hricdv.bdi (run and lint
+models), .report (merge, check and export reports), .campaign (each test with many seeds).
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from pytest_hricdv.message import visible
+from pytest_hricdv.skeleton.skeleton import Skeleton, SkeletonError, name_like
+
+OK, USAGE = 0, 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Do what the command line says; returns the exit status."""
+    options = _parser().parse_args(arguments)
+    try:
+        robot = options.robot or name_like(options.folder.resolve().name)
+        skeleton = Skeleton(robot, options.person)
+        for name in skeleton.write(options.folder):
+            print(visible(str(options.folder / name)))
+    except SkeletonError as error:
+        print(visible(f"error: init: {error}"), file=sys.stderr)
+        return USAGE
+    where = "" if options.folder == Path() else f"cd {options.folder}; "
+    print()
+    print(visible(f"now:  {where}pytest"))
+    print(
+        visible(f"then: replace {robot}.py with your code, world.py with your simulator, and models/ with your people")
+    )
+    return OK
+
+
+def _parser() -> argparse.ArgumentParser:
+    formatter = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(prog="python -m pytest_hricdv", description=__doc__, formatter_class=formatter)
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    init = commands.add_parser(
+        "init",
+        help="write the skeleton of a project into a folder",
+        description="Write a testbench that runs: code under test, world, model of a person, requirements, host test.",
+    )
+    init.add_argument("folder", nargs="?", type=Path, default=Path(), help="where to (default: here)")
+    init.add_argument("--robot", metavar="NAME", help="name of the module under test (default: that of the folder)")
+    init.add_argument("--person", metavar="NAME", default="person", help="name of the person's agent (default: person)")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The skeleton of a project: a testbench that runs, to be replaced part by part."""

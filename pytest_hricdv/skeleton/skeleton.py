@@ -1,0 +1,89 @@
+"""Writes the skeleton of a project into a folder."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from pytest_hricdv import atomic_file
+from pytest_hricdv.message import InputError
+
+TEMPLATE = Path(__file__).parent / "template"
+
+ROBOT, PERSON = "my_robot", "my_person"
+"""The names in the template that stand for those of the project."""
+
+_NAME = re.compile(r"[a-z][a-z0-9_]*")
+_TAKEN = ("world", "conftest", "meta", "models", "pytest", "pytest_hricdv")
+
+
+class SkeletonError(InputError):
+    """The skeleton cannot be written; the text says why, and what to do."""
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """A project to begin with.
+
+    Args:
+        robot: the name of the module under test, of the testbench, and of the host test.
+        person: the name of the agent that models the person.
+
+    Raises:
+        SkeletonError: a name that cannot be one of a module and of an agent, or that is taken.
+    """
+
+    robot: str
+    person: str
+
+    def __post_init__(self) -> None:
+        for what, name in (("robot", self.robot), ("person", self.person)):
+            if not _NAME.fullmatch(name) or keyword.iskeyword(name):
+                raise SkeletonError(
+                    f"--{what}={name}: expected a name of small letters, digits and underscores that begins with a "
+                    f"letter, such as {name_like(name)}"
+                )
+            if name in _TAKEN:
+                raise SkeletonError(f"--{what}={name}: a file of the skeleton has this name; choose another one")
+        if self.robot == self.person:
+            raise SkeletonError(f"--robot and --person: both are {self.robot}; expected two names")
+
+    def files(self) -> Iterator[tuple[str, str]]:
+        """Name, relative to the project's folder, and content of each file."""
+        for path in sorted(TEMPLATE.rglob("*")):
+            if path.is_file() and path.suffix != ".pyc":
+                name = path.relative_to(TEMPLATE).as_posix()
+                yield self._named(name), self._named(path.read_text(encoding="utf-8"))
+
+    def _named(self, text: str) -> str:
+        return text.replace(ROBOT, self.robot).replace(PERSON, self.person)
+
+    def write(self, folder: Path) -> tuple[str, ...]:
+        """Write all files; returns their names.
+
+        Raises:
+            SkeletonError: a file exists, then none is written; or the folder cannot be written.
+        """
+        files = dict(self.files())
+        there = [name for name in files if (folder / name).exists()]
+        if there:
+            raise SkeletonError(f"{folder / there[0]} exists: nothing was written; choose an empty folder")
+        try:
+            for name, text in files.items():
+                atomic_file.write_text(folder / name, text)
+        except OSError as error:
+            raise SkeletonError(f"{folder}: cannot be written: {error.strerror or error}") from None
+        return tuple(files)
+
+
+def name_like(text: str) -> str:
+    """A name of a module that is like a text; that of the template where nothing is left of it.
+
+    >>> name_like("Kitchen-Robot 2")
+    'kitchen_robot_2'
+    """
+    name = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_")
+    return name if _NAME.fullmatch(name) and not keyword.iskeyword(name) and name not in _TAKEN else ROBOT
