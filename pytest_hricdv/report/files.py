@@ -16,6 +16,9 @@ PAGE_NAME = "index.html"
 EARLIER = "earlier"
 """The folder inside, to which the report of the session before is moved."""
 
+WHOLE = "whole"
+"""The folder inside that keeps the last report of whole suites, while there is one of a part of them in its place."""
+
 _MOVED = (PAGE_NAME, REPORT_NAME, FOLDER, JOURNAL_NAME)
 _OTHER_FOLDER = "choose another folder with --hri-report=DIR"
 _REMEDIES = {
@@ -72,6 +75,32 @@ def supersede(directory: Path, *, of_this_journal: bool = False) -> bool:
     except OSError as error:
         raise refused(directory, error) from error
     return bool(names)
+
+
+def keep_whole(directory: Path) -> None:
+    """Move the superseded report, which is of whole suites, from `earlier` to `whole`.
+
+    Raises:
+        ReportError: it cannot be moved.
+    """
+    forget_whole(directory)
+    try:
+        (directory / EARLIER).rename(directory / WHOLE)
+    except OSError as error:
+        raise refused(directory, error) from error
+
+
+def forget_whole(directory: Path) -> None:
+    """Remove the report that was kept in `whole`: there is a newer one of whole suites.
+
+    Raises:
+        ReportError: it cannot be removed.
+    """
+    try:
+        if (directory / WHOLE).exists():
+            shutil.rmtree(directory / WHOLE)
+    except OSError as error:
+        raise refused(directory, error) from error
 
 
 def reinstate(directory: Path) -> None:

@@ -103,7 +103,8 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
     lines += [*campaign, Line("")] if campaign else []
     lines += _totals(report, width)
     fitted = [Line(fit(visible(line.text), width), line.style) for line in lines]
-    return (*fitted, Line(visible(f"report: {directory / PAGE_NAME}"), "dim"))
+    kept = [Line(visible(f"of whole suites, kept: {directory / report.whole}"), "dim")] if report.whole else []
+    return (*fitted, Line(visible(f"report: {directory / PAGE_NAME}"), "dim"), *kept)
 
 
 def findings(report: Report) -> Iterator[Line]:

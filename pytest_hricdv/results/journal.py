@@ -54,9 +54,13 @@ class Hindered(msgspec.Struct, frozen=True, tag="hindered", tag_field="record"):
 
 
 class Ended(msgspec.Struct, frozen=True, tag="ended", tag_field="record"):
-    """The session ended in an orderly way, and its report is of all that is above; or this was rebuilt."""
+    """The session ended in an orderly way, and its report is of all that is above; or this was rebuilt.
+
+    `is_whole`: it ran all tests of its suites.
+    """
 
     at_s: float
+    is_whole: bool = False
 
 
 Record = Began | Declared | Finished | Hindered | Ended
@@ -96,6 +100,7 @@ class Journal:
         results: node id -> result as JSON, compressed; the last one counts.
         reasons: node id -> why it has no result, or what went wrong after it.
         is_ended: its last session ended, or its report was rebuilt, and nothing came after.
+        is_whole: and it ran all tests of its suites.
         wall_s: how long the sessions took, as far as it says.
         earlier_s: the same without the last session.
         damaged: so many lines were torn or changed; whatever they said is missing.
@@ -107,6 +112,7 @@ class Journal:
     results: dict[str, bytes] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
     is_ended: bool = False
+    is_whole: bool = False
     wall_s: float = 0.0
     earlier_s: float = 0.0
     damaged: int = 0
@@ -120,6 +126,7 @@ class Journal:
     def add(self, record: Record) -> None:
         """Take in the next record."""
         self.is_ended = isinstance(record, Ended)
+        self.is_whole = isinstance(record, Ended) and record.is_whole
         match record:
             case Began():
                 self.began.append(record)

@@ -304,6 +304,7 @@ class Report(Record, frozen=True, kw_only=True):
         mutation: where faults were put into the code under test; a merged report has none.
         closing: where a suite came from a closing loop; in a merged report, where all sessions had the same.
         campaign: where it is of a campaign; a merged report has none.
+        whole: of a session that ran a part of its suites: the page, relative to the report, of the last whole one.
     """
 
     schema: Literal["hricdv-report/1"]
@@ -343,3 +344,4 @@ class Report(Record, frozen=True, kw_only=True):
     mutation: MutationResult | None = None
     closing: ClosingResult | None = None
     campaign: CampaignResult | None = None
+    whole: str = ""

@@ -51,6 +51,7 @@ class Journaling:
         self._began_s = time.monotonic()
         self._declared = False
         self._superseded = False
+        self._earlier_is_whole = False
 
     def lines(self, *, had_header: bool) -> list[str]:
         """What to say at the end; what was said before the first test only where this was not shown."""
@@ -89,6 +90,7 @@ class Journaling:
                 self.notes.append(_unfinished(earlier, self._folder / files.EARLIER))
             if earlier is not None and not earlier.results:  # the report in `earlier` is worth more
                 (self._folder / NAME).unlink()
+            self._earlier_is_whole = earlier is not None and earlier.is_whole
             self._superseded = files.supersede(self._folder)
             self._open(0)
 
@@ -139,10 +141,30 @@ class Journaling:
         """Write why a test has no result, or what went wrong after it."""
         self._append(Hindered(nodeid, self._at_s, reason.encode("utf-8", "backslashreplace").decode()))
 
-    def end(self) -> None:
+    def keep_whole(self, *, is_whole: bool) -> str:
+        """Keep the last report of whole suites beside one of a part of them; a new one of whole suites replaces it.
+
+        Args:
+            is_whole: this session ran all tests of its suites.
+
+        Returns:
+            The page of the report that is kept, relative to the folder; empty where there is none.
+
+        Raises:
+            ReportError: files cannot be moved or removed.
+        """
+        if is_whole:
+            files.forget_whole(self._folder)
+            return ""
+        if self._superseded and self._earlier_is_whole:
+            files.keep_whole(self._folder)
+        page = f"{files.WHOLE}/{files.PAGE_NAME}"
+        return page if (self._folder / page).is_file() else ""
+
+    def end(self, *, is_whole: bool = False) -> None:
         """Write that the session has ended, where its report, if there is anything to report, is in the folder."""
         if not self._declared or (self._folder / REPORT_NAME).is_file():
-            self._append(Ended(self._at_s))
+            self._append(Ended(self._at_s, is_whole))
 
     def _append(self, record: Record) -> None:
         if self._writer is not None:

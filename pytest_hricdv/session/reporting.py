@@ -112,11 +112,16 @@ class Reporting:
         self.report = self._gate_check.compared(report, whole=self._is_whole and self.options.shard is None)
         if not stopped:
             self.report = self._judged(self.report)
+        is_whole = self._is_whole and not (stopped or self.interrupted)
+        try:
+            self.report = msgspec.structs.replace(self.report, whole=journaling.keep_whole(is_whole=is_whole))
+        except ReportError as error:
+            self.problems.append(str(error))
         try:
             files.write(self.report, self.options.report)
         except ReportError as error:
             self.problems.append(str(error))
-        journaling.end()
+        journaling.end(is_whole=is_whole)
 
     def _post_session(
         self, results: list[TestResult], *, stopped: bool
