@@ -229,7 +229,29 @@ class ObligationMonitor(RequirementMonitor):
 
 
 class EventuallyMonitor(ObligationMonitor):
-    """`eventually[a:b]`: discharged when the condition is first true in the window, failed at the deadline."""
+    """`eventually[a:b]`: discharged when the condition is first true in the window, failed at the deadline.
+
+    The margin of a missed deadline is in time, as in the temporal robustness of Donzé and Maler (Robust satisfaction of
+    temporal logic over real-valued signals, FORMATS 2010): how much later the deadline would have had to be.
+    """
+
+    def __init__(
+        self, program: RequirementProgram, state: EvaluationState, shows: Sequence[str], start_s: float, end_s: float
+    ) -> None:
+        super().__init__(program, state, shows, start_s, end_s)
+        self._missed: list[tuple[int, Nanoseconds]] = []
+        """The violations whose response has not come yet: number and deadline."""
+
+    def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
+        super()._judge(now_ns, arrived, outputs, right_after=right_after)
+        if self._missed and self._condition(self._state.values, arrived, outputs):
+            self._settle(now_ns)
+        self.active = bool(self._open or self._missed)
+
+    def _settle(self, now_ns: Nanoseconds) -> None:
+        for number, deadline_ns in self._missed:
+            self._tally.came_late(number, now_ns - deadline_ns, now_ns)
+        self._missed.clear()
 
     def _judge_due(
         self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs
@@ -243,12 +265,16 @@ class EventuallyMonitor(ObligationMonitor):
             return
         for obligation in due:
             if now_ns >= obligation.end_ns:
-                self._tally.add_margin(0.0, now_ns)
+                self._missed.append((self._tally.violations, obligation.end_ns))
                 self._tally.add_violation(obligation.trigger_ns, now_ns, self._current_values(outputs), 0.0)
                 self._close(obligation, now_ns, passed=False)
 
     def deadline_ns(self) -> Nanoseconds | None:
         return max((each.end_ns for each in self._open), default=None)
+
+    def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
+        self._settle(now_ns)
+        return super().finish(requirement, now_ns)
 
 
 class SafetyMonitor(ObligationMonitor):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
-from pytest_hricdv.monitor.evaluation_state import Nanoseconds, Value, seconds
+from pytest_hricdv.monitor.evaluation_state import NS_PER_S, Nanoseconds, Value, seconds
 
 Outcome = Literal["Passed", "Failed", "NC"]
 
@@ -21,8 +21,9 @@ class Violation:
         time_s: when it was violated: the first instant of a violation that lasts; the deadline of a missed
             `eventually` (s).
         values: the last values, at `time_s`, of the signals and fields in the requirement that had a value.
-        margin: the least signed distance to the bound while the violation lasted; 0.0 (the time left to the deadline)
-            for a missed `eventually`; None if the violated condition compares nothing.
+        margin: the least signed distance to the bound while the violation lasted; for a missed `eventually`, minus how
+            late the response came, or, if it did not come, how long the run went on without it (s); None if the
+            violated condition compares nothing.
         outside: violations of this requirement are known under a condition that did not hold at `time_s` (added by
             whoever knows of such conditions).
         text: what was expected and observed, for people, if the values do not say it.
@@ -90,7 +91,8 @@ class Verdict:
         pending: attempts that were undecided at the end of the run.
         violations: in the order of their times.
         margin: least signed distance to the bound over all attempts, in the unit of the comparison; for `eventually`,
-            least time left to the deadline when it was satisfied (s), 0.0 if missed. None if nothing was compared.
+            least time left to the deadline when it was satisfied (s), negative if that was too late, or never: then the
+            time from the deadline to the end of the run. None if nothing was compared.
             It does not decide the verdict: at 0.0, `<` fails and `<=` passes.
         margin_time_s: when the margin first occurred (s).
         nearest_miss: if the antecedent was never true: when it was nearest to it (added by `logged.explained`).
@@ -156,6 +158,17 @@ class Tally:
     ) -> None:
         """Record one violation. (`failures` counts attempts; one attempt may have several violations.)"""
         self._violations.append(Violation(seconds(trigger_ns), seconds(time_ns), values, _finite_or_none(margin)))
+
+    @property
+    def violations(self) -> int:
+        """How many there are."""
+        return len(self._violations)
+
+    def came_late(self, number: int, late_ns: Nanoseconds, now_ns: Nanoseconds) -> None:
+        """Say, once it is known, how late the response is that a violation (from 0) had missed."""
+        margin = -late_ns / NS_PER_S
+        self.add_margin(margin, now_ns)
+        self._violations[number] = replace(self._violations[number], margin=_finite_or_none(margin))
 
     def decide(self, begin_ns: Nanoseconds, end_ns: Nanoseconds, *, passed: bool) -> None:
         """Count an attempt that was discharged or failed."""

@@ -173,8 +173,10 @@ class ReferenceEvaluator(PastEvaluator):
                     return Judged([], False, [((tick_of(closes) - tick_of(first)) * TICK_S, tick_of(first))])
                 if closes > last:
                     return Judged([], True, [])
-                violation = self.violation(formula, shows, start, range(closes, closes + 1), 0.0)
-                return Judged([violation], False, [(0.0, tick_of(closes))])
+                came = tick_of(next((p for p in range(closes + 1, last + 1) if good[p]), last))
+                margin = (tick_of(closes) - came) * TICK_S
+                violation = self.violation(formula, shows, start, range(closes, closes + 1), margin)
+                return Judged([violation], False, [(margin, came)])
 
     def safety(self, formula: Formula, shows: tuple[str, ...], start: int, window: range, *, undecided: bool) -> Judged:
         good = self.truth(formula.response.condition, since=None)

@@ -97,8 +97,18 @@ def test_the_window_is_measured_without_rounding_noise() -> None:
 def test_a_missed_deadline_is_a_violation_at_the_deadline_without_an_update() -> None:
     verdict = judge(RESPOND, at("a", 10.0), 99.0)
     [violation] = verdict.violations
-    assert (violation.trigger_s, violation.time_s, violation.margin) == (10.0, 13.0, 0.0)
-    assert (verdict.margin, verdict.margin_time_s) == (0.0, 13.0)
+    assert (violation.trigger_s, violation.time_s) == (10.0, 13.0)
+
+
+def test_the_margin_of_a_missed_deadline_is_how_late_the_response_came() -> None:
+    late = judge(RESPOND, in_time(at("a", 10.0), at("b", 17.5)), 99.0)
+    assert (late.margin, late.margin_time_s, late.violations[0].margin) == (-4.5, 17.5, -4.5)
+    never = judge(RESPOND, at("a", 10.0), 99.0)
+    assert (never.margin, never.margin_time_s, never.violations[0].margin) == (-86.0, 99.0, -86.0)
+    at_the_end = judge(RESPOND, at("a", 10.0), 13.0)
+    assert (at_the_end.margin, at_the_end.margin_time_s) == (0.0, 13.0)
+    twice = judge(RESPOND, in_time(at("a", 10.0, 12.0), at("b", 16.0)), 99.0)
+    assert (twice.margin, [each.margin for each in twice.violations]) == (-3.0, [-3.0, -1.0])
 
 
 def test_a_deadline_at_the_very_end_is_decided_and_one_after_it_is_pending() -> None:
