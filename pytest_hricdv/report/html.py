@@ -137,6 +137,7 @@ def _context(report: Report) -> dict[str, Any]:
         "shown_items": _SHOWN_ITEMS,
         "waivers": totals.waivers(report),
         "unmeasured": totals.unmeasured(report),
+        "origins": [each for each in (report.origin, *(s.origin for s in report.sessions)) if each is not None],
         "plans_covered": totals.plans_covered,
         "bins_covered": totals.bins_covered,
         "tests_text": totals.tests_text,

@@ -69,6 +69,8 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         gates=None,
         policy=_policy(all_reports),
         problems=tuple(sorted({problem for report in all_reports for problem in report.problems})),
+        origin=None,  # that of each session is in `sessions`
+        whole="",
         made_with=dict(set.intersection(*(set(report.made_with.items()) for report in all_reports))),
         changes=None,
         mutation=None,
@@ -138,6 +140,7 @@ def sessions_of(report: Report) -> tuple[SessionSummary, ...]:
         selected=report.selected,
         reported=report.reported,
         shard=report.shard,
+        origin=report.origin,
     )
     return (session,)
 

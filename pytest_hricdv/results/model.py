@@ -44,6 +44,7 @@ from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.results.engines import EngineComparison
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.mutation import MutationResult
+from pytest_hricdv.results.origin import Origin
 from pytest_hricdv.results.searching import SearchResult, ShrunkTest
 
 SCHEMA: Final = "hricdv-report/1"
@@ -253,6 +254,7 @@ class SessionSummary(Record, frozen=True, kw_only=True):
     selected: Count
     reported: Count
     shard: Shard
+    origin: Origin | None = None
 
 
 class NcExemption(Record, frozen=True, kw_only=True):
@@ -304,6 +306,7 @@ class Report(Record, frozen=True, kw_only=True):
         mutation: where faults were put into the code under test; a merged report has none.
         closing: where a suite came from a closing loop; in a merged report, where all sessions had the same.
         campaign: where it is of a campaign; a merged report has none.
+        origin: where it comes from; of a merged one, its sessions have theirs.
         whole: of a session that ran a part of its suites: the page, relative to the report, of the last whole one.
     """
 
@@ -345,3 +348,4 @@ class Report(Record, frozen=True, kw_only=True):
     closing: ClosingResult | None = None
     campaign: CampaignResult | None = None
     whole: str = ""
+    origin: Origin | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import os
 import shutil
 import time
@@ -29,6 +30,7 @@ from pytest_hricdv.results.mutation import MutationResult
 from pytest_hricdv.results.searching import SearchResult
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
+from pytest_hricdv.session.origin import origin
 from pytest_hricdv.session.post_session import PostSession
 from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.replaying import Rerunning
@@ -60,6 +62,7 @@ class Reporting:
         self._missing = ""
         self._signals = Signals()
         self._began = time.perf_counter()
+        self._began_at = datetime.datetime.now(datetime.UTC)
 
     @pytest.hookimpl(trylast=True)
     def pytest_runtest_logstart(self) -> None:
@@ -112,6 +115,8 @@ class Reporting:
         self.report = self._gate_check.compared(report, whole=self._is_whole and self.options.shard is None)
         if not stopped:
             self.report = self._judged(self.report)
+        began, made_with = self._began_at, self.running.provenance.made_with
+        self.report = msgspec.structs.replace(self.report, origin=origin(self.collection.config, began, made_with))
         is_whole = self._is_whole and not (stopped or self.interrupted)
         try:
             self.report = msgspec.structs.replace(self.report, whole=journaling.keep_whole(is_whole=is_whole))
