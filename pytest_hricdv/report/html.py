@@ -19,6 +19,7 @@ from pytest_hricdv.report import (
     closing_view,
     explanation,
     formatting,
+    holes_view,
     mutation_view,
     tests_view,
     totals,
@@ -239,7 +240,7 @@ def heat_maps(report: Report) -> list[dict[str, Any]]:
     Returns:
         `name`, `coordinates` ([name, bins] each), `closed` (["impossible" or "illegal", reason, bit set of bins as a
         hexadecimal number] each), `suites` (suite -> [bin, tests that hit it] each), `tests` (the bins that each
-        test of the report hit), `proof`. Bins are numbered, the last coordinate's fastest.
+        test of the report hit), `proof`, `holes` (in words). Bins are numbered, the last coordinate's fastest.
     """
     maps = []
     for name, product in sorted(report.cross_products.items()):
@@ -257,6 +258,7 @@ def heat_maps(report: Report) -> list[dict[str, Any]]:
                 "suites": {suite.name: _suite_hits(suite, name, places) for suite in report.suites},
                 "tests": [_test_hits(test, name, places) for test in report.tests],
                 "proof": product.proof.reason or "",
+                "holes": holes_view.of_all_suites(report, name),
             }
         )
     return maps

@@ -8,6 +8,7 @@ from operator import attrgetter
 
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import WaiverRecord
+from pytest_hricdv.report import holes_view
 from pytest_hricdv.report.formatting import branches, by_requirement, line_ranges, natural, plural, share
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.results.gates import known_text
@@ -259,4 +260,4 @@ def _suite_gaps(report: Report) -> Iterator[GapRow]:
         where = f" ({suite.name})" if len(report.suites) > 1 else ""
         for agent in sorted(suite.plans):
             yield GapRow(f"{agent}{where}", "plans", tuple(sorted(suite.plans[agent].missing, key=natural)))
-        yield GapRow(f"cross product{where}", "bins", suite.cross.missing)
+        yield GapRow(f"cross product{where}", "bins", tuple(holes_view.of_suite(report, suite)))

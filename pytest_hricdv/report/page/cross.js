@@ -94,7 +94,18 @@ function heatMap(product) {
     place,
     h("p", { class: "soft small" },
       names.length > 2 ? "Numbers: combinations hit of those possible, over all other coordinates. " : "Numbers: tests. ",
-      "Outlined: not hit. –: impossible or illegal. !: illegal, and hit. ", product.proof));
+      "Outlined: not hit. –: impossible or illegal. !: illegal, and hit. ", product.proof),
+    holeList(product.holes));
+}
+
+/** What no test hit, the largest holes first: closing the first ones brings most. */
+function holeList(holes) {
+  if (!holes.length) return null;
+  const item = (text) => h("li", {}, visible(text)), most = 10;
+  return h("div", { class: "holes" }, h("h4", {}, "Not hit by any test, the largest holes first"),
+    h("ol", { class: "small" }, holes.slice(0, most).map(item)),
+    holes.length > most && h("details", { class: "small" }, h("summary", {}, "and " + (holes.length - most) + " more"),
+      h("ol", { start: most + 1 }, holes.slice(most).map(item))));
 }
 
 function crossPage() {

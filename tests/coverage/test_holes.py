@@ -1,0 +1,56 @@
+"""Holes: groups of bins that no test hit."""
+
+from __future__ import annotations
+
+from itertools import product
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.coverage.holes import MOST_PROJECTIONS, Hole, holes
+
+NAMES = ("place", "mood", "end")
+BINS = tuple(product(("hall", "cellar"), ("glad", "sad", "tired"), ("done", "left")))
+
+
+def test_a_value_that_was_never_there_is_one_hole() -> None:
+    missing = [each for each in BINS if each[1] == "tired"]
+    assert holes(NAMES, BINS, missing) == (Hole((("mood", "tired"),), 4),)
+
+
+def test_larger_ones_come_first_and_share_no_bin() -> None:
+    missing = [each for each in BINS if each[1] == "tired" or each == ("hall", "glad", "left")]
+    assert holes(NAMES, BINS, missing) == (
+        Hole((("mood", "tired"),), 4),
+        Hole((("place", "hall"), ("mood", "glad"), ("end", "left")), 1),
+    )
+
+
+def test_impossible_bins_are_no_part_of_it() -> None:
+    possible = [each for each in BINS if each[2] == "done" or each[0] == "hall"]
+    missing = [each for each in possible if each[2] == "left"]
+    assert holes(NAMES, possible, missing) == (Hole((("end", "left"),), 3),)
+
+
+def test_nothing_hit_is_a_single_hole() -> None:
+    assert holes(NAMES, BINS, BINS) == (Hole((), 12),)
+
+
+def test_of_a_huge_product_each_bin_is_one() -> None:
+    bins = [(str(number), "a") for number in range(MOST_PROJECTIONS)]
+    assert holes(("n", "letter"), bins, bins[:2]) == tuple(Hole((("n", n), ("letter", "a")), 1) for n in "01")
+
+
+@given(st.sets(st.sampled_from(BINS)), st.sets(st.sampled_from(BINS)))
+def test_they_have_each_missing_bin_and_no_other(possible: set[tuple[str, ...]], hit: set[tuple[str, ...]]) -> None:
+    missing = sorted(possible - hit)
+    found = holes(NAMES, sorted(possible), missing)
+    within = {
+        each
+        for each in possible
+        for hole in found
+        if all(each[NAMES.index(name)] == value for name, value in hole.values)
+    }
+    assert within == set(missing)
+    assert sum(hole.bins for hole in found) == len(missing)
+    assert [hole.bins for hole in found] == sorted((hole.bins for hole in found), reverse=True)
