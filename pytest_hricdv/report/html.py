@@ -21,6 +21,7 @@ from pytest_hricdv.report import (
     formatting,
     holes_view,
     mutation_view,
+    plan_view,
     tests_view,
     totals,
 )
@@ -153,6 +154,7 @@ def _context(report: Report) -> dict[str, Any]:
         "mutation": mutation_view.page(report),
         "closing": closing_view.page(report),
         "campaign": campaign_view.page(report),
+        "plan": plan_view.page(report),
         "replay_command": lambda file: explanation.replay_command(file, report.rerun.options),
         "violation": lambda found: explanation.violation(found, report.units or {}),
         "nearest_miss": explanation.nearest_miss,

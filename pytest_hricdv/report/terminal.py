@@ -7,7 +7,15 @@ from pathlib import Path
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage
 from pytest_hricdv.message import visible
-from pytest_hricdv.report import behaviour_view, campaign_view, closing_view, engines_view, mutation_view, totals
+from pytest_hricdv.report import (
+    behaviour_view,
+    campaign_view,
+    closing_view,
+    engines_view,
+    mutation_view,
+    plan_view,
+    totals,
+)
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
@@ -101,6 +109,8 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
     lines += [*closing, Line("")] if closing else []
     campaign = list(campaign_view.lines(report))
     lines += [*campaign, Line("")] if campaign else []
+    plan = list(plan_view.lines(report))
+    lines += [*plan, Line("")] if plan else []
     lines += _totals(report, width)
     fitted = [Line(fit(visible(line.text), width), line.style) for line in lines]
     kept = [Line(visible(f"of whole suites, kept: {directory / report.whole}"), "dim")] if report.whole else []

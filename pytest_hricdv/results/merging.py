@@ -22,6 +22,7 @@ from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import declare_suite, derive
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.model import GatePolicy, Report, RerunOptions, SessionSummary, SuiteResult, TestResult
+from pytest_hricdv.results.planning import evaluated
 from pytest_hricdv.results.searching import SearchResult
 
 _EQUAL = (
@@ -78,9 +79,15 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         closing=first.closing if all(each.closing == first.closing for each in all_reports) else None,
     )
     try:
-        return derive(merged)
+        return _planned(derive(merged), all_reports)
     except CoverageError as error:
         raise MergeError(f"the merged report is wrong: {error}") from None
+
+
+def _planned(merged: Report, reports: Iterable[Report]) -> Report:
+    """The merged report with how far the verification plan is, where all have the same one."""
+    plans = [[part.wanted() for part in report.plan] for report in reports]
+    return replace(merged, plan=evaluated(plans[0], merged) if all(plan == plans[0] for plan in plans) else ())
 
 
 def expected(report: Report) -> int:

@@ -45,6 +45,7 @@ from pytest_hricdv.results.engines import EngineComparison
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.mutation import MutationResult
 from pytest_hricdv.results.origin import Origin
+from pytest_hricdv.results.plan import PlanPart
 from pytest_hricdv.results.searching import SearchResult, ShrunkTest
 
 SCHEMA: Final = "hricdv-report/1"
@@ -306,6 +307,7 @@ class Report(Record, frozen=True, kw_only=True):
         mutation: where faults were put into the code under test; a merged report has none.
         closing: where a suite came from a closing loop; in a merged report, where all sessions had the same.
         campaign: where it is of a campaign; a merged report has none.
+        plan: the parts of the verification plan, and how far they are; in a merged report, where all had the same one.
         origin: where it comes from; of a merged one, its sessions have theirs.
         whole: of a session that ran a part of its suites: the page, relative to the report, of the last whole one.
     """
@@ -348,4 +350,5 @@ class Report(Record, frozen=True, kw_only=True):
     closing: ClosingResult | None = None
     campaign: CampaignResult | None = None
     whole: str = ""
+    plan: tuple[PlanPart, ...] = ()
     origin: Origin | None = None

@@ -169,6 +169,7 @@ GATES = (
         "a requirement that no test need trigger, or 'REQUIREMENT in SUITE,...'",
         "one a line, 'R5: reason', or 'R5 in SUITE,... until 2027-01-31: reason': no test need trigger it",
     ),
+    Value("plan", "FILE", "verification plan (TOML): report which of its goals are met, and what the others lack"),
     Value(
         "baseline",
         "FILE",

@@ -110,6 +110,8 @@ class Options:
     strict: bool
     export: Path | None
     coverage: bool
+    plan: Path | None = None
+    """The file of the verification plan."""
     film: bool = False
     mcap: Literal["", "failing", "all"] = ""
     """Whose runs are written as MCAP files."""
@@ -171,6 +173,7 @@ def read_options(config: pytest.Config) -> Options:
         coverage=not _flag(config, "no_cov"),
         fidelity=_text(config, "fidelity"),
         engine=_text(config, "engine"),
+        plan=_plan(config),
         film=_flag(config, "film"),
         mcap="all" if _flag(config, "mcap_all") else "failing" if _flag(config, "mcap") else "",
         resume=bool(config.getoption("hri_resume")),
@@ -187,6 +190,13 @@ def read_options(config: pytest.Config) -> Options:
         stop_at=_stop_at(config),
         again=_again(config),
     )
+
+
+def _plan(config: pytest.Config) -> Path | None:
+    """As given, relative to where pytest was started; of the ini file, relative to that."""
+    given = config.getoption("hri_plan")
+    text = _text(config, "plan")
+    return (config.invocation_params.dir if given is not None else config.rootpath) / text if text else None
 
 
 def _fail_on_change(config: pytest.Config) -> bool:

@@ -86,6 +86,7 @@ class Preparation:
         _ = self.running.code
         self._check_replays()
         self._check_films_and_traces()
+        _ = self.running.plan
         if self.options.mutation.asked:
             _check_mutation()
         running = not self.collection.config.getoption("collectonly")

@@ -27,6 +27,7 @@ from pytest_hricdv.results.building import SessionInfo, declare_report
 from pytest_hricdv.results.codec import ReportError, encode
 from pytest_hricdv.results.model import GatePolicy, GateResult, ModelSource, Report, RerunOptions, TestResult
 from pytest_hricdv.results.mutation import MutationResult
+from pytest_hricdv.results.planning import evaluated
 from pytest_hricdv.results.searching import SearchResult
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
@@ -117,6 +118,7 @@ class Reporting:
             self.report = self._judged(self.report)
         began, made_with = self._began_at, self.running.provenance.made_with
         self.report = msgspec.structs.replace(self.report, origin=origin(self.collection.config, began, made_with))
+        self.report = msgspec.structs.replace(self.report, plan=evaluated(self.running.plan, self.report))
         is_whole = self._is_whole and not (stopped or self.interrupted)
         try:
             self.report = msgspec.structs.replace(self.report, whole=journaling.keep_whole(is_whole=is_whole))

@@ -30,11 +30,13 @@ from pytest_hricdv.results.building import build_result, requirement_texts
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.engine_comparison import compare
 from pytest_hricdv.results.model import RequirementText, TestOutcome, TestResult
+from pytest_hricdv.results.plan import PlanPart
 from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.session.collection import Collection, case_of
 from pytest_hricdv.session.engine_verdict import ENGINE_SENSITIVE, judge_engines, unknown_on_any
 from pytest_hricdv.session.films import Filming, film_text
+from pytest_hricdv.session.plan_file import Known, PlanError, load_plan
 from pytest_hricdv.session.replaying import Failures, Provenance, replay_mismatch
 from pytest_hricdv.session.tracing import Tracing
 from pytest_hricdv.session.usage import usage_error
@@ -81,6 +83,18 @@ class Running:
             if name not in names:
                 raise usage_error(f"--hri-break={name}: no such requirement; there are: {', '.join(names)}")
         return found
+
+    @cached_property
+    def plan(self) -> tuple[PlanPart, ...]:
+        """The parts of the verification plan, if there is one. Raises pytest.UsageError, located, for a wrong one."""
+        if self.options.plan is None:
+            return ()
+        testbench = self.collection.testbench
+        known = Known([each.id for each in self.requirements], testbench.cross, testbench.model.covered)
+        try:
+            return load_plan(self.options.plan, known)
+        except PlanError as error:
+            raise usage_error(f"--hri-plan: {error}") from None
 
     @property
     def known(self) -> Mapping[str, str]:

@@ -9,7 +9,7 @@ function viewOf(address) {
   const kind = address.split("/")[0];
   if (kind === "test" || kind === "tests") return document.getElementById(kind);
   const named = document.getElementById(address);
-  return named && named.classList.contains("view") ? named : document.getElementById("summary");
+  return named && named.classList.contains("view") ? named : views[0];
 }
 
 function show() {
