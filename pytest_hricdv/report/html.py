@@ -11,6 +11,7 @@ from urllib.parse import quote
 
 import jinja2
 from markupsafe import Markup
+from msgspec import to_builtins
 
 from pytest_hricdv.message import visible
 from pytest_hricdv.report import (
@@ -33,6 +34,7 @@ from pytest_hricdv.report.page_views import (
     triggers_over_time,
 )
 from pytest_hricdv.results.behaviour_diff import headline
+from pytest_hricdv.results.history import changes
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 EMBEDDED_BYTES = 1_200_000
@@ -47,6 +49,7 @@ _SCRIPTS = (
     "tests",
     "requirement",
     "suites",
+    "trend",
     "closure",
     "cross",
     "timeline",
@@ -155,6 +158,7 @@ def _context(report: Report) -> dict[str, Any]:
         "closing": closing_view.page(report),
         "campaign": campaign_view.page(report),
         "plan": plan_view.page(report),
+        "trend": changes(report.history),
         "replay_command": lambda file: explanation.replay_command(file, report.rerun.options),
         "violation": lambda found: explanation.violation(found, report.units or {}),
         "nearest_miss": explanation.nearest_miss,
@@ -179,6 +183,7 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
         "state": report.state,
         "statements": [(file.file, line) for file in report.code_under_test.map for line in file.statements],
         "cross": heat_maps(report),
+        "history": to_builtins(report.history),
         "minimal": minimal_suite(report),
         "closing": closing_view.curves(report),
         "changes": behaviour_view.index(report),

@@ -72,6 +72,7 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         problems=tuple(sorted({problem for report in all_reports for problem in report.problems})),
         origin=None,  # that of each session is in `sessions`
         whole="",
+        history=(),
         made_with=dict(set.intersection(*(set(report.made_with.items()) for report in all_reports))),
         changes=None,
         mutation=None,

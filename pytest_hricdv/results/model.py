@@ -43,6 +43,7 @@ from pytest_hricdv.results.campaign import CampaignResult
 from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.results.engines import EngineComparison
 from pytest_hricdv.results.generation import GenerationResult
+from pytest_hricdv.results.history import HistoryEntry
 from pytest_hricdv.results.mutation import MutationResult
 from pytest_hricdv.results.origin import Origin
 from pytest_hricdv.results.plan import PlanPart
@@ -308,6 +309,7 @@ class Report(Record, frozen=True, kw_only=True):
         closing: where a suite came from a closing loop; in a merged report, where all sessions had the same.
         campaign: where it is of a campaign; a merged report has none.
         plan: the parts of the verification plan, and how far they are; in a merged report, where all had the same one.
+        history: earlier sessions of the same suites and options, and this one; a merged report has none.
         origin: where it comes from; of a merged one, its sessions have theirs.
         whole: of a session that ran a part of its suites: the page, relative to the report, of the last whole one.
     """
@@ -351,4 +353,5 @@ class Report(Record, frozen=True, kw_only=True):
     campaign: CampaignResult | None = None
     whole: str = ""
     plan: tuple[PlanPart, ...] = ()
+    history: tuple[HistoryEntry, ...] = ()
     origin: Origin | None = None

@@ -48,7 +48,7 @@ def _findings(goal: PlanPart, report: Report) -> Iterator[Finding]:
         yield _of_requirement(name, goal.triggers, report)
     for kind, wanted in (("statements", goal.statements), ("branches", goal.branches)):
         if wanted is not None:
-            hit, total = _code(report, kind, goal.files)
+            hit, total = code_covered(report, kind, goal.files)
             yield _of_share(kind, hit, total, wanted)
     for name, wanted in goal.cross.items():
         yield _of_share(name, *_cross(report, name), wanted)
@@ -86,7 +86,7 @@ def _of_share(name: str, hit: int, total: int, wanted: float) -> Finding:
     )
 
 
-def _code(report: Report, kind: str, globs: Iterable[str]) -> tuple[int, int]:
+def code_covered(report: Report, kind: str, globs: Iterable[str] = ()) -> tuple[int, int]:
     """Hit and reachable statements or branches of files, over all suites."""
     code, chosen = report.code_under_test, tuple(globs)
     if not code.measured:

@@ -219,6 +219,7 @@ MUTATION = (
 )
 
 OUTPUT = (
+    Value("history", "FILE", "add a line on this session to FILE (JSON lines), and report the trend over sessions"),
     Value("report", "DIR", "folder of report.json and index.html (default hri-report)"),
     Flag(
         "resume",

@@ -112,6 +112,8 @@ class Options:
     coverage: bool
     plan: Path | None = None
     """The file of the verification plan."""
+    history: Path | None = None
+    """The file to which a line on the session is added."""
     film: bool = False
     mcap: Literal["", "failing", "all"] = ""
     """Whose runs are written as MCAP files."""
@@ -173,7 +175,8 @@ def read_options(config: pytest.Config) -> Options:
         coverage=not _flag(config, "no_cov"),
         fidelity=_text(config, "fidelity"),
         engine=_text(config, "engine"),
-        plan=_plan(config),
+        plan=_file(config, "plan"),
+        history=_file(config, "history"),
         film=_flag(config, "film"),
         mcap="all" if _flag(config, "mcap_all") else "failing" if _flag(config, "mcap") else "",
         resume=bool(config.getoption("hri_resume")),
@@ -192,10 +195,10 @@ def read_options(config: pytest.Config) -> Options:
     )
 
 
-def _plan(config: pytest.Config) -> Path | None:
-    """As given, relative to where pytest was started; of the ini file, relative to that."""
-    given = config.getoption("hri_plan")
-    text = _text(config, "plan")
+def _file(config: pytest.Config, name: str) -> Path | None:
+    """A file as given, relative to where pytest was started; of the ini file, relative to that."""
+    given = config.getoption(f"hri_{name}")
+    text = _text(config, name)
     return (config.invocation_params.dir if given is not None else config.rootpath) / text if text else None
 
 

@@ -37,6 +37,7 @@ from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.replaying import Rerunning
 from pytest_hricdv.session.running import Running
 from pytest_hricdv.session.signals import Signals
+from pytest_hricdv.session.trend import noted
 
 MARKUP: dict[str, dict[str, bool]] = {
     "title": {"bold": True},
@@ -62,6 +63,7 @@ class Reporting:
         self._gate_check = gates
         self._missing = ""
         self._signals = Signals()
+        self._history_warnings: tuple[str, ...] = ()
         self._began = time.perf_counter()
         self._began_at = datetime.datetime.now(datetime.UTC)
 
@@ -120,6 +122,10 @@ class Reporting:
         self.report = msgspec.structs.replace(self.report, origin=origin(self.collection.config, began, made_with))
         self.report = msgspec.structs.replace(self.report, plan=evaluated(self.running.plan, self.report))
         is_whole = self._is_whole and not (stopped or self.interrupted)
+        if self.options.history is not None:
+            found = noted(self.report, self.options.history, is_whole=is_whole)
+            self.report, self._history_warnings = found.report, found.warnings
+            self.problems += [found.problem] if found.problem else []
         try:
             self.report = msgspec.structs.replace(self.report, whole=journaling.keep_whole(is_whole=is_whole))
         except ReportError as error:
@@ -224,6 +230,8 @@ class Reporting:
                 terminalreporter.write_line(line.text, **MARKUP[line.style])
         for text in self.report.gates.improved if self.report and self.report.gates else ():
             terminalreporter.write_line(visible(text), green=True)
+        for text in self._history_warnings:
+            terminalreporter.write_line(visible(text), yellow=True)
         for text in self.aggregation.journaling.lines(had_header=terminalreporter.verbosity >= 0):
             terminalreporter.write_line(visible(text), yellow=True)
         for problem in self.problems:

@@ -3,7 +3,7 @@
 const views = [...document.querySelectorAll(".view")];
 const opened = new Set();
 const showTests = testsPage(document.getElementById("test-table"));
-const PAGES = { suites: suitesPage, closure: closurePage, cross: crossPage };
+const PAGES = { suites: suitesPage, trend: trendPage, closure: closurePage, cross: crossPage };
 
 function viewOf(address) {
   const kind = address.split("/")[0];
