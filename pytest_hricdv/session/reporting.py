@@ -118,8 +118,6 @@ class Reporting:
         self.report = self._gate_check.compared(report, whole=self._is_whole and self.options.shard is None)
         if not stopped:
             self.report = self._judged(self.report)
-        began, made_with = self._began_at, self.running.provenance.made_with
-        self.report = msgspec.structs.replace(self.report, origin=origin(self.collection.config, began, made_with))
         self.report = msgspec.structs.replace(self.report, plan=evaluated(self.running.plan, self.report))
         is_whole = self._is_whole and not (stopped or self.interrupted)
         if self.options.history is not None:
@@ -214,7 +212,9 @@ class Reporting:
         if resumed is not None and resumed.declared is not None:
             _ = self._reachability  # for its problems, which fail this session, too
             return resumed.declared
-        return encode(declare_report(self.session_info(), self.aggregation.chosen)).encode()
+        declared = declare_report(self.session_info(), self.aggregation.chosen)
+        came_from = origin(self.collection.config, self._began_at, self.running.provenance.made_with)
+        return encode(msgspec.structs.replace(declared, origin=came_from)).encode()
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Writes one section at the end."""

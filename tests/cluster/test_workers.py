@@ -119,6 +119,7 @@ def test_a_service_that_cannot_begin_is_said_with_its_own_words(echo: Path) -> N
         ask(made, missing, '["one"]')
 
 
+@pytest.mark.slow
 def test_workers_that_are_killed_are_replaced_and_nothing_is_missing(echo: Path) -> None:
     told: list[int] = []
 

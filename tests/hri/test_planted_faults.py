@@ -65,7 +65,9 @@ def test_a_robot_that_never_releases_fails_r1_at_the_deadline(monkeypatch: pytes
     result = bench.run(bench.concrete(bench.leg()))
     verdict = failed(result, "R1")
     (violation,) = verdict.violations
-    assert (verdict.attempts, verdict.failures, violation.margin) == (1, 1, 0.0)
+    assert (verdict.attempts, verdict.failures) == (1, 1)
+    assert violation.margin is not None
+    assert violation.margin < 0.0  # the run went on without it
     assert [violation.trigger_s] == bench.times(result, "reading", gaze=True, pressure=True, location=True)
     assert violation.time_s == pytest.approx(violation.trigger_s + DEADLINE_S)
     assert result.outcome.outcomes == ("discarded",)

@@ -140,8 +140,9 @@ def test_the_journal_has_all_of_the_report(lamps: pytest.Pytester, options: tupl
 
 
 def resumed_report(lamps: pytest.Pytester) -> dict[str, object]:
-    """The report, but for times."""
+    """The report, but for times, and for the command, of which a resumed session has its own."""
     written = report(lamps.path)
+    assert written.pop("origin")["began"]
     for timed in (written, *written["tests"], *(suite["generation"] for suite in written["suites"])):
         del timed["wall_s"]
         timed.pop("cached", None)
