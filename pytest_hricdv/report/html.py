@@ -25,6 +25,7 @@ from pytest_hricdv.report import (
     plan_view,
     tests_view,
     totals,
+    waivers_view,
 )
 from pytest_hricdv.report.page_views import (
     code_sources,
@@ -140,7 +141,7 @@ def _context(report: Report) -> dict[str, Any]:
         "suites": [(suite, totals.requirement_rows(report, suite)) for suite in report.suites],
         "gaps": totals.explained_gaps(report),
         "shown_items": _SHOWN_ITEMS,
-        "waivers": totals.waivers(report),
+        "waivers": waivers_view.waivers(report),
         "unmeasured": totals.unmeasured(report),
         "origins": [each for each in (report.origin, *(s.origin for s in report.sessions)) if each is not None],
         "plans_covered": totals.plans_covered,

@@ -1,0 +1,83 @@
+"""What is waived, why, until when, and whether this report still needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from pytest_hricdv.report import totals
+from pytest_hricdv.report.formatting import Style, by_requirement
+from pytest_hricdv.results.model import Report
+
+WaiverState = Literal["needed", "not needed here", "not seen in this part", "ignored: strict", "expired"]
+
+STYLES: dict[WaiverState, Style] = {
+    "needed": "plain",
+    "not needed here": "warn",
+    "not seen in this part": "dim",
+    "ignored: strict": "dim",
+    "expired": "bad",
+}
+
+
+@dataclass(frozen=True)
+class Waiver:
+    """One waiver.
+
+    Args:
+        kind: "known violation", "may be NC" or "unreachable line".
+        what: requirement, with condition or suites; or file and line.
+        reason: for people.
+        until: the last day; empty for ever.
+        state: whether it is still needed, as far as this report tells.
+    """
+
+    kind: Literal["known violation", "may be NC", "unreachable line"]
+    what: str
+    reason: str
+    until: str
+    state: WaiverState
+
+    @property
+    def style(self) -> Style:
+        """How the state is shown."""
+        return STYLES[self.state]
+
+
+def waivers(report: Report) -> tuple[Waiver, ...]:
+    """All of them: known violations, allowed NC, lines declared unreachable."""
+    return (*_known(report), *_unchecked(report), *_lines(report))
+
+
+def _known(report: Report) -> Iterator[Waiver]:
+    whole = bool(report.suites) and all(totals.is_whole(report, suite) for suite in report.suites)
+    for name in sorted(report.known_violations.keys() | report.known_until.keys(), key=by_requirement):
+        condition = report.known_while.get(name, "")
+        failed = any(suite.requirements[name].failed for suite in report.suites if name in suite.requirements)
+        state: WaiverState = "needed" if failed else "not needed here" if whole else "not seen in this part"
+        if name not in report.known_violations:
+            state = "expired"
+        elif report.strict:
+            state = "ignored: strict"
+        what = f"{name} while {condition}" if condition else name
+        reason = report.known_violations.get(name, "")
+        yield Waiver("known violation", what, reason, report.known_until.get(name, ""), state)
+
+
+def _unchecked(report: Report) -> Iterator[Waiver]:
+    for name in sorted(report.may_be_nc, key=by_requirement):
+        each = report.may_be_nc[name]
+        suites = [suite for suite in report.suites if not each.suites or suite.name in each.suites]
+        tallies = [suite.requirements[name] for suite in suites if name in suite.requirements]
+        checked = bool(tallies) and all(tally.passed or tally.failed for tally in tallies)
+        state: WaiverState = "not needed here" if checked else "needed" if tallies else "not seen in this part"
+        what = f"{name} in {', '.join(each.suites)}" if each.suites else name
+        yield Waiver("may be NC", what, each.reason, each.until, state)
+
+
+def _lines(report: Report) -> Iterator[Waiver]:
+    """Lines; one that ran although it is waived is an error of the session, so that each here is needed."""
+    state: WaiverState = "needed" if report.code_under_test.measured else "not seen in this part"
+    for each in totals.waivers(report):
+        yield Waiver("unreachable line", f"{each.file}:{each.line}", each.reason, "", state)
