@@ -163,6 +163,7 @@ def _context(report: Report) -> dict[str, Any]:
         "replay_command": lambda file: explanation.replay_command(file, report.rerun.options),
         "violation": lambda found: explanation.violation(found, report.units or {}),
         "nearest_miss": explanation.nearest_miss,
+        "margin_unit": cache(lambda name: margin_unit(report, name)),
         "styles": Markup("\n".join(_asset(f"{name}.css") for name in _STYLES)),
         "libraries": [Markup(_asset(f"vendor/{name}.js")) for name in ("d3.min", "plot.umd.min")],
         "scripts": Markup("\n".join(_asset(f"{name}.js") for name in _SCRIPTS)),

@@ -47,7 +47,7 @@ function marginsPlot(place, n) {
         x: "margin", y: "y", symbol, stroke: colour, r: 3.5, strokeWidth: 1.5, href: (dot) => "#test/" + dot.test.anchor,
         pointerEvents: "all", // the inside of a circle, too
       })),
-      Plot.tip(dots, Plot.pointer({ x: "margin", y: "y", title: (dot) => visible(dot.test.id) + "\nmargin " + dot.margin, fill: "var(--card)" })),
+      Plot.tip(dots, Plot.pointer({ x: "margin", y: "y", title: (dot) => visible(dot.test.id) + "\nmargin " + dot.margin + (unit ? " " + unit : ""), fill: "var(--card)" })),
     ],
   })));
   place.append(h("p", { class: "legend small" }, "○ passed, × failed"));

@@ -10,7 +10,8 @@ import asyncio
 import concurrent.futures
 import selectors
 import sys
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterator
+from contextlib import contextmanager
 from contextvars import Context
 from types import ModuleType
 from typing import Any, TypeVar, TypeVarTuple
@@ -165,11 +166,8 @@ class Runner(asyncio.Runner):  # type: ignore[misc]  # final, and still the one 
         """As of asyncio."""
         if running_node() is None:
             return super().run(coro, context=context)
-        try:
+        with _closing_if_refused(coro):
             loop = self.get_loop()
-        except KernelError:
-            coro.close()
-            raise
         return loop.run_until_complete(loop.create_task(coro, context=context))
 
 
@@ -177,8 +175,18 @@ def run(main: Coroutine[Any, Any, Any], *, debug: bool | None = None, loop_facto
     """As of asyncio."""
     if asyncio._get_running_loop() is not None:
         raise RuntimeError("asyncio.run() cannot be called from a running event loop")
-    with Runner(debug=debug, loop_factory=loop_factory) as runner:
+    with _closing_if_refused(main), Runner(debug=debug, loop_factory=loop_factory) as runner:
         return runner.run(main)
+
+
+@contextmanager
+def _closing_if_refused(coro: Coroutine[Any, Any, Any]) -> Iterator[None]:
+    """Nobody will await a coroutine whose loop is refused: without this Python would warn of it, at any later time."""
+    try:
+        yield
+    except KernelError:
+        coro.close()
+        raise
 
 
 def run_coroutine_threadsafe(coro: Any, loop: Any) -> concurrent.futures.Future[Any]:

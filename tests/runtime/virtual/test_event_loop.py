@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import inspect
 from collections.abc import AsyncIterator, Callable, Coroutine
 from typing import Any
 
@@ -145,19 +146,20 @@ def test_outside_of_a_node_it_is_asyncio_itself() -> None:
     assert VIRTUAL.run(main()) != event_loop.VirtualEventLoop.__name__
 
 
-@pytest.mark.parametrize(
-    "use",
-    [
-        lambda coroutine: VIRTUAL.run(coroutine),
-        lambda coroutine: VIRTUAL.get_event_loop().run_until_complete(coroutine),
-    ],
-)
-def test_it_is_refused_where_it_is_not_asked_for(
-    use: Callable[[Callable[[], Coroutine[Any, Any, None]]], object],
+@pytest.mark.parametrize("use", [VIRTUAL.run, lambda coroutine: VIRTUAL.Runner().run(coroutine)])
+def test_it_is_refused_where_it_is_not_asked_for_and_the_coroutine_closed(
+    use: Callable[[Coroutine[Any, Any, None]], object],
 ) -> None:
+    coroutine = asyncio.sleep(1.0)
     with pytest.raises(NodeError, match=r'test_event_loop.py:\d+: the event loop of asyncio in node .*"asyncio"'):
-        run(lambda kernel: use(lambda: asyncio.sleep(1.0)), kinds=("time",))
-    gc.collect()  # nothing is left that would warn
+        run(lambda kernel: use(coroutine), kinds=("time",))
+    assert inspect.getcoroutinestate(coroutine) == inspect.CORO_CLOSED
+
+
+def test_so_is_a_loop_of_its_own() -> None:
+    for make in (VIRTUAL.new_event_loop, VIRTUAL.get_event_loop, VIRTUAL.SelectorEventLoop):
+        with pytest.raises(NodeError, match="the event loop of asyncio in node"):
+            run(lambda kernel, make=make: make(), kinds=("time",))  # type: ignore[misc]
 
 
 def test_a_loop_that_never_waits_is_ended() -> None:
