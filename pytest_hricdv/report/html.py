@@ -27,6 +27,7 @@ from pytest_hricdv.report import (
     totals,
     waivers_view,
 )
+from pytest_hricdv.report.failure_groups import failure_groups
 from pytest_hricdv.report.page_views import (
     code_sources,
     margin_unit,
@@ -160,6 +161,7 @@ def _context(report: Report) -> dict[str, Any]:
         "campaign": campaign_view.page(report),
         "plan": plan_view.page(report),
         "trend": changes(report.history),
+        "failure_groups": failure_groups(report),
         "replay_command": lambda file: explanation.replay_command(file, report.rerun.options),
         "violation": lambda found: explanation.violation(found, report.units or {}),
         "nearest_miss": explanation.nearest_miss,
