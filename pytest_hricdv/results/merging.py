@@ -65,7 +65,7 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         suites=_suites(reports),
         tests=_tests(all_reports),
         search=_search(all_reports),
-        units=None,
+        units=first.units if all(each.units == first.units for each in all_reports) else None,
         shard="",
         gates=None,
         policy=_policy(all_reports),

@@ -294,7 +294,7 @@ class Report(Record, frozen=True, kw_only=True):
         state: the message and field that tell the robot's state, as `topic.field`.
         models: agent -> source, of the agents whose plans are covered.
         closure: over the tests of all suites.
-        units: signal -> unit; a merged report has none.
+        units: signal -> unit; in a merged report, where all sessions had the same.
         outcome_label: what the testbench calls the interactions, which views list by their outcomes.
         shard: of a session that ran one part of the suites: which, as in 2/3.
         sessions: of a merged report: the sessions it was merged from.
