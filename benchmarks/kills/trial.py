@@ -186,8 +186,9 @@ class Trial:
 
 
 def timeless(report: Report) -> dict[str, Any]:
-    """A report without wall times; a suite that came from the cache took none."""
+    """A report without wall times and its origin; a suite that came from the cache took no time."""
     plain: dict[str, Any] = msgspec.to_builtins(report)
+    plain.pop("origin", None)
     for timed in (plain, *plain["tests"], *(suite["generation"] for suite in plain["suites"])):
         timed.pop("wall_s")
         timed.pop("cached", None)
