@@ -88,16 +88,24 @@ class Journaling:
                 self.notes.append(f"hricdv: nothing to resume in {self._folder}: all tests run")
             if earlier is not None and not earlier.is_ended:
                 self.notes.append(_unfinished(earlier, self._folder / files.EARLIER))
+                if earlier.results:  # it takes the place of the report in `earlier`
+                    self._save_whole()
             if earlier is not None and not earlier.results:  # the report in `earlier` is worth more
                 (self._folder / NAME).unlink()
             self._earlier_is_whole = earlier is not None and earlier.is_whole
             self._superseded = files.supersede(self._folder)
             self._open(0)
 
-    def _earlier(self) -> Journal | None:
+    def _earlier(self, folder: str = ".") -> Journal | None:
         """The journal of the session before; None where there is none."""
-        path = self._folder / NAME
+        path = self._folder / folder / NAME
         return read(path) if path.is_file() else None
+
+    def _save_whole(self) -> None:
+        """Keep a report of whole suites that a session superseded which was killed before it could keep it."""
+        superseded = self._earlier(files.EARLIER)
+        if superseded is not None and superseded.is_whole:
+            files.keep_whole(self._folder)
 
     def _check(self, earlier: Journal) -> None:
         differ = differences(earlier.began[0].depends_on if earlier.began else {}, self._depends_on)

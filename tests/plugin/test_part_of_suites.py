@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin.project import report
+from tests.plugin.project import change, report
 
 SUITE = ("--hri-suite=rl", "-p", "no:xdist")
 
@@ -45,6 +45,18 @@ def test_a_replay_keeps_it(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-replay=hri-report/failures", "--hri-strict", "-p", "no:xdist")
     assert sizes(lamps) == (report(lamps.path)["selected"], every)
     assert report(lamps.path)["selected"] < every
+
+
+def test_a_part_that_is_killed_does_not_cost_it(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(*SUITE)
+    every, _ = sizes(lamps)
+    guide = (lamps.path / "lamps" / "guide.py").read_text("utf-8")
+    change(lamps.path, "lamps/guide.py", "    return 10.0", "    __import__('os').kill(__import__('os').getpid(), 9)")
+    lamps.runpytest_subprocess(*SUITE, "-k", "hall")
+    assert not (lamps.path / "hri-report" / "report.json").exists()
+    (lamps.path / "lamps" / "guide.py").write_text(guide, "utf-8")
+    lamps.runpytest_inprocess(*SUITE, "-k", "hall-polite")
+    assert sizes(lamps)[1] == every
 
 
 def test_a_part_alone_keeps_nothing(lamps: pytest.Pytester) -> None:

@@ -52,7 +52,7 @@ def test_interactions_have_a_column_of_their_own_where_the_testbench_does_not_na
 
 def test_tables_that_come_with_the_page_can_be_sorted(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(sample.data(tests=60), tmp_path)
-    table = page.locator("#summary table").first
+    table = page.locator("#summary table.sortable").first
     column = [int(text) for text in table.locator("tbody td:nth-child(2)").all_inner_texts()]
     table.get_by_role("button", name="Passed").click()
     assert [int(text) for text in table.locator("tbody td:nth-child(2)").all_inner_texts()] == sorted(column)
