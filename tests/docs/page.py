@@ -91,3 +91,16 @@ def differences(shown: list[str], status: int, printed: str) -> str:
         if not any(re.search(pattern, each) for each in rest):
             return f"no line like {line!r} where the page shows it:\n{printed}"
     return ""
+
+
+def follow(page: str, folder: Path) -> int:
+    """Do what a page in docs/ says, in a folder; returns the number of commands, whose output has to be that shown."""
+    ran = 0
+    for block in blocks(page):
+        if block.kind == "console":
+            for command, shown in commands(block.text):
+                status, printed = run(command, folder)
+                assert not (found := differences(shown, status, printed)), f"$ {command}\n{found}"
+                ran += 1
+        write_files([block], folder)
+    return ran

@@ -8,23 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.page import blocks, commands, differences, run, write_files
+from tests.docs.page import blocks, follow
 
 LINES = 200
 """The second tutorial promises fewer."""
-
-
-def follow(page: str, folder: Path) -> int:
-    """Do what a page says; returns the number of commands."""
-    ran = 0
-    for block in blocks(page):
-        if block.kind == "console":
-            for command, shown in commands(block.text):
-                status, printed = run(command, folder)
-                assert not (found := differences(shown, status, printed)), f"$ {command}\n{found}"
-                ran += 1
-        write_files([block], folder)
-    return ran
 
 
 def test_the_project_of_the_second_tutorial_is_small() -> None:
