@@ -28,13 +28,8 @@ from pytest_hricdv.report import (
     waivers_view,
 )
 from pytest_hricdv.report.failure_groups import failure_groups
-from pytest_hricdv.report.page_views import (
-    code_sources,
-    margin_unit,
-    model_sources,
-    requirement_view,
-    triggers_over_time,
-)
+from pytest_hricdv.report.requirement_view import margin_unit, requirement_view, triggers_over_time
+from pytest_hricdv.report.sources_view import Tally, code_sources, model_sources
 from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.history import changes
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
@@ -54,6 +49,7 @@ _SCRIPTS = (
     "trend",
     "closure",
     "cross",
+    "sources",
     "timeline",
     "behaviour",
     "test",
@@ -152,6 +148,7 @@ def _context(report: Report) -> dict[str, Any]:
         "share": formatting.share,
         "plural": formatting.plural,
         "requirements": [requirement_view(report, name) for name in names],
+        "no_tally": Tally(),
         "sources": {"code": code_sources(report), "plans": model_sources(report)},
         "failing": [test for test in report.tests if test.outcome in ("failed", "error", "not-run")],
         "behaviour": behaviour_view.examples(report),

@@ -4,13 +4,14 @@ import json
 import re
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 from msgspec.structs import replace
 
 from pytest_hricdv.report import html
 from pytest_hricdv.report.files import PAGE_NAME, write
-from pytest_hricdv.report.page_views import count_bits
+from pytest_hricdv.report.sources_view import count_bits
 from pytest_hricdv.results.model import Report
 from tests.report import sample, sample_tests
 from tests.report.parsed import Page, details
@@ -131,6 +132,7 @@ def test_links_lead_somewhere() -> None:
     data = json.loads(page.scripts["data"])
     ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
     assert len(ids) == len(set(ids))
+    files = {quote(attributes.get("data-title") or "", safe="") for _, attributes in page.tags}
     known = {*ids, *(f"test/{row[0]}" for row in data["rows"])}
     links = [(attributes["href"] or "")[1:] for tag, attributes in page.tags if tag == "a"]
     assert len(links) > 100
@@ -140,6 +142,8 @@ def test_links_lead_somewhere() -> None:
             what, *numbers = chosen.split("/")
             lists = {"statement": data["statements"], "plan": data["plans"], "verdict": data["requirements"]}
             assert int(numbers[-1]) < len(lists[what])
+        elif kind in ("code", "plans") and chosen:
+            assert chosen in files
         else:
             assert link in {*known, "tests/needed", "tests/needless"}
 

@@ -3,11 +3,12 @@
 const views = [...document.querySelectorAll(".view")];
 const opened = new Set();
 const showTests = testsPage(document.getElementById("test-table"));
+const showSources = { code: sourcesPage(document.getElementById("code")), plans: sourcesPage(document.getElementById("plans")) };
 const PAGES = { suites: suitesPage, trend: trendPage, closure: closurePage, cross: crossPage };
 
 function viewOf(address) {
   const kind = address.split("/")[0];
-  if (kind === "test" || kind === "tests") return document.getElementById(kind);
+  if (["test", "tests", "code", "plans"].includes(kind)) return document.getElementById(kind);
   const named = document.getElementById(address);
   return named && named.classList.contains("view") ? named : views[0];
 }
@@ -30,6 +31,7 @@ function show() {
     if (open) open(view);
   }
   scrollTo(0, 0);
+  if (view.id in showSources) showSources[view.id](rest.join("/"));
 }
 
 function chooseTheme(scheme) {
@@ -51,5 +53,5 @@ function startTheme() {
 document.querySelectorAll("table.sortable").forEach(makeSortable);
 startTheme();
 addEventListener("hashchange", show);
-show();
 document.documentElement.dataset.ready = "";
+show();

@@ -1,0 +1,119 @@
+"""The view of a requirement on the page of the report."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pytest_hricdv.coverage.records import ReportedNearMiss, RequirementResult
+from pytest_hricdv.report.formatting import by_requirement
+from pytest_hricdv.report.totals import known
+from pytest_hricdv.results.model import NcExemption, Report, RequirementText, TestResult
+from pytest_hricdv.results.searching import SearchResult
+
+SHOWN = 25
+"""At most so many failures, tight passes and near misses are listed; the table of tests has the others."""
+_NO_TEXT = RequirementText(title="", source="", text="")
+_SPANS_S = (0.1, 0.5, 1, 2, 5, 10, 20, 60, 300, 1800, 86400)
+
+Judged = tuple[TestResult, RequirementResult]
+Missed = tuple[TestResult, ReportedNearMiss]
+
+
+@dataclass(frozen=True)
+class RequirementView:
+    """A requirement; `failures`, `tight` and `near_misses` hold at most `SHOWN` tests each, the worst first.
+
+    Attributes:
+        texts: its title, source and formula.
+        known: why, and under which condition, its violation is known; empty if it is not.
+        outside: how many tests violated it outside of this condition.
+        until: the last day on which it is; empty if that is not limited.
+        may_be_nc: why no test need trigger it; None where one must.
+        counts: verdict -> number of tests.
+        triggers: over all tests.
+        tight: tests that passed with the least margins.
+        near_misses: tests that did not trigger it, by how near they came.
+        searched: the result of a search for a violation; None if there was none.
+        unit: of its margin; empty where that is not known.
+    """
+
+    name: str
+    texts: RequirementText
+    known: str
+    outside: int
+    until: str
+    may_be_nc: NcExemption | None
+    counts: Mapping[str, int]
+    triggers: int
+    failures: tuple[Judged, ...]
+    tight: tuple[Judged, ...]
+    near_misses: tuple[Missed, ...]
+    searched: SearchResult | None
+    unit: str
+
+
+def requirement_view(report: Report, name: str) -> RequirementView:
+    """One requirement, over all tests of the report."""
+    pairs = [(test, test.requirements[name]) for test in report.tests if name in test.requirements]
+    by_verdict = {word: [pair for pair in pairs if pair[1].verdict == word] for word in ("Passed", "Failed", "NC")}
+    tight = [pair for pair in by_verdict["Passed"] if pair[1].margin is not None]
+    near_misses = [(test, result.nearest_miss) for test, result in by_verdict["NC"] if result.nearest_miss]
+    return RequirementView(
+        name=name,
+        texts=report.requirements.get(name, _NO_TEXT),
+        known=known(report, name),
+        outside=sum(result.outside for _, result in by_verdict["Failed"]),
+        until=report.known_until.get(name, ""),
+        may_be_nc=report.may_be_nc.get(name),
+        counts={word: len(found) for word, found in by_verdict.items()},
+        triggers=sum(result.triggers for _, result in pairs),
+        failures=tuple(sorted(by_verdict["Failed"], key=_margin)[:SHOWN]),
+        tight=tuple(sorted(tight, key=_margin)[:SHOWN]),
+        near_misses=tuple(sorted(near_misses, key=_nearness)[:SHOWN]),
+        searched=report.search.get(name),
+        unit=margin_unit(report, name),
+    )
+
+
+def margin_unit(report: Report, name: str) -> str:
+    """The unit of a requirement's margins: seconds for a deadline, else that of the signals it compares."""
+    response = report.requirements.get(name, _NO_TEXT).text.partition("->")[2]
+    if "eventually" in response:
+        return "s"
+    units = report.units or {}
+    named = {units[word] for word in re.findall(r"[A-Za-z_][\w.]*", response) if word in units}
+    return named.pop() if len(named) == 1 else ""
+
+
+def triggers_over_time(report: Report, requirement: str, bins: int = 60) -> dict[str, Any] | None:
+    """How often a requirement triggered in each span of simulated time, suite by suite; None if it never did.
+
+    Returns:
+        As plain data: `width_s` of a span, and `suites`: name -> triggers in each span from 0 s on.
+    """
+    begins: dict[str, list[float]] = {}
+    for test in report.tests:
+        attempts = test.timeline.attempts.get(requirement, "") if test.timeline else ""
+        begins.setdefault(test.suite, []).extend(float(each.partition("-")[0]) for each in attempts.split())
+    last_s = max((time_s for times in begins.values() for time_s in times), default=None)
+    if last_s is None:
+        return None
+    width_s = next(width for width in (*_SPANS_S, last_s + 1) if width * bins > last_s)
+    counts = {name: [0] * (int(last_s / width_s) + 1) for name in sorted(begins, key=by_requirement) if begins[name]}
+    for name, times in begins.items():
+        for time_s in times:
+            counts[name][int(time_s / width_s)] += 1
+    return {"width_s": width_s, "suites": counts}
+
+
+def _margin(judged: Judged) -> tuple[bool, float, str]:
+    test, result = judged
+    return result.margin is None, result.margin or 0.0, test.id
+
+
+def _nearness(missed: Missed) -> tuple[int, bool, float, str]:
+    test, miss = missed
+    return len(miss.missing), miss.distance is None, miss.distance or 0.0, test.id

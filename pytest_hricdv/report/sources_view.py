@@ -1,0 +1,173 @@
+"""The views of source texts on the page of the report: files under test and agents, line by line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass
+from operator import add
+from typing import Literal
+
+from pytest_hricdv.coverage.records import MappedFile
+from pytest_hricdv.report.tests_view import code_bits, plan_bits, plan_names
+from pytest_hricdv.results.model import ModelSource, Report
+
+LineKind = Literal["hit", "missed", "partial", "waived", ""]
+
+
+@dataclass(frozen=True)
+class SourceLine:
+    """One line of a source text.
+
+    Attributes:
+        number: from 1.
+        text: without its end.
+        kind: "partial" is a line with a branch that was never taken; empty for a line without a statement or plan.
+        unit: number of the statement or plan among all, for links to the tests that reach it; None if it has none.
+        tests: how many tests reach it.
+        note: what the page writes beside it.
+    """
+
+    number: int
+    text: str
+    kind: LineKind = ""
+    unit: int | None = None
+    tests: int = 0
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Tally:
+    """How many of the points of a file that have to be covered are; waived ones are neither."""
+
+    covered: int = 0
+    total: int = 0
+
+    @property
+    def missing(self) -> int:
+        """How many are not."""
+        return self.total - self.covered
+
+    def __add__(self, other: Tally) -> Tally:
+        return Tally(self.covered + other.covered, self.total + other.total)
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file with its lines.
+
+    Attributes:
+        title: how it is named.
+        file: where it is; empty where that is the title.
+        lines: of the text.
+        units: statements, or plans.
+        branches: from line to line; of agents none.
+        waived: statements that are.
+    """
+
+    title: str
+    file: str
+    lines: tuple[SourceLine, ...]
+    units: Tally
+    branches: Tally = Tally()
+    waived: int = 0
+
+
+def code_sources(report: Report) -> tuple[Source, ...]:
+    """The files under test; empty where nothing was measured."""
+    if not any(test.code for test in report.tests):
+        return ()
+    files = report.code_under_test.map
+    statements, branches = zip(*map(code_bits, report.tests), strict=True)
+    hits = count_bits(statements, sum(len(file.statements) for file in files))
+    taken = count_bits(branches, sum(len(file.branches) for file in files))
+    waived = {(waiver.file, waiver.line) for waiver in report.code_under_test.waivers}
+    sources, first, first_branch = [], 0, 0
+    for file in files:
+        file_waived = {line for name, line in waived if name == file.file}
+        next_first, next_branch = first + len(file.statements), first_branch + len(file.branches)
+        counts = dict(zip(file.branches, taken[first_branch:next_branch], strict=True))
+        needed = {arc: count for arc, count in counts.items() if not file_waived.intersection(arc)}
+        sources.append(_code_source(file, first, hits, needed, file_waived))
+        first, first_branch = next_first, next_branch
+    return tuple(source for source in sources if source.lines and (source.units.total or source.waived))
+
+
+def model_sources(report: Report) -> tuple[Source, ...]:
+    """The agents' sources."""
+    names = plan_names(report)
+    numbers = {plan: number for number, plan in enumerate(names)}
+    hits = count_bits((plan_bits(test, numbers) for test in report.tests), len(names))
+    sources = []
+    for agent, model in sorted(report.models.items()):
+        lines = {line: label for label, line in model.plans.items() if (agent, label) in numbers}
+        units = {line: numbers[agent, label] for line, label in lines.items()}
+        notes = {line: _trigger_note(report, agent, label) for line, label in lines.items()}
+        tally = Tally(sum(hits[unit] > 0 for unit in units.values()), len(units))
+        sources.append(Source(f"Agent {agent}", model.file, tuple(_model_lines(model, units, hits, notes)), tally))
+    return tuple(sources)
+
+
+def count_bits(sets: Iterable[int], size: int) -> list[int]:
+    """How many of the bit sets have each of the first `size` bits."""
+    counts, number = [0] * size, 0
+    for number, bits in enumerate(sets, start=1):  # noqa: B007
+        counts = list(map(add, counts, f"{bits:0{size}b}"[::-1].encode()))
+    return [count - number * ord("0") for count in counts]
+
+
+def _code_source(
+    file: MappedFile, first: int, hits: Sequence[int], taken: Mapping[tuple[int, int], int], waived: Set[int]
+) -> Source:
+    """A file whose first statement has this number; how many tests took each branch that has to be taken."""
+    units = {line: unit for unit, line in enumerate(file.statements, start=first)}
+    untaken: dict[int, list[str]] = {}
+    for (start, end), tests in taken.items():
+        if not tests:
+            untaken.setdefault(start, []).append("to the exit" if end < 0 else f"to line {end}")
+    lines = []
+    for number, text in enumerate(file.source.splitlines(), start=1):
+        unit = units.get(number)
+        if unit is None:
+            lines.append(SourceLine(number, text))
+        elif number in waived:  # the line itself holds the reason
+            lines.append(SourceLine(number, text, "waived", unit, hits[unit]))
+        elif hits[unit] and number in untaken:
+            note = f"branch never taken: {', '.join(untaken[number])}"
+            lines.append(SourceLine(number, text, "partial", unit, hits[unit], note))
+        else:
+            lines.append(SourceLine(number, text, "hit" if hits[unit] else "missed", unit, hits[unit]))
+    needed = [unit for line, unit in units.items() if line not in waived]
+    return Source(
+        title=file.file,
+        file="",
+        lines=tuple(lines),
+        units=Tally(sum(hits[unit] > 0 for unit in needed), len(needed)),
+        branches=Tally(sum(tests > 0 for tests in taken.values()), len(taken)),
+        waived=len(units) - len(needed),
+    )
+
+
+def _trigger_note(report: Report, agent: str, label: str) -> str:
+    """The smallest belief set of any suite that triggers a plan, else one that exploration of the model found."""
+    plans = (suite.plans[agent] for suite in report.suites if agent in suite.plans)
+    reached = [each.reached[label].shortest for each in plans if label in each.reached]
+    smallest = min(reached, key=lambda beliefs: (len(beliefs), beliefs), default=None)
+    if smallest:
+        return f"triggered by {' '.join(smallest)}"
+    found = (report.exploration.plans or {}).get(agent, {}).get(label)
+    return f"would be triggered by {' '.join(found)}" if found and smallest is None else ""
+
+
+def _model_lines(
+    model: ModelSource, units: Mapping[int, int], hits: Sequence[int], notes: Mapping[int, str]
+) -> Iterator[SourceLine]:
+    kind: LineKind = ""
+    for number, text in enumerate(model.source.splitlines(), start=1):
+        if number in units:
+            tests = hits[units[number]]
+            kind = "hit" if tests else "missed"
+            yield SourceLine(number, text, kind, units[number], tests, notes[number])
+        else:
+            # A plan ends at an empty line or a comment line.
+            kind = kind if text.strip() and not text.startswith("//") else ""
+            yield SourceLine(number, text, kind)
