@@ -120,6 +120,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         state="state.name",
         transitions=tuple((state, following) for (state, _), following in TRANSITIONS.items() if following in STATES),
         values={"hand_place": HAND_PLACES, "state.name": tuple(STATES), "turn_done.outcome": OUTCOMES},
+        sampled_while={"hand_distance": "hand_closing"},
         units={
             "leg_offset": "m",
             "leg_height": "m",

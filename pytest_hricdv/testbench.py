@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -14,9 +14,8 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from pytest_hricdv.conformance.declaration import Conformance, ConformanceError, Does
 from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
-from pytest_hricdv.disturbance import Disturbance, Disturbances, Doubled, Late, Lost, faults, lines
+from pytest_hricdv.disturbance import Disturbance, Disturbances, Doubled, Late, Lost, lines
 from pytest_hricdv.film.film import Camera, Film
-from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
 from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
@@ -29,8 +28,6 @@ from pytest_hricdv.online.declaration import Online, OnlineError
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import text_of, topic_of
 from pytest_hricdv.runtime.body import Body
-from pytest_hricdv.runtime.virtual import KINDS
-from pytest_hricdv.suggestion import nearest
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -61,7 +58,6 @@ __all__ = [
     "Run",
     "Testbench",
     "TestbenchError",
-    "checked",
 ]
 
 PARTS: Mapping[str, str] = {
@@ -129,6 +125,8 @@ class Testbench:
         signals: physical signals that the world records, name -> bool, float or str.
         values: the values that a text signal, or a text field named `topic.field`, can have: a requirement that
             compares it with another text is refused. Those of Literal and Enum fields are known without this.
+        sampled_while: signal -> the bool signal that has to be True for the world to measure it: between, plots have a
+            gap, and requirements see the last value, as always.
         units: the units of numeric signals, and of numeric fields named `topic.field`, for instance "m/s": reports
             write them at axes and margins, and numbers in requirements may have one (`hand_distance < 50 mm`).
         code: importable names of the packages under test.
@@ -192,6 +190,7 @@ class Testbench:
     engine: str = ""
     engine_tolerances: Mapping[str, float] = field(default_factory=dict, hash=False)
     values: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
+    sampled_while: Mapping[str, str] = field(default_factory=dict, hash=False)
     disturbances: Disturbances = field(default_factory=dict, hash=False)
     state: str = ""
     transitions: tuple[tuple[str, str], ...] = ()
@@ -231,30 +230,6 @@ class Testbench:
         return Vocabulary(dict(self.signals), topics, {**values, **self.values}, dict(self.units))
 
 
-def _film_faults(testbench: Testbench) -> list[str]:
-    topics = {topic_of(kind): frozenset(each.name for each in dataclasses.fields(kind)) for kind in testbench.messages}
-    return testbench.film.faults(testbench.vocabulary(), topics) if testbench.film is not None else []
-
-
-def _state_faults(testbench: Testbench) -> Iterator[str]:
-    topic, _, name = testbench.state.partition(".")
-    topics = testbench.vocabulary().messages
-    if testbench.state and topics.get(topic, {}).get(name) is not str:
-        texts = sorted(f"{each}.{field}" for each, kinds in topics.items() for field in kinds if kinds[field] is str)
-        known = ", ".join(texts) or "none"
-        yield f"state is {testbench.state!r}, which is no text field of a message; there are: {known}"
-    if testbench.transitions and not testbench.state:
-        yield "transitions are given, but no state: expected the text field that tells it, such as state='state.name'"
-    states = testbench.values.get(testbench.state, ())
-    for each in testbench.transitions:
-        if not (isinstance(each, tuple) and len(each) == 2 and all(isinstance(name, str) for name in each)):
-            yield f"transitions has {each!r}; expected pairs of states, such as ('Idle', 'Move_hand')"
-            continue
-        for name in each if states else ():
-            if name not in states:
-                yield f"transitions has {each!r}: {name!r} is no value of {testbench.state}{nearest(name, states)}"
-
-
 _KINDS: tuple[Kind, ...] = (bool, float, str)
 
 
@@ -268,85 +243,3 @@ def _field_type(hint: object) -> tuple[Kind | None, tuple[str, ...]]:
         hint = types.pop() if len(types) == 1 else None
         return (str, values) if hint is str else _field_type(hint)
     return float if hint is int else next((kind for kind in _KINDS if hint is kind), None), ()
-
-
-def _virtual_faults(testbench: Testbench) -> Iterator[str]:
-    given = testbench.virtual
-    for name in given if isinstance(given, tuple) else (given,):
-        if name not in KINDS:
-            known = "; ".join(f'"{kind}" for {modules}' for kind, modules in KINDS.items())
-            yield f"virtual has {name!r}; expected a tuple of these: {known}"
-
-
-def checked(candidate: object, where: str) -> Testbench:
-    """`candidate` as a testbench.
-
-    Raises:
-        TestbenchError: it is none, or a part is of the wrong kind; `where` is named.
-    """
-    if not isinstance(candidate, Testbench):
-        raise TestbenchError(
-            f"{where}: returned {candidate!r:.80}; expected a Testbench (from pytest_hricdv.testbench import Testbench)"
-        )
-    _check_kinds(candidate, where)
-    try:
-        topics = candidate.vocabulary().messages
-        disturbance_faults = faults(candidate.disturbances, candidate.concretization.commands, topics)
-        for fault in (
-            *_film_faults(candidate),
-            *_state_faults(candidate),
-            *_virtual_faults(candidate),
-            *disturbance_faults,
-        ):
-            raise TestbenchError(f"{where}: {fault}")
-        _ = candidate.commands
-    except (ValueError, GenerateError) as error:
-        raise TestbenchError(f"{where}: {error}") from None
-    return candidate
-
-
-def lacking(error: Exception) -> str:
-    """What to add to the error of a testbench that was built without some part: the part, and what it is for."""
-    if not isinstance(error, TypeError) or f"{Testbench.__name__}.__init__()" not in str(error):
-        return ""
-    return "".join(f"\n  {name}: {what}" for name, what in PARTS.items() if f"'{name}'" in str(error))
-
-
-def _check_kinds(testbench: Testbench, where: str) -> None:
-    expected: Mapping[str, type[Any]] = {"model": Model, "beliefs": BeliefSpace, "concretization": Concretization}
-    for name, kind in expected.items():
-        if not isinstance(getattr(testbench, name), kind):
-            raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {PARTS[name]}")
-    if not isinstance(testbench.learning, QLearning):
-        raise TestbenchError(f"{where}: learning is {testbench.learning!r}; expected constants of learning (QLearning)")
-    if not isinstance(testbench.signals, Mapping):
-        raise TestbenchError(f"{where}: signals is {testbench.signals!r}; expected {PARTS['signals']}")
-    if not isinstance(testbench.cross, Mapping):
-        raise TestbenchError(f"{where}: cross is {testbench.cross!r}; expected {PARTS['cross']}")
-    for name, product in testbench.cross.items():
-        if not isinstance(product, CrossProduct):
-            raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
-    if not isinstance(testbench.conformance, Conformance | None):
-        raise TestbenchError(f"{where}: conformance is {testbench.conformance!r}; expected Conformance(...) or None")
-    if not isinstance(testbench.online, Online | None):
-        raise TestbenchError(f"{where}: online is {testbench.online!r}; expected Online(...) or None")
-    if not callable(testbench.run):
-        raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
-    for end in testbench.may_end:
-        if end not in ENDS:
-            raise TestbenchError(f"{where}: may_end has {end!r}; expected of {', '.join(ENDS)}{nearest(end, ENDS)}")
-    if isinstance(testbench.code, str) or not testbench.code:
-        raise TestbenchError(f"{where}: code is {testbench.code!r}; expected a tuple of {PARTS['code']}")
-    for message in testbench.messages:
-        if not (isinstance(message, type) and dataclasses.is_dataclass(message)):
-            raise TestbenchError(f"{where}: message {message!r} is no dataclass; expected {PARTS['messages']}")
-    paths = {"by_hand": testbench.by_hand}
-    if isinstance(testbench.requirements, tuple):
-        for requirement in testbench.requirements:
-            if not isinstance(requirement, Requirement):
-                raise TestbenchError(f"{where}: requirement {requirement!r} is none; expected {PARTS['requirements']}")
-    else:
-        paths["requirements"] = testbench.requirements
-    for name, path in paths.items():
-        if path is not None and not Path(path).is_file():
-            raise TestbenchError(f"{where}: {name} is {path}, and there is no such file")

@@ -181,6 +181,7 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
         "triggers": [triggers_over_time(report, name) for name in names],
         "marginUnits": [margin_unit(report, name) for name in names],
         "units": report.units or {},
+        "sampledWhile": report.sampled_while,
         "state": report.state,
         "statements": [(file.file, line) for file in report.code_under_test.map for line in file.statements],
         "cross": heat_maps(report),

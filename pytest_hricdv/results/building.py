@@ -222,6 +222,7 @@ def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Repor
         rerun=session.rerun,
         requirements=requirement_texts(session.requirements),
         units=dict(testbench.units),
+        sampled_while=dict(testbench.sampled_while),
         outcome_label=testbench.outcome_label,
         state=testbench.film.state if testbench.film else "",
         code_under_test=CodeUnderTest(

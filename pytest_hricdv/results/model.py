@@ -295,6 +295,7 @@ class Report(Record, frozen=True, kw_only=True):
         models: agent -> source, of the agents whose plans are covered.
         closure: over the tests of all suites.
         units: signal -> unit; in a merged report, where all sessions had the same.
+        sampled_while: signal -> the bool signal that is on while the world measures it; between, plots have a gap.
         outcome_label: what the testbench calls the interactions, which views list by their outcomes.
         shard: of a session that ran one part of the suites: which, as in 2/3.
         sessions: of a merged report: the sessions it was merged from.
@@ -337,6 +338,7 @@ class Report(Record, frozen=True, kw_only=True):
     closure: Closure
     tests: tuple[TestResult, ...]
     units: Mapping[str, str] | None = None
+    sampled_while: Mapping[str, str] = {}
     outcome_label: str = "interactions"
     shard: Shard = ""
     sessions: tuple[SessionSummary, ...] = ()

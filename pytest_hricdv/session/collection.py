@@ -20,7 +20,8 @@ from pytest_hricdv.session.options import SESSION_DAY, Options
 from pytest_hricdv.session.replaying import ReplayInput
 from pytest_hricdv.session.suites import cases, from_text, selected_suites, to_text
 from pytest_hricdv.session.usage import usage_error
-from pytest_hricdv.testbench import Testbench, TestbenchError, checked, lacking
+from pytest_hricdv.testbench import Testbench, TestbenchError
+from pytest_hricdv.testbench_faults import checked, lacking
 
 WORKER_INPUT = "hricdv_suites"
 ONLY_CASES = "hricdv_only_cases"

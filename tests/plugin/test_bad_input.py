@@ -202,6 +202,16 @@ def test_files(lamps: pytest.Pytester, mode: tuple[str, ...], name: str, old: st
             "units has 'lamp', which is no signal and no topic.field; nearest: lamp_level",
         ),
         (
+            'units={"lamp_level": "%"}',
+            'sampled_while={"lamp_levl": "lamp_level"}',
+            "sampled_while has 'lamp_levl', which is no signal; nearest: lamp_level",
+        ),
+        (
+            'units={"lamp_level": "%"}',
+            'sampled_while={"lamp_level": "lamp_level"}',
+            "sampled_while['lamp_level'] is 'lamp_level', which is no bool signal; there are: none",
+        ),
+        (
             '{"lamp_level": float}',
             '{"lamp_level": int}',
             "signal 'lamp_level': expected the type bool, float or str, got",

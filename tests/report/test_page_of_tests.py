@@ -229,6 +229,37 @@ def test_a_violation_is_marked_where_it_happened(watched: Watched, tmp_path: Pat
     assert marks.count() == sum(len(each["violations"]) for each in failed["requirements"].values())
 
 
+def test_a_signal_has_gaps_where_the_world_does_not_measure_it(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(tests=2)
+    for test in report["tests"]:
+        test["timeline"]["signals"] |= {"gap": "0 0.8 7.5 0.2 20 0.3", "leg_held": "0 0 7.5 1 30 0 40 1 45 0"}
+    report["sampled_while"] = {"gap": "leg_held"}
+    page = watched.open(report, tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .timeline svg[aria-label=gap]")
+    plot = page.locator("#test .timeline svg[aria-label=gap]")
+    lines = [path.get_attribute("d") for path in plot.locator("[aria-label=line] path").all()]
+    assert "".join(lines).count("M") == 2
+    ticks = plot.locator("[aria-label='y-axis tick label'] text").all_text_contents()
+    assert max(map(float, ticks)) < 0.5  # the value before anything was measured does not stretch the axis
+    watched.assert_quiet()
+
+
+def test_states_have_names_in_narrow_spans_too(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(tests=2)
+    for test in report["tests"]:
+        test["timeline"]["texts"] = {"place": [[0, "elsewhere"], [10, "handover_place"], [14, "resupply"], [15, "bin"]]}
+    page = watched.open(report, tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .timeline svg")
+    written = page.locator("#test .timeline svg").first.locator("text").all_text_contents()
+    assert {"elsewhere", "bin"} <= set(written)
+    assert any(text.startswith("han") and text.endswith("…") for text in written)
+    named = page.locator("#test .timeline .legend", has_text="place:").locator("li").all_inner_texts()
+    assert named == ["place:", "elsewhere", "handover_place", "resupply", "bin"]
+    watched.assert_quiet()
+
+
 @pytest.mark.parametrize("number", [0, 3])
 def test_a_mark_of_the_margins_leads_to_its_test(watched: Watched, tmp_path: Path, number: int) -> None:
     page = watched.open(sample.data(tests=4), tmp_path, "requirement/R3")

@@ -26,6 +26,23 @@ function parsedAttempts(text) {
   });
 }
 
+/** The points of a signal with a gap (null) wherever its switch, if it has one, is off. */
+function withGaps(points, name, timeline) {
+  const switched = timeline.signals[DATA.sampledWhile[name]];
+  if (!switched) return points;
+  const off = (time, value) => [time, value ? undefined : null];
+  const merged = [...points.map(([time, value]) => [time, value]), ...parsedSignal(switched, timeline.end_s).slice(0, -1).map(([time, on]) => off(time, on))];
+  merged.sort((a, b) => a[0] - b[0]);
+  let on = false, last = null;
+  return merged.flatMap(([time, value]) => {
+    const ends = on && value === null;
+    if (value === null) on = false;
+    else if (value === undefined) on = true;
+    else last = value;
+    return ends ? [[time, last], [time, null]] : [[time, on ? last : null]];
+  });
+}
+
 const isSwitch = (name, points) => !(name in DATA.units) && points.every(([, value]) => value === 0 || value === 1);
 
 /** Spans [from, to, label] over which the robot was in a state. */
@@ -43,17 +60,29 @@ function textSpans(changes, end) {
     .filter((span) => span.to > span.from);
 }
 
-/** Bars and dots with their lanes and tooltips, and the names of the lanes from top to bottom. */
+/** The colour of a lane's n-th label: when the colours are used up, stronger ones follow. */
+function fillOf(n) {
+  return "color-mix(in srgb, " + colourOf(n) + " " + (28 + 24 * (Math.floor(n / COLOURS.length) % 3)) + "%, var(--card))";
+}
+
+/** As much of a label as fits into so many pixels; nothing where that would say nothing. */
+function fitting(label, pixels) {
+  const most = Math.floor(pixels / 7);
+  return label.length <= most ? label : most < 3 ? "" : label.slice(0, most - 1) + "…";
+}
+
+/** Bars and dots with their lanes and tooltips, the names of the lanes from top to bottom, and the labels of lanes. */
 function lanes({ timeline, acted, abstract }) {
-  const messages = parsedMessages(timeline), end = timeline.end_s, bars = [], dots = [], names = [];
+  const messages = parsedMessages(timeline), end = timeline.end_s, bars = [], dots = [], names = [], labelled = {};
   const states = DATA.state ? stateSpans(messages, end) : [];
   const stateTopic = states.length ? DATA.state.split(".")[0] : null;
   const addSpans = (lane, spans) => {
     const labels = [...new Set(spans.map((span) => span.label))];
-    if (spans.length) names.push(lane);
+    if (!spans.length) return;
+    names.push(lane);
+    labelled[lane] = labels;
     for (const span of spans) {
-      const fill = "color-mix(in srgb, " + colourOf(labels.indexOf(span.label)) + " 28%, var(--card))";
-      bars.push({ lane, ...span, fill, tooltip: span.label + "\n" + seconds(span.from) + " to " + seconds(span.to) });
+      bars.push({ lane, ...span, fill: fillOf(labels.indexOf(span.label)), tooltip: span.label + "\n" + seconds(span.from) + " to " + seconds(span.to) });
     }
   };
   addSpans("state", states);
@@ -84,7 +113,7 @@ function lanes({ timeline, acted, abstract }) {
       dots.push({ lane: name, time: begin, symbol: mark === "!" ? "triangle" : "circle", fill: colour, tooltip });
     }
   }
-  return { names, bars, dots };
+  return { names, bars, dots, labelled };
 }
 
 /** Room for the longest name of a lane or signal, so that the plots stand below each other. */
@@ -94,7 +123,7 @@ function roomFor(names) {
 
 /** The plot of all lanes. `failures`: {name, time} of each violation. */
 function lanePlot(width, timeline, { names, bars, dots }, failures) {
-  const labelled = bars.filter((bar) => bar.label && ((bar.to - bar.from) / timeline.end_s) * (width - roomFor(names) - 20) > 7 * bar.label.length);
+  const pixels = (bar) => ((bar.to - bar.from) / timeline.end_s) * (width - roomFor(names) - 20);
   const wrong = failures.filter((each) => names.includes(each.name));
   const tip = { title: (each) => visible(each.tooltip), fill: "var(--card)" };
   return Plot.plot(plain(width, {
@@ -104,7 +133,7 @@ function lanePlot(width, timeline, { names, bars, dots }, failures) {
     marks: [
       Plot.ruleX(wrong, { x: "time", stroke: "var(--bad-mark)", strokeDasharray: "3 3" }),
       Plot.barX(bars, { x1: "from", x2: "to", y: "lane", fill: "fill", stroke: "fill" }),
-      Plot.text(labelled, { x: (bar) => (bar.from + bar.to) / 2, y: "lane", text: (bar) => visible(bar.label), fill: "var(--ink)" }),
+      Plot.text(bars.filter((bar) => bar.label), { x: (bar) => (bar.from + bar.to) / 2, y: "lane", text: (bar) => fitting(visible(bar.label), pixels(bar)), fill: "var(--ink)" }),
       Plot.dot(dots, { x: "time", y: "lane", symbol: "symbol", fill: "fill", r: 3.5, stroke: "var(--card)", strokeWidth: 0.7 }),
       Plot.dot(wrong, { x: "time", y: "name", symbol: "times", stroke: "var(--bad-mark)", r: 6, strokeWidth: 2.5 }),
       Plot.tip(bars, Plot.pointer({ x: (bar) => (bar.from + bar.to) / 2, y: "lane", maxRadius: 30, ...tip })),
@@ -114,20 +143,30 @@ function lanePlot(width, timeline, { names, bars, dots }, failures) {
   }));
 }
 
-function signalPlot(width, marginLeft, name, points, end, failures) {
+function signalPlot(width, marginLeft, name, timeline, failures) {
+  const end = timeline.end_s, points = withGaps(parsedSignal(timeline.signals[name], end), name, timeline);
+  const measured = points.filter(([, value]) => value !== null);
   const unit = DATA.units[name], label = visible(name) + (unit ? " (" + visible(unit) + ")" : "");
   // The axis of a constant signal needs some height, too.
-  const constant = points.every(([, value]) => value === points[0][1]);
-  const domain = constant ? { domain: [points[0][1] - 0.5, points[0][1] + 0.5] } : { nice: true };
+  const constant = measured.length > 0 && measured.every(([, value]) => value === measured[0][1]);
+  const domain = constant ? { domain: [measured[0][1] - 0.5, measured[0][1] + 0.5] } : { nice: true };
   return Plot.plot(plain(width, {
     ariaLabel: label, marginLeft, marginTop: 22, marginBottom: 26, height: 120,
     x: { domain: [0, end], label: null, grid: true }, y: { label, grid: true, ticks: 4, ...domain },
     marks: [
       Plot.ruleX(failures, { x: "time", stroke: "var(--bad-mark)", strokeDasharray: "3 3" }),
       Plot.line(points, { x: "0", y: "1", curve: "step-after", stroke: "var(--c0)" }),
-      Plot.tip(points, Plot.pointerX({ x: "0", y: "1", title: (point) => seconds(point[0]) + ": " + point[1], fill: "var(--card)" })),
+      Plot.tip(measured, Plot.pointerX({ x: "0", y: "1", title: (point) => seconds(point[0]) + ": " + point[1], fill: "var(--card)" })),
     ],
   }));
+}
+
+/** What a run's lanes, marks and colours mean. */
+function timelineLegend(labelled) {
+  const swatches = Object.entries(labelled).map(([lane, labels]) =>
+    h("ul", { class: "legend" }, h("li", { class: "soft" }, lane + ":"), labels.map((label, n) => h("li", {}, h("i", { class: "swatch", style: "background:" + fillOf(n) }), label))));
+  return [swatches, legend(Object.values(ATTEMPTS).map(([outcome, colour]) => ["trigger " + outcome, colour, ""])),
+    h("p", { class: "soft small" }, "A requirement's bar begins where it is triggered and ends where it is decided; × and the dashed line mark a violation. A dot is a message, ■ an action of the human, a dark bar a switch that is on. A signal keeps its value until it changes; signals are shown with fewer points, their extremes are kept.")];
 }
 
 /** The whole timeline, or a message if there is none. */
@@ -139,10 +178,8 @@ function timelineView(found) {
   const drawnLanes = lanes(found), room = roomFor(drawnLanes.names);
   drawn(view, (width) => lanePlot(width, timeline, drawnLanes, failures));
   for (const [name, text] of Object.entries(timeline.signals)) {
-    const points = parsedSignal(text, timeline.end_s);
-    if (!isSwitch(name, points)) drawn(view, (width) => signalPlot(width, room, name, points, timeline.end_s, failures));
+    if (!isSwitch(name, parsedSignal(text, timeline.end_s))) drawn(view, (width) => signalPlot(width, room, name, timeline, failures));
   }
-  view.append(legend(Object.values(ATTEMPTS).map(([outcome, colour]) => ["trigger " + outcome, colour, ""])),
-    h("p", { class: "soft small" }, "A requirement's bar begins where it is triggered and ends where it is decided; × marks a violation. Signals are shown with fewer points; their extremes are kept."));
+  view.append(...timelineLegend(drawnLanes.labelled).flat());
   return view;
 }

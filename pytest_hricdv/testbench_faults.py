@@ -1,0 +1,141 @@
+"""Whether a testbench is one: each part of the right kind, each name known, each fault said with what was expected."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from pytest_hricdv.conformance.declaration import Conformance
+from pytest_hricdv.coverage.cross_product import CrossProduct
+from pytest_hricdv.disturbance import faults
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.concrete import Concretization
+from pytest_hricdv.generate.model import Model
+from pytest_hricdv.generate.qlearning import QLearning
+from pytest_hricdv.monitor import Requirement
+from pytest_hricdv.online.declaration import Online
+from pytest_hricdv.run import TestbenchError
+from pytest_hricdv.runtime import topic_of
+from pytest_hricdv.runtime.virtual import KINDS
+from pytest_hricdv.suggestion import nearest
+from pytest_hricdv.testbench import ENDS, PARTS, Testbench
+
+
+def checked(candidate: object, where: str) -> Testbench:
+    """`candidate` as a testbench.
+
+    Raises:
+        TestbenchError: it is none, or a part is of the wrong kind; `where` is named.
+    """
+    if not isinstance(candidate, Testbench):
+        raise TestbenchError(
+            f"{where}: returned {candidate!r:.80}; expected a Testbench (from pytest_hricdv.testbench import Testbench)"
+        )
+    _check_kinds(candidate, where)
+    try:
+        topics = candidate.vocabulary().messages
+        disturbance_faults = faults(candidate.disturbances, candidate.concretization.commands, topics)
+        for fault in (
+            *_film_faults(candidate),
+            *_state_faults(candidate),
+            *_virtual_faults(candidate),
+            *_sampling_faults(candidate),
+            *disturbance_faults,
+        ):
+            raise TestbenchError(f"{where}: {fault}")
+        _ = candidate.commands
+    except (ValueError, GenerateError) as error:
+        raise TestbenchError(f"{where}: {error}") from None
+    return candidate
+
+
+def lacking(error: Exception) -> str:
+    """What to add to the error of a testbench that was built without some part: the part, and what it is for."""
+    if not isinstance(error, TypeError) or f"{Testbench.__name__}.__init__()" not in str(error):
+        return ""
+    return "".join(f"\n  {name}: {what}" for name, what in PARTS.items() if f"'{name}'" in str(error))
+
+
+def _check_kinds(testbench: Testbench, where: str) -> None:
+    expected: Mapping[str, type[Any]] = {"model": Model, "beliefs": BeliefSpace, "concretization": Concretization}
+    for name, kind in expected.items():
+        if not isinstance(getattr(testbench, name), kind):
+            raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {PARTS[name]}")
+    if not isinstance(testbench.learning, QLearning):
+        raise TestbenchError(f"{where}: learning is {testbench.learning!r}; expected constants of learning (QLearning)")
+    if not isinstance(testbench.signals, Mapping):
+        raise TestbenchError(f"{where}: signals is {testbench.signals!r}; expected {PARTS['signals']}")
+    if not isinstance(testbench.cross, Mapping):
+        raise TestbenchError(f"{where}: cross is {testbench.cross!r}; expected {PARTS['cross']}")
+    for name, product in testbench.cross.items():
+        if not isinstance(product, CrossProduct):
+            raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
+    if not isinstance(testbench.conformance, Conformance | None):
+        raise TestbenchError(f"{where}: conformance is {testbench.conformance!r}; expected Conformance(...) or None")
+    if not isinstance(testbench.online, Online | None):
+        raise TestbenchError(f"{where}: online is {testbench.online!r}; expected Online(...) or None")
+    if not callable(testbench.run):
+        raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
+    for end in testbench.may_end:
+        if end not in ENDS:
+            raise TestbenchError(f"{where}: may_end has {end!r}; expected of {', '.join(ENDS)}{nearest(end, ENDS)}")
+    if isinstance(testbench.code, str) or not testbench.code:
+        raise TestbenchError(f"{where}: code is {testbench.code!r}; expected a tuple of {PARTS['code']}")
+    for message in testbench.messages:
+        if not (isinstance(message, type) and dataclasses.is_dataclass(message)):
+            raise TestbenchError(f"{where}: message {message!r} is no dataclass; expected {PARTS['messages']}")
+    paths = {"by_hand": testbench.by_hand}
+    if isinstance(testbench.requirements, tuple):
+        for requirement in testbench.requirements:
+            if not isinstance(requirement, Requirement):
+                raise TestbenchError(f"{where}: requirement {requirement!r} is none; expected {PARTS['requirements']}")
+    else:
+        paths["requirements"] = testbench.requirements
+    for name, path in paths.items():
+        if path is not None and not Path(path).is_file():
+            raise TestbenchError(f"{where}: {name} is {path}, and there is no such file")
+
+
+def _film_faults(testbench: Testbench) -> list[str]:
+    topics = {topic_of(kind): frozenset(each.name for each in dataclasses.fields(kind)) for kind in testbench.messages}
+    return testbench.film.faults(testbench.vocabulary(), topics) if testbench.film is not None else []
+
+
+def _state_faults(testbench: Testbench) -> Iterator[str]:
+    topic, _, name = testbench.state.partition(".")
+    topics = testbench.vocabulary().messages
+    if testbench.state and topics.get(topic, {}).get(name) is not str:
+        texts = sorted(f"{each}.{field}" for each, kinds in topics.items() for field in kinds if kinds[field] is str)
+        known = ", ".join(texts) or "none"
+        yield f"state is {testbench.state!r}, which is no text field of a message; there are: {known}"
+    if testbench.transitions and not testbench.state:
+        yield "transitions are given, but no state: expected the text field that tells it, such as state='state.name'"
+    states = testbench.values.get(testbench.state, ())
+    for each in testbench.transitions:
+        if not (isinstance(each, tuple) and len(each) == 2 and all(isinstance(name, str) for name in each)):
+            yield f"transitions has {each!r}; expected pairs of states, such as ('Idle', 'Move_hand')"
+            continue
+        for name in each if states else ():
+            if name not in states:
+                yield f"transitions has {each!r}: {name!r} is no value of {testbench.state}{nearest(name, states)}"
+
+
+def _virtual_faults(testbench: Testbench) -> Iterator[str]:
+    given = testbench.virtual
+    for name in given if isinstance(given, tuple) else (given,):
+        if name not in KINDS:
+            known = "; ".join(f'"{kind}" for {modules}' for kind, modules in KINDS.items())
+            yield f"virtual has {name!r}; expected a tuple of these: {known}"
+
+
+def _sampling_faults(testbench: Testbench) -> Iterator[str]:
+    switches = [name for name, kind in testbench.signals.items() if kind is bool]
+    for name, switch in testbench.sampled_while.items():
+        if name not in testbench.signals:
+            yield f"sampled_while has {name!r}, which is no signal{nearest(name, testbench.signals)}"
+        if switch not in switches:
+            known = ", ".join(switches) or "none"
+            yield f"sampled_while[{name!r}] is {switch!r}, which is no bool signal; there are: {known}"
