@@ -125,7 +125,7 @@ def _merge(options: argparse.Namespace) -> int:
         for path, folder, report in zip(options.reports, folders, loaded, strict=True)
     ]
     merged, judgement = _judged(merge(reports), options)
-    merged = structs.replace(merged, gates=GateResult(failed=judgement.failed, improved=judgement.improved))
+    merged = structs.replace(merged, gates=GateResult(**vars(judgement)))
     carrying.copy()
     write(merged, options.output)
     print(f"{options.output}: merged from {len(reports)} reports of {len(merged.sessions)} runs")

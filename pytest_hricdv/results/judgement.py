@@ -7,110 +7,24 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from pytest_hricdv.coverage.gaps import nearest_miss
-from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, baseline_of
+from pytest_hricdv.results.baseline import Baseline
+from pytest_hricdv.results.baseline_diff import compare
 from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import percentages
+from pytest_hricdv.results.difference import Difference
 from pytest_hricdv.results.gates import MUTANTS, THRESHOLDS, Exemption, Gates, Threshold
 from pytest_hricdv.results.model import GatePolicy, Report
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """A run compared with a baseline: what got worse, and what got better, a sentence each."""
-
-    worse: tuple[str, ...] = ()
-    better: tuple[str, ...] = ()
-
-
-def compare(report: Report, baseline: Baseline, *, whole: bool) -> Comparison:
-    """Compare a report with a baseline.
-
-    A violation is new where the test did not violate that requirement before, known or not. Code is compared by
-    percentage, since lines move; plans, bins and triggers by name. Of a part of the tests only failures are compared.
-
-    Args:
-        whole: all tests of the suites were selected.
-    """
-    worse: list[str] = []
-    better: list[str] = []
-    for name, now in baseline_of(report).suites.items():
-        before = baseline.suites.get(name)
-        if before is None:
-            better.append(f"suite {name} is not in the baseline: --hri-update-baseline adds it")
-            continue
-        worse += [f"suite {name}: {text}" for text in _new_failures(before, now)]
-        if whole:
-            worse += [f"suite {name}: {text}" for text in _lost(before, now)]
-            better += [f"suite {name}: {text}" for text in _gained(before, now)]
-    return Comparison(tuple(worse), tuple(better))
-
-
-def _new_failures(before: SuiteBaseline, now: SuiteBaseline) -> Iterator[str]:
-    for requirement, tests in now.violations.items():
-        old = before.violations.get(requirement, ())
-        new = sorted(set(tests) - set(old))
-        if new:
-            grown = f": grown from {len(old)} to {len(tests)} tests" if len(tests) > len(old) > 0 else ""
-            yield f"{requirement} is newly violated by {_shown(new)}{grown}"
-    new = sorted(set(now.broken) - set(before.broken))
-    if new:
-        yield f"newly in error or at fault: {_shown(new)}"
-
-
-def _lost(before: SuiteBaseline, now: SuiteBaseline) -> Iterator[str]:
-    for requirement, triggers in before.triggers.items():
-        if triggers and not now.triggers.get(requirement):
-            yield f"{requirement} is no longer triggered; {triggers} times in the baseline"
-    for kind, percent in before.percent.items():
-        reached = now.percent.get(kind)
-        if kind in ("statements", "branches") and percent is not None:
-            if reached is None:
-                yield f"{kind} unmeasured; {percent:.2f} % in the baseline"
-            elif reached < percent:
-                yield f"{kind} {reached:.2f} %; {percent:.2f} % in the baseline"
-    yield from (f"lost {text}" for text in _more(before, now))
-
-
-def _gained(before: SuiteBaseline, now: SuiteBaseline) -> Iterator[str]:
-    for requirement, tests in before.violations.items():
-        mended = sorted(set(tests) - set(now.violations.get(requirement, ())))
-        if mended:
-            yield f"{requirement} is no longer violated by {_shown(mended)}"
-    for requirement, triggers in now.triggers.items():
-        if triggers and not before.triggers.get(requirement):
-            yield f"{requirement} is triggered now, {triggers} times"
-    for kind in ("statements", "branches"):
-        old, new = before.percent.get(kind), now.percent.get(kind)
-        if new is not None and (old is None or new > old):
-            yield f"{kind} {new:.2f} %; {'unmeasured' if old is None else f'{old:.2f} %'} in the baseline"
-    yield from (f"gained {text}" for text in _more(now, before))
-
-
-def _more(some: SuiteBaseline, others: SuiteBaseline) -> Iterator[str]:
-    """The plans and bins that some have and others have not."""
-    for agent, plans in some.plans.items():
-        missing = sorted(set(plans) - set(others.plans.get(agent, ())))
-        if missing:
-            yield f"plans of {agent}: {_shown(missing)}"
-    for product, bins in some.bins.items():
-        missing = sorted({" x ".join(each) for each in bins} - {" x ".join(e) for e in others.bins.get(product, ())})
-        if missing:
-            yield f"bins of {product}: {_shown(missing)}"
-
-
-def _shown(names: list[str], most: int = 3) -> str:
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
-
-
-@dataclass(frozen=True)
 class Judgement:
-    """What fails a session, and what improved, a sentence each."""
+    """What fails a session, and what improved, a sentence each; and all differences from the baseline."""
 
     failed: tuple[str, ...] = ()
     improved: tuple[str, ...] = ()
+    differences: tuple[Difference, ...] = ()
 
 
 def gates_of(
@@ -178,11 +92,10 @@ def judge(report: Report, gates: Gates, baseline: Baseline | None, today: dateti
     if gates.fail_on_change and report.changes is not None:
         failed += _changed(report, report.changes)
     improved = list(_needless(report, gates)) if whole else []
-    if baseline is not None:
-        comparison = compare(report, baseline, whole=whole)
-        failed += comparison.worse
-        improved += comparison.better
-    return Judgement(tuple(failed), tuple(improved))
+    differences = () if baseline is None else compare(report, baseline, whole=whole)
+    failed += [each.text for each in differences if each.worse]
+    improved += [each.text for each in differences if not each.worse]
+    return Judgement(tuple(failed), tuple(improved), differences)
 
 
 def is_whole(report: Report) -> bool:

@@ -41,6 +41,7 @@ from pytest_hricdv.coverage.records import (
 from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.campaign import CampaignResult
 from pytest_hricdv.results.closing import ClosingResult
+from pytest_hricdv.results.difference import Difference
 from pytest_hricdv.results.engines import EngineComparison
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.history import HistoryEntry
@@ -276,10 +277,15 @@ class GatePolicy(Record, frozen=True, kw_only=True):
 
 
 class GateResult(Record, frozen=True, kw_only=True):
-    """What failed the session beside its tests, and what improved on the baseline, a sentence each."""
+    """What failed the session beside its tests, and what improved, a sentence each.
+
+    Args:
+        differences: from the baseline; the sentences of each are in one of the others, too.
+    """
 
     failed: Names
     improved: Names
+    differences: tuple[Difference, ...] = ()
 
 
 class Report(Record, frozen=True, kw_only=True):

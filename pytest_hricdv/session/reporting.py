@@ -324,6 +324,5 @@ class Reporting:
             return report
         judgement = self._gate_check.judge(report, whole=self._is_whole)
         self.problems += judgement.failed
-        return msgspec.structs.replace(
-            report, gates=GateResult(failed=tuple(self.problems), improved=judgement.improved)
-        )
+        gates = GateResult(failed=tuple(self.problems), improved=judgement.improved, differences=judgement.differences)
+        return msgspec.structs.replace(report, gates=gates)

@@ -81,9 +81,26 @@ def test_what_failed_the_run_beside_its_tests_is_at_the_top() -> None:
     report |= {"shard": "2/3", "sessions": [session, session], "known_until": {"R3": "2099-12-31"}}
     words = _page(report).words
     assert "Failed: suite rl: plans 80.00 %, at least 90 % asked for" in words
-    assert "Better than the baseline: R1 is triggered" in words
+    assert "R1 is triggered" in words
     assert "2 tests of 1 suite, shard 2/3 only, merged from 2 runs." in words
     assert "Its violation is known until 2099-12-31: no crush prevention." in words
+
+
+def test_a_failed_baseline_is_a_table_of_differences() -> None:
+    report = sample.data(tests=2)
+    worse = {"suite": "rl", "what": "R3 violated", "before": "1 test", "now": "3 tests", "items": ["rl-1", "rl-2"]}
+    better = {"suite": "rl", "what": "statements", "before": "80.00 %", "now": "90.00 %", "items": []}
+    texts = ["suite rl: R3 is newly violated by rl-1, rl-2", "suite rl: statements 90.00 %; 80.00 % in the baseline"]
+    differences = [{**worse, "worse": True, "text": texts[0]}, {**better, "worse": False, "text": texts[1]}]
+    report["gates"] = {"failed": [texts[0], "no NC allowed"], "improved": [texts[1]], "differences": differences}
+    words = _page(report).words
+    assert "Failed: 1 difference from the baseline for the worse" in words
+    assert "R3 violated rl 1 test 3 tests worse rl-1, rl-2" in " ".join(words.split())
+    assert "statements rl 80.00 % 90.00 % better" in " ".join(words.split())
+    assert "Failed: no NC allowed" in words
+    assert texts[0] not in words  # it is in the table
+    report["gates"]["differences"] = []
+    assert f"Failed: {texts[0]}" in _page(report).words
 
 
 def test_a_test_has_its_details_in_full() -> None:

@@ -1,0 +1,121 @@
+"""What a run reached otherwise than its baseline: violations, errors, triggers and coverage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, baseline_of
+from pytest_hricdv.results.difference import Difference
+from pytest_hricdv.results.model import Report
+
+_PERCENT = ("statements", "branches")
+
+
+def compare(report: Report, baseline: Baseline, *, whole: bool) -> tuple[Difference, ...]:
+    """Compare a report with a baseline: differences for the worse first.
+
+    A violation is new where the test did not violate that requirement before, known or not. Code is compared by
+    percentage, since lines move; plans, bins and triggers by name. Of a part of the tests only failures are compared.
+
+    Args:
+        whole: all tests of the suites were selected.
+    """
+    found: list[Difference] = []
+    for name, now in baseline_of(report).suites.items():
+        before = baseline.suites.get(name)
+        if before is None:
+            text = f"suite {name} is not in the baseline: --hri-update-baseline adds it"
+            found.append(Difference(suite=name, what="suite", before="-", now="new", items=(), worse=False, text=text))
+        else:
+            suite = _Suite(name, before, now)
+            found += [*suite.new_failures(), *(suite.others() if whole else ())]
+    return tuple(sorted(found, key=lambda each: not each.worse))
+
+
+class _Suite:
+    """A suite's differences."""
+
+    def __init__(self, name: str, before: SuiteBaseline, now: SuiteBaseline) -> None:
+        self.name, self.before, self.now = name, before, now
+
+    def new_failures(self) -> Iterator[Difference]:
+        for requirement, tests in self.now.violations.items():
+            old = self.before.violations.get(requirement, ())
+            new = sorted(set(tests) - set(old))
+            if new:
+                grown = f": grown from {len(old)} to {len(tests)} tests" if len(tests) > len(old) > 0 else ""
+                text = f"{requirement} is newly violated by {_shown(new)}{grown}"
+                yield self._tests(f"{requirement} violated", old, tests, new, text, worse=True)
+        new = sorted(set(self.now.broken) - set(self.before.broken))
+        if new:
+            text = f"newly in error or at fault: {_shown(new)}"
+            yield self._tests("in error or at fault", self.before.broken, self.now.broken, new, text, worse=True)
+
+    def others(self) -> Iterator[Difference]:
+        """What is compared of whole suites only."""
+        for requirement, tests in self.before.violations.items():
+            still = self.now.violations.get(requirement, ())
+            mended = sorted(set(tests) - set(still))
+            if mended:
+                text = f"{requirement} is no longer violated by {_shown(mended)}"
+                yield self._tests(f"{requirement} violated", tests, still, mended, text, worse=False)
+        yield from self._triggers()
+        for kind in _PERCENT:
+            yield from self._percent(kind)
+        yield from self._covered()
+
+    def _triggers(self) -> Iterator[Difference]:
+        for requirement in {**self.before.triggers, **self.now.triggers}:
+            before, now = self.before.triggers.get(requirement, 0), self.now.triggers.get(requirement, 0)
+            if bool(before) != bool(now):
+                lost = f"{requirement} is no longer triggered; {before} times in the baseline"
+                text = f"{requirement} is triggered now, {now} times" if now else lost
+                yield self._made(f"{requirement} triggered", (str(before), str(now)), text, worse=not now)
+
+    def _percent(self, kind: str) -> Iterator[Difference]:
+        before, now = self.before.percent.get(kind), self.now.percent.get(kind)
+        if before == now:
+            return
+        shown, then = ("unmeasured" if percent is None else f"{percent:.2f} %" for percent in (now, before))
+        worse = now is None or (before is not None and now < before)
+        yield self._made(kind, (then, shown), f"{kind} {shown}; {then} in the baseline", worse=worse)
+
+    def _covered(self) -> Iterator[Difference]:
+        """Plans and bins that were lost or gained."""
+        before, now = _points(self.before), _points(self.now)
+        for worse, word, some, others in ((True, "lost", before, now), (False, "gained", now, before)):
+            for what, points in some.items():
+                missing = sorted(points - others.get(what, set()))
+                if missing:
+                    counts = (str(len(before.get(what, ()))), str(len(now.get(what, ()))))
+                    yield self._made(
+                        what, counts, f"{word} {what}: {_shown(missing)}", items=tuple(missing), worse=worse
+                    )
+
+    def _tests(
+        self, what: str, before: Sequence[str], now: Sequence[str], items: list[str], text: str, *, worse: bool
+    ) -> Difference:
+        counts = (_tests(len(before)), _tests(len(now)))
+        return self._made(what, counts, text, items=tuple(items), worse=worse)
+
+    def _made(
+        self, what: str, values: tuple[str, str], text: str, *, items: tuple[str, ...] = (), worse: bool
+    ) -> Difference:
+        before, now = values
+        text = f"suite {self.name}: {text}"
+        return Difference(suite=self.name, what=what, before=before, now=now, items=items, worse=worse, text=text)
+
+
+def _tests(count: int) -> str:
+    return f"{count} test{'s' * (count != 1)}"
+
+
+def _points(suite: SuiteBaseline) -> dict[str, set[str]]:
+    """What was covered, by name: plans of each agent, and bins of each cross product."""
+    plans = {f"plans of {agent}": set(plans) for agent, plans in suite.plans.items()}
+    return plans | {f"bins of {name}": {" x ".join(each) for each in bins} for name, bins in suite.bins.items()}
+
+
+def _shown(names: list[str], most: int = 3) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
