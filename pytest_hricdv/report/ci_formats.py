@@ -8,6 +8,7 @@ from pytest_hricdv.message import visible
 from pytest_hricdv.report import behaviour_view, mutation_view, totals
 from pytest_hricdv.report.explanation import instructions_of, violation
 from pytest_hricdv.report.formatting import by_requirement, fit, percent, plural, seconds, share
+from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 MAX_ANNOTATIONS = 10
@@ -138,7 +139,7 @@ def _requirements(report: Report) -> Iterator[str]:
         for row in totals.requirement_rows(report, suite):
             failed = f"**{row.failed}**" if row.failed and not row.tolerated else str(row.failed)
             known = f" known: {_escaped(row.known_note)}" if row.failed and row.known else ""
-            margin = "" if row.margin is None else f"{row.margin:.3g}"
+            margin = "" if row.margin is None else _escaped(margin_text(row.margin, row.unit, ".3g"))
             name = _escaped(f"{row.name} {row.title}")
             yield f"| {name} | {row.passed} | {failed}{known} | {row.nc} | {row.triggers} | {margin} |"
         yield ""
@@ -194,7 +195,7 @@ def _failure(report: Report, test: TestResult) -> Iterator[str]:
     yield ""
     for name in names:
         for found in test.requirements[name].violations[:1]:
-            yield f"- {_escaped(name)} {_escaped(violation(found, report.units or {}))}"
+            yield f"- {_escaped(name)} {_escaped(violation(found, report.units or {}, margin_unit(report, name)))}"
     yield from (f"- {_escaped(fault)}" for fault in test.faults)
     if not (names or test.faults):
         yield from (f"- {_escaped(line)}" for line in test.failure.strip().splitlines()[:1])
@@ -243,7 +244,7 @@ def _violation_annotations(report: Report, places: Mapping[str, Place]) -> Itera
             continue
         worst = min(failed, key=lambda test: (test.requirements[name].margin or 0.0, test.id))
         violations = sorted(worst.requirements[name].violations, key=lambda each: not each.outside)
-        first = [violation(each, report.units or {}) for each in violations[:1]]
+        first = [violation(each, report.units or {}, margin_unit(report, name)) for each in violations[:1]]
         lines = [report.requirements[name].title, f"worst is {worst.id}", *first, *instructions_of(report, worst)]
         yield _annotation(worst.nodeid, f"{name} failed in {plural(len(failed), 'test')}", "\n".join(lines), places)
 

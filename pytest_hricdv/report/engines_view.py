@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pytest_hricdv.message import visible
-from pytest_hricdv.report.formatting import Line, natural, percent, plural, quantity, share, wrap
+from pytest_hricdv.report.formatting import Line, natural, percent, plural, share, wrap
+from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.results.engine_agreement import Agreement, VerdictAgreement, agreement
 from pytest_hricdv.results.model import Report
 
@@ -25,14 +26,14 @@ def lines(report: Report, columns: int) -> Iterator[Line]:
     yield Line(f"  verdicts: {same} of {pairs} agree{_percent(same, pairs)}")
     for name in sorted(found.verdicts, key=natural):
         if found.verdicts[name].same < found.verdicts[name].tests:
-            yield Line(visible(f"  {name}: {_verdicts(found.verdicts[name])}"), "warn")
+            yield Line(visible(f"  {name}: {_verdicts(found.verdicts[name], margin_unit(report, name))}"), "warn")
     yield from _differing(found, columns)
 
 
-def _verdicts(each: VerdictAgreement) -> str:
+def _verdicts(each: VerdictAgreement, unit: str) -> str:
     text = f"{each.same} of {each.tests} agree"
     text += f", {each.tolerated} within tolerance" if each.tolerated else ""
-    return text + (f"; margins differ by at most {quantity(each.margin)}" if each.margin is not None else "")
+    return text + (f"; margins differ by at most {margin_text(each.margin, unit)}" if each.margin is not None else "")
 
 
 def _differing(found: Agreement, columns: int) -> Iterator[Line]:

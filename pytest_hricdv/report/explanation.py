@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pytest_hricdv.coverage.records import ReportedNearMiss, ReportedViolation, RequirementResult
 from pytest_hricdv.message import visible
 from pytest_hricdv.report.formatting import by_requirement, natural, plural, quantity, seconds
+from pytest_hricdv.report.margin import margin_text, unit_of
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
 
 _MAX_VIOLATIONS = 3
@@ -88,12 +89,13 @@ def course(test: TestResult) -> str:
     return "\n".join(visible(line) for line in [*lines, *_course(test), "", *_actions(test)])
 
 
-def violation(found: ReportedViolation, units: Mapping[str, str]) -> str:
-    """One violation in a line: `triggered at 41.2 s, violated at 51.2 s: hand_distance = 0.03 m (margin -0.02)`.
+def violation(found: ReportedViolation, units: Mapping[str, str], unit: str = "") -> str:
+    """One violation in a line: `triggered at 41.2 s, violated at 51.2 s: hand_distance = 0.03 m (margin -0.02 m)`.
 
     Args:
         found: a violation of the report.
         units: signal -> unit, as far as known.
+        unit: of the margin.
     """
     parts = []
     if found.trigger_s is not None:
@@ -109,7 +111,7 @@ def violation(found: ReportedViolation, units: Mapping[str, str]) -> str:
     if found.text:
         text += f": {found.text}"
     if found.margin is not None:
-        text += f" (margin {quantity(found.margin)})"
+        text += f" (margin {margin_text(found.margin, unit)})"
     return f"{text}; not known under this condition" if found.outside else text
 
 
@@ -202,11 +204,12 @@ def _requirement(
         yield f"  checked as  {_one_line(texts.text)}"
     if texts and texts.source:
         yield f"  source      {_one_line(texts.source)}"
+    unit = unit_of(texts.text, units) if texts else ""
     for found in sorted(result.violations, key=lambda each: not each.outside)[:_MAX_VIOLATIONS]:
-        yield f"  {violation(found, units)}"
+        yield f"  {violation(found, units, unit)}"
     if len(result.violations) > _MAX_VIOLATIONS:
         yield f"  and {plural(len(result.violations) - _MAX_VIOLATIONS, 'more violation')}"
-    yield f"  {counts(result)}{_worst_margin(result)}"
+    yield f"  {counts(result)}{_worst_margin(result, unit)}"
 
 
 def _one_line(text: str) -> str:
@@ -214,11 +217,11 @@ def _one_line(text: str) -> str:
     return " ".join(line.strip() for line in text.strip().splitlines())
 
 
-def _worst_margin(result: RequirementResult) -> str:
+def _worst_margin(result: RequirementResult, unit: str) -> str:
     if result.margin is None:
         return ""
     when = f" at {seconds(result.margin_time_s)}" if isinstance(result.margin_time_s, int | float) else ""
-    return f"; worst margin {quantity(result.margin)}{when}"
+    return f"; worst margin {margin_text(result.margin, unit)}{when}"
 
 
 def _other_requirements(test: TestResult, failed: Sequence[str]) -> Iterator[str]:

@@ -28,7 +28,8 @@ from pytest_hricdv.report import (
     waivers_view,
 )
 from pytest_hricdv.report.failure_groups import failure_groups
-from pytest_hricdv.report.requirement_view import margin_unit, requirement_view, triggers_over_time
+from pytest_hricdv.report.margin import margin_text, margin_unit
+from pytest_hricdv.report.requirement_view import requirement_view, triggers_over_time
 from pytest_hricdv.report.sources_view import Tally, code_sources, model_sources
 from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.history import changes
@@ -160,9 +161,9 @@ def _context(report: Report) -> dict[str, Any]:
         "trend": changes(report.history),
         "failure_groups": failure_groups(report),
         "replay_command": lambda file: explanation.replay_command(file, report.rerun.options),
-        "violation": lambda found: explanation.violation(found, report.units or {}),
+        "violation": lambda name, found: explanation.violation(found, report.units or {}, margin_unit(report, name)),
         "nearest_miss": explanation.nearest_miss,
-        "margin_unit": cache(lambda name: margin_unit(report, name)),
+        "margin": lambda name, value: margin_text(value, margin_unit(report, name)),
         "styles": Markup("\n".join(_asset(f"{name}.css") for name in _STYLES)),
         "libraries": [Markup(_asset(f"vendor/{name}.js")) for name in ("d3.min", "plot.umd.min")],
         "scripts": Markup("\n".join(_asset(f"{name}.js") for name in _SCRIPTS)),

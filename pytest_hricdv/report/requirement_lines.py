@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from pytest_hricdv.message import visible
 from pytest_hricdv.report import totals
-from pytest_hricdv.report.formatting import LABEL_COLUMNS, Line, Style, fit, labelled, listing, pad, wrap
+from pytest_hricdv.report.formatting import LABEL_COLUMNS, Line, Style, fit, labelled, listing, pad, width, wrap
 from pytest_hricdv.results.model import Report, SuiteResult
 
 _MAX_UNUSED = 3
@@ -26,7 +26,8 @@ def requirement_lines(report: Report, suite: SuiteResult, columns: int) -> Itera
 def _table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     margins = any(row.margin is not None for row in rows)
     marks = 6 if any(row.tolerated for row in rows) else 0
-    numbers = 7 + 8 + marks + 6 + 10 + (10 if margins else 0)
+    units = max((width(row.unit) + 1 for row in rows if row.unit and row.margin is not None), default=0)
+    numbers = 7 + 8 + marks + 6 + 10 + (10 + units if margins else 0)
     room = max(columns - numbers - 2, 4)
     head = f"{'Passed':>7}{'Failed':>8}{'':{marks}}{'NC':>6}{'triggers':>10}{'margin' if margins else '':>10}"
     yield Line(f"  {pad('requirement', room)}{head}".rstrip(), "dim")
@@ -37,8 +38,9 @@ def _table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line
             mark = " known" if row.tolerated else ""
             margin = "" if row.margin is None else f"{row.margin:.3g}"
             figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
+            unit = visible(f" {row.unit}" if margin else "")
             name = pad(visible(f"{row.name} {row.title}"), room)
-            yield Line(f"  {name}{figures}".rstrip(), _verdict_style(row))
+            yield Line(f"  {name}{figures}{unit}".rstrip(), _verdict_style(row))
 
 
 def _unchecked(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:

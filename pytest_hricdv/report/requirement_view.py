@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.coverage.records import ReportedNearMiss, RequirementResult
 from pytest_hricdv.report.formatting import by_requirement
+from pytest_hricdv.report.margin import NO_TEXT, margin_unit
 from pytest_hricdv.report.totals import known
 from pytest_hricdv.results.model import NcExemption, Report, RequirementText, TestResult
 from pytest_hricdv.results.searching import SearchResult
 
 SHOWN = 25
 """At most so many failures, tight passes and near misses are listed; the table of tests has the others."""
-_NO_TEXT = RequirementText(title="", source="", text="")
 _SPANS_S = (0.1, 0.5, 1, 2, 5, 10, 20, 60, 300, 1800, 86400)
 
 Judged = tuple[TestResult, RequirementResult]
@@ -63,7 +62,7 @@ def requirement_view(report: Report, name: str) -> RequirementView:
     near_misses = [(test, result.nearest_miss) for test, result in by_verdict["NC"] if result.nearest_miss]
     return RequirementView(
         name=name,
-        texts=report.requirements.get(name, _NO_TEXT),
+        texts=report.requirements.get(name, NO_TEXT),
         known=known(report, name),
         outside=sum(result.outside for _, result in by_verdict["Failed"]),
         until=report.known_until.get(name, ""),
@@ -76,16 +75,6 @@ def requirement_view(report: Report, name: str) -> RequirementView:
         searched=report.search.get(name),
         unit=margin_unit(report, name),
     )
-
-
-def margin_unit(report: Report, name: str) -> str:
-    """The unit of a requirement's margins: seconds for a deadline, else that of the signals it compares."""
-    response = report.requirements.get(name, _NO_TEXT).text.partition("->")[2]
-    if "eventually" in response:
-        return "s"
-    units = report.units or {}
-    named = {units[word] for word in re.findall(r"[A-Za-z_][\w.]*", response) if word in units}
-    return named.pop() if len(named) == 1 else ""
 
 
 def triggers_over_time(report: Report, requirement: str, bins: int = 60) -> dict[str, Any] | None:

@@ -29,13 +29,13 @@ from pytest_hricdv.report.formatting import (
     pad,
     percent,
     plural,
-    quantity,
     seconds,
     share,
     speedup,
     width,
     wrap,
 )
+from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.requirement_lines import requirement_lines
 from pytest_hricdv.results.generation import Diagnosis, GenerationResult
 from pytest_hricdv.results.model import ReplayComparison, Report, SuiteResult
@@ -128,7 +128,7 @@ def findings(report: Report) -> Iterator[Line]:
         for requirement in sorted(test.shrunk, key=by_requirement):
             yield from _shrunk(requirement, test.id, test.shrunk[requirement], options, test.replay)
     for requirement in sorted(report.search, key=by_requirement):
-        yield from _searched(requirement, report.search[requirement], options)
+        yield from _searched(requirement, report.search[requirement], options, margin_unit(report, requirement))
 
 
 def _suite(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:
@@ -299,11 +299,11 @@ def _shrunk(
         yield Line(visible(f"  {replay_command(file, options)}"), "dim")
 
 
-def _searched(requirement: str, searched: SearchResult, options: Sequence[str]) -> Iterator[Line]:
+def _searched(requirement: str, searched: SearchResult, options: Sequence[str], unit: str) -> Iterator[Line]:
     search = f"search for a violation of {requirement}"
     interrupted = "; interrupted" if searched.ended == "interrupted" else ""
     cost = f"{plural(searched.runs, 'run')}, {seconds(searched.wall_s)}{interrupted}"
-    before, margin = _margin(searched.suite_margin), _margin(searched.margin)
+    before, margin = _margin(searched.suite_margin, unit), _margin(searched.margin, unit)
     match searched.status:
         case "never triggered":
             yield Line(visible(f"{search}: no test triggers it, so nothing was run"), "warn")
@@ -321,5 +321,5 @@ def _searched(requirement: str, searched: SearchResult, options: Sequence[str]) 
                 yield from _shrunk(requirement, searched.id or "", searched.shrunk, options, searched.replay)
 
 
-def _margin(margin: float | None) -> str:
-    return "none (no value is compared)" if margin is None else quantity(margin)
+def _margin(margin: float | None, unit: str) -> str:
+    return "none (no value is compared)" if margin is None else margin_text(margin, unit)

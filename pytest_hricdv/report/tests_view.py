@@ -15,6 +15,7 @@ from msgspec import to_builtins
 from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.report import behaviour_view, explanation
 from pytest_hricdv.report.formatting import by_requirement, natural, quantity, seconds
+from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.results.model import ReplayComparison, Report, TestResult
 from pytest_hricdv.results.searching import ShrunkTest
 
@@ -101,8 +102,7 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
         "actions": [(action.command, _values(action.parameters)) for action in test.concrete.actions],
         "run": _values(test.concrete.run),
         "verdicts": [
-            _verdict(name, test.requirements[name], report.units or {})
-            for name in sorted(test.requirements, key=by_requirement)
+            _verdict(report, name, test.requirements[name]) for name in sorted(test.requirements, key=by_requirement)
         ],
         "failure": test.failure,
         "faults": test.faults,
@@ -162,16 +162,16 @@ def _values(values: Mapping[str, object]) -> str:
     return ", ".join(f"{name} {quantity(values[name])}" for name in sorted(values))
 
 
-def _verdict(name: str, result: RequirementResult, units: Mapping[str, str]) -> dict[str, Any]:
-    at_s = result.margin_time_s
+def _verdict(report: Report, name: str, result: RequirementResult) -> dict[str, Any]:
+    at_s, unit = result.margin_time_s, margin_unit(report, name)
     at = f" at {seconds(at_s)}" if isinstance(at_s, int | float) else ""
     return {
         "name": name,
         "verdict": result.verdict,
         "counts": explanation.counts(result),
-        "margin": "" if result.margin is None else quantity(result.margin) + at,
+        "margin": "" if result.margin is None else margin_text(result.margin, unit) + at,
         "miss": explanation.nearest_miss(result.nearest_miss) if result.nearest_miss else "",
-        "violations": [explanation.violation(each, units) for each in result.violations],
+        "violations": [explanation.violation(each, report.units or {}, unit) for each in result.violations],
         "times": [each.time_s for each in result.violations if each.time_s is not None],
     }
 

@@ -10,6 +10,7 @@ from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import WaiverRecord
 from pytest_hricdv.report import holes_view
 from pytest_hricdv.report.formatting import branches, by_requirement, line_ranges, natural, plural, share
+from pytest_hricdv.report.margin import margin_unit
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.results.gates import known_text
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
@@ -32,7 +33,7 @@ class RequirementRow:
     `known` is the reason why its violation is known, with its condition; empty if it is not, or if the run is strict.
     `outside` counts failed tests with a violation outside of that condition. `may_be_nc` is the reason why no test of
     this suite need trigger it; empty if one must. `unused` are the alternatives of its response that never decided.
-    `margin` is the least over the suite's tests, in the requirement's own unit; `margin_test` is the test that had it.
+    `margin` is the least over the suite's tests, in its unit; `margin_test` is the test that had it.
     """
 
     name: str
@@ -48,6 +49,7 @@ class RequirementRow:
     unused: tuple[str, ...]
     margin: float | None
     margin_test: str
+    unit: str
 
     @property
     def tolerated(self) -> bool:
@@ -153,6 +155,7 @@ def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow
                 may_be_nc=may_be_nc(report, name, frozenset({suite.name})),
                 margin=margin,
                 margin_test=test,
+                unit=margin_unit(report, name),
             )
         )
     first = {row.group: place for place, row in reversed([*enumerate(rows)])}

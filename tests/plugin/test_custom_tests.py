@@ -77,7 +77,7 @@ def test_check_fails_with_the_explanation_and_how_to_run_it_again(lamps: pytest.
     result.stdout.fnmatch_lines(
         [
             "R2 Failed: The lamp shall never glare",
-            "  triggered at * lamp_level = 100 % (margin -20)",
+            "  triggered at * lamp_level = 100 % (margin -20 %)",
             "what the human did*:",
             "*s  set_lamp level = 100",
             "run it again:",

@@ -131,7 +131,7 @@ def test_a_verdict_that_depends_on_the_engine_is_no_pass(lamps: pytest.Pytester,
     assert all("cellar" in test["id"] for test in found["engine-sensitive"])
     result.stdout.fnmatch_lines(
         [
-            "  R2: * agree, * within tolerance; margins differ by at most 0.5",
+            "  R2: * agree, * within tolerance; margins differ by at most 0.5 %",
             "  rl-cellar-*",
             "    R2: passed on bulb by +0, failed on led by -0.5: within engine tolerance",
         ]

@@ -62,7 +62,7 @@ def test_a_violation_elsewhere_fails_its_test_though_the_requirement_is_known_to
         [
             "R2 Failed: The lamp shall never glare",
             "  known only while !wish.cellar: the hall has no dimmer",
-            "  triggered at *: lamp_level = 95 % (margin -15); not known under this condition",
+            "  triggered at *: lamp_level = 95 % (margin -15 %); not known under this condition",
             "  R2 is known to fail: while !wish.cellar: the hall has no dimmer; 1 test",
             "  violated it outside of this condition",
             "tests: 2 passed, 1 failed, 1 known to fail",
@@ -86,7 +86,7 @@ def test_one_violation_elsewhere_is_enough_and_is_told_first(lamps: pytest.Pytes
     result = lamps.runpytest_inprocess(SUITE, "-k", "hall-polite")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(
-        ["  *lamp_level = 95 % (margin -15); not known under this condition", "  *lamp_level = 100 % (margin -20)"]
+        ["  *lamp_level = 95 % (margin -15 %); not known under this condition", "  *lamp_level = 100 % (margin -20 %)"]
     )
 
 

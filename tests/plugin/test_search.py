@@ -64,9 +64,9 @@ def test_the_smallest_margin_is_told_even_when_nothing_fails(lamps: pytest.Pytes
     assert [found[name]["runs"] for name in found] == [40, 0, 40, 0]
     result.stdout.fnmatch_lines(
         [
-            "no violation of R1 found: margin 0.7, 0.7 in the suite; nearest was a variant of * (40 runs, * s)",
+            "no violation of R1 found: margin 0.7 s, 0.7 s in the suite; nearest was a variant of * (40 runs, * s)",
             "search for a violation of R2: not needed, rl-hall-polite-* violates it",
-            "no violation of R3 found: margin 1, 1.0* in the suite; nearest was a variant of rl-*",
+            "no violation of R3 found: margin 1 s, 1.0* s in the suite; nearest was a variant of rl-*",
             "search for a violation of R4: no test triggers it, so nothing was run",
         ]
     )

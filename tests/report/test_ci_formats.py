@@ -44,7 +44,7 @@ def test_it_has_verdicts_coverage_and_what_failed() -> None:
     assert "| R3 The robot shall not close its hand when the human hand is too close |" in text
     assert re.search(r"^\| statements, of the reachable \| \d+\.\d % of 320 \|$", text, re.M)
     assert "### 1 failure" in text
-    assert "- R1 triggered at 41.2 s, violated at 51.5 s: hand\\_distance = 0.03 (margin -0.02)" in text
+    assert "- R1 triggered at 41.2 s, violated at 51.5 s: hand\\_distance = 0.03 (margin -0.02 s)" in text
     assert "```text\nrun it again:\n  pytest " in text
 
 

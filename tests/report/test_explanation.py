@@ -30,8 +30,8 @@ def test_failure_says_what_when_by_how_much_and_how_to_run_it_again() -> None:
     text = failure(test, REQUIREMENTS, seed=7, units={"hand_distance": "m"})
     assert text.startswith("R1 Failed: If gaze, pressure and location sense the human ready, then a leg")
     assert "checked as  always(rise(gpl_ready) -> eventually[0:10](leg_released))" in text
-    assert "triggered at 41.2 s, violated at 51.5 s: hand_distance = 0.03 m (margin -0.02)" in text
-    assert "2 triggers: 1 passed, 1 failed; worst margin -0.02 at 51.5 s" in text
+    assert "triggered at 41.2 s, violated at 51.5 s: hand_distance = 0.03 m (margin -0.02 s)" in text
+    assert "2 triggers: 1 passed, 1 failed; worst margin -0.02 s at 51.5 s" in text
     assert "others:  R2 Passed, R3 Passed, R4 Passed" in text
     assert f"turns:   {', '.join(test.outcomes)}" in text
     assert f"abstract test {test.id}, own seed {test.seed}" in text
