@@ -124,9 +124,13 @@ def is_whole(report: Report, suite: SuiteResult) -> bool:
 
 
 def tests_text(report: Report, suite: SuiteResult) -> str:
-    """`134 tests, 131 not run`: how many tests a suite has, and how many of them have no verdicts."""
+    """`134 tests, 131 not run`: how many tests a suite has, and how many of them have no verdicts.
+
+    Of a part of the suite: `3 of 134 tests`.
+    """
     not_run = sum(test.suite == suite.name and test.outcome == "not-run" for test in report.tests)
-    return plural(suite.tests, "test") + (f", {not_run} not run" if not_run else "")
+    part = f"{suite.tests} of " if suite.tests < suite.size else ""
+    return part + plural(suite.size if part else suite.tests, "test") + (f", {not_run} not run" if not_run else "")
 
 
 def failed_gates(report: Report) -> tuple[str, ...]:

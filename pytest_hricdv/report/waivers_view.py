@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -9,6 +10,8 @@ from typing import Literal
 from pytest_hricdv.report import totals
 from pytest_hricdv.report.formatting import Style, by_requirement
 from pytest_hricdv.results.model import Report
+
+_OWNED = re.compile(r"(?P<reason>.*\S)\s*\[(?P<owner>[^\[\]]+)\]", re.DOTALL)
 
 WaiverState = Literal["needed", "not needed here", "not seen in this part", "ignored: strict", "expired"]
 
@@ -29,6 +32,7 @@ class Waiver:
         kind: "known violation", "may be NC" or "unreachable line".
         what: requirement, with condition or suites; or file and line.
         reason: for people.
+        owner: who answers for it: what stands in brackets at the end of the reason; empty where nobody is named.
         until: the last day; empty for ever.
         state: whether it is still needed, as far as this report tells.
     """
@@ -36,6 +40,7 @@ class Waiver:
     kind: Literal["known violation", "may be NC", "unreachable line"]
     what: str
     reason: str
+    owner: str
     until: str
     state: WaiverState
 
@@ -50,6 +55,12 @@ def waivers(report: Report) -> tuple[Waiver, ...]:
     return (*_known(report), *_unchecked(report), *_lines(report))
 
 
+def _split(reason: str) -> tuple[str, str]:
+    """Reason and owner of `no crush prevention [safety team]`."""
+    match = _OWNED.fullmatch(reason)
+    return (match["reason"], match["owner"]) if match else (reason, "")
+
+
 def _known(report: Report) -> Iterator[Waiver]:
     whole = bool(report.suites) and all(totals.is_whole(report, suite) for suite in report.suites)
     for name in sorted(report.known_violations.keys() | report.known_until.keys(), key=by_requirement):
@@ -62,7 +73,7 @@ def _known(report: Report) -> Iterator[Waiver]:
             state = "ignored: strict"
         what = f"{name} while {condition}" if condition else name
         reason = report.known_violations.get(name, "")
-        yield Waiver("known violation", what, reason, report.known_until.get(name, ""), state)
+        yield Waiver("known violation", what, *_split(reason), report.known_until.get(name, ""), state)
 
 
 def _unchecked(report: Report) -> Iterator[Waiver]:
@@ -73,11 +84,11 @@ def _unchecked(report: Report) -> Iterator[Waiver]:
         checked = bool(tallies) and all(tally.passed or tally.failed for tally in tallies)
         state: WaiverState = "not needed here" if checked else "needed" if tallies else "not seen in this part"
         what = f"{name} in {', '.join(each.suites)}" if each.suites else name
-        yield Waiver("may be NC", what, each.reason, each.until, state)
+        yield Waiver("may be NC", what, *_split(each.reason), each.until, state)
 
 
 def _lines(report: Report) -> Iterator[Waiver]:
     """Lines; one that ran although it is waived is an error of the session, so that each here is needed."""
     state: WaiverState = "needed" if report.code_under_test.measured else "not seen in this part"
     for each in totals.waivers(report):
-        yield Waiver("unreachable line", f"{each.file}:{each.line}", each.reason, "", state)
+        yield Waiver("unreachable line", f"{each.file}:{each.line}", *_split(each.reason), "", state)

@@ -25,6 +25,7 @@ def test_parts_one_after_the_other_leave_it_until_the_next_whole_one(lamps: pyte
     result = lamps.runpytest_inprocess(*SUITE, "-k", name)
     assert sizes(lamps) == (1, every)
     folder = lamps.path / "hri-report"
+    result.stdout.fnmatch_lines([f"suite rl, seed 0: 1 of {every} tests"])
     result.stdout.fnmatch_lines(
         [f"report: {folder / 'index.html'}", f"of whole suites, kept: {folder / 'whole' / 'index.html'}"]
     )

@@ -23,10 +23,13 @@ def test_each_waiver_says_whether_it_is_needed(lamps: pytest.Pytester) -> None:
     change(lamps.path, "lamps/guide.py", 'return "by hand"', 'return "by hand"  # unreachable: nobody services it here')
     with (lamps.path / "pytest.ini").open("a", encoding="utf-8") as file:
         file.write(
-            "hri_allow_nc =\n    R1 in rl until 2999-12-31: not there\n    R3: nobody greets\n"
+            "hri_allow_nc =\n    R1 in rl until 2999-12-31: not there\n    R3: nobody greets [lamp team]\n"
             "    R2 in by-hand: it has no lamp\n"
         )
     rows = found(lamps)
+    owners = {row.what: (row.reason, row.owner) for row in waivers(load(lamps.path / "hri-report"))}
+    assert owners["R3"] == ("nobody greets", "lamp team")
+    assert owners["R1 in rl"] == ("not there", "")
     assert rows["R2"] == ("known violation", "", "needed")
     assert rows["R1 in rl"] == ("may be NC", "2999-12-31", "not seen in this part")
     assert rows["R3"] == ("may be NC", "", "not needed here")
