@@ -54,6 +54,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _register(config: pytest.Config, options: Options) -> None:
+    from pytest_hricdv.session.attachments import attaching
     from pytest_hricdv.session.collection import Collection, worker_input
     from pytest_hricdv.session.resuming import PassingOver
     from pytest_hricdv.session.running import Running
@@ -64,6 +65,8 @@ def _register(config: pytest.Config, options: Options) -> None:
     config.pluginmanager.register(collection, "hricdv-collection")
     config.pluginmanager.register(running, "hricdv-running")
     config.pluginmanager.register(PassingOver(collection), "hricdv-passing-over")
+    for each in attaching(collection):
+        config.pluginmanager.register(each)
     if worker_input(config) is None:
         _register_in_controller(config, collection, running, options)
 

@@ -25,3 +25,13 @@ def pytest_configure(config: pytest.Config) -> None:
     for name in ("default", "ci"):
         settings.register_profile(name, settings.get_profile(name), max_examples=FEW, deadline=None)
     settings.register_profile("thorough", settings.get_profile("ci"), max_examples=MANY)
+
+
+@pytest.fixture
+def pytester(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
+    """Runs pytest without the plugins for other reports, which only `tests/plugin/test_attachments.py` needs.
+
+    They take long to load, in each process of each run.
+    """
+    monkeypatch.setenv("PYTEST_ADDOPTS", "-p no:html -p no:metadata -p no:allure_pytest")
+    return pytester

@@ -204,3 +204,20 @@ def test_a_film_of_what_there_is_not_is_refused(filmed: pytest.Pytester, old: st
     result = filmed.runpytest_inprocess("--hri-suite=by-hand")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert told in result.stderr.str()
+
+
+@pytest.mark.slow
+def test_films_are_attached_to_the_reports_of_other_plugins(
+    filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("PYTEST_ADDOPTS")
+    filmed.runpytest_subprocess(
+        "--hri-suite=rl", "--hri-film", "--hri-strict", "-k", BRIGHT, "--html=out/t.html", "--alluredir=out/allure"
+    )
+    film = next(test for test in report(filmed.path)["tests"] if test["id"] == BRIGHT)["film"]
+    page = (filmed.path / "out" / "t.html").read_text("utf-8")
+    assert f"../hri-report/{film['video']}" in page
+    assert f"../hri-report/{film['strip']}" in page
+    video = (filmed.path / "hri-report" / film["video"]).read_bytes()
+    attached = (filmed.path / "out" / "allure").glob("*-attachment.*")
+    assert video in [each.read_bytes() for each in attached]

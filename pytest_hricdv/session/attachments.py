@@ -1,0 +1,129 @@
+"""What a test shows in the reports of other plugins: its film, its timeline and a link, for Allure and pytest-html."""
+
+from __future__ import annotations
+
+import base64
+import os
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from pytest_hricdv.report.files import PAGE_NAME
+from pytest_hricdv.report.tests_view import anchor
+from pytest_hricdv.report.timeline_text import timeline_text
+from pytest_hricdv.results.codec import decode
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.session.running import ATTRIBUTE
+
+if TYPE_CHECKING:
+    from pytest_hricdv.session.collection import Collection
+
+LINK = "pytest-hricdv"
+TIMELINE = "timeline"
+FILM = "film"
+STRIP = "key frames"
+
+
+class Attaching(ABC):
+    """Attaches to one kind of report.
+
+    Args:
+        collection: knows the folder of our report, and units.
+    """
+
+    def __init__(self, collection: Collection) -> None:
+        self._collection = collection
+        self._folder = collection.options.report
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)  # outside of what attaches the result
+    def pytest_runtest_makereport(self) -> Iterator[None]:
+        """Attaches to the report of a call that has a result."""
+        report: pytest.TestReport = yield  # type: ignore[assignment]
+        text = getattr(report, ATTRIBUTE, None)
+        if text is not None:
+            self.attach(report, decode(text))
+        return report  # type: ignore[return-value]
+
+    @abstractmethod
+    def attach(self, report: pytest.TestReport, result: TestResult) -> None:
+        """Attach what there is of a test."""
+
+    def _timeline(self, result: TestResult) -> str:
+        return timeline_text(result, self._collection.testbench.units)
+
+    def _link(self, result: TestResult, start: Path) -> str:
+        """The page of a test, from a folder: reports are carried away together."""
+        return f"{relative(self._folder / PAGE_NAME, start)}#test/{anchor(result.nodeid)}"
+
+    def _pictures(self, result: TestResult) -> Iterator[tuple[str, Path]]:
+        """Name and file of the film and its key frames, as far as they were made."""
+        film = result.film
+        for name, file in ((FILM, film and film.video), (STRIP, film and film.strip)):
+            if file:
+                yield name, self._folder / file
+
+
+class AllureAttaching(Attaching):
+    """Attaches to Allure's results."""
+
+    def __init__(self, collection: Collection, results: Path) -> None:
+        super().__init__(collection)
+        self._results = results
+
+    def attach(self, report: pytest.TestReport, result: TestResult) -> None:
+        """Attach what there is of a test."""
+        import allure
+
+        allure.dynamic.link(self._link(result, self._results), name=LINK)  # type: ignore[no-untyped-call]
+        allure.attach(self._timeline(result), name=TIMELINE, attachment_type=allure.attachment_type.TEXT)
+        for name, path in self._pictures(result):
+            kind = allure.attachment_type[path.suffix[1:].upper()]
+            allure.attach.file(str(path), name=name, attachment_type=kind)  # type: ignore[no-untyped-call]
+
+
+class HtmlAttaching(Attaching):
+    """Attaches to pytest-html's page; where that holds everything itself, it holds films, too."""
+
+    def __init__(self, collection: Collection, page: Path, *, self_contained: bool) -> None:
+        super().__init__(collection)
+        self._page = page
+        self._self_contained = self_contained
+
+    def attach(self, report: pytest.TestReport, result: TestResult) -> None:
+        """Attach what there is of a test."""
+        from pytest_html import extras
+
+        found = [
+            extras.url(self._link(result, self._page.parent), name=LINK),
+            extras.text(self._timeline(result), name=TIMELINE),
+        ]
+        for name, path in self._pictures(result):
+            kind = extras.mp4 if path.suffix == ".mp4" else extras.image
+            content = relative(path, self._page.parent)
+            if self._self_contained:
+                content = base64.b64encode(path.read_bytes()).decode()
+            found.append(kind(content, name=name))
+        setattr(report, "extras", [*getattr(report, "extras", []), *found])  # noqa: B010
+
+
+def attaching(collection: Collection) -> Iterator[Attaching]:
+    """One for each plugin that is installed and writes a report in this session."""
+    config = collection.config
+    results = config.getoption("allure_report_dir", None)
+    if config.pluginmanager.hasplugin("allure_pytest") and results:
+        yield AllureAttaching(collection, Path(os.path.abspath(results)))
+    page = config.getoption("htmlpath", None)
+    if config.pluginmanager.hasplugin("html") and page:
+        contained = bool(config.getoption("self_contained_html", False))
+        yield HtmlAttaching(collection, Path(os.path.abspath(page)), self_contained=contained)
+
+
+def relative(path: Path, start: Path) -> str:
+    """The address of a file, from a page in a folder."""
+    try:
+        return Path(os.path.relpath(path, start)).as_posix()
+    except ValueError:  # on another drive
+        return path.absolute().as_uri()
