@@ -27,6 +27,8 @@ from pytest_hricdv.testbench import Testbench
 
 NAME = "hri_now"
 
+_PACKAGE = Path(__file__).parents[1]
+
 
 @dataclass(frozen=True)
 class Now:
@@ -130,7 +132,10 @@ class Breaking:
             self._stop(self._now(found, result, signals, messages, code[0]), code[0])
 
         stopping = Events(counting.last_until(found[1]), stop)
-        execute(self.testbench, self.requirements, test, measurement, NAME, watching=[stopping], begun=code.append)
+        try:
+            execute(self.testbench, self.requirements, test, measurement, NAME, watching=[stopping], begun=code.append)
+        finally:
+            vars(builtins).pop(NAME, None)
         if self._quit is not None:
             raise self._quit
         return result
@@ -157,19 +162,37 @@ class Breaking:
     def _stop(self, now: Now, code: CodeUnderTest) -> None:
         """Give the instant to a debugger: the attached one, or pdb at the terminal."""
         setattr(builtins, NAME, now)
+        here = sys._getframe()
+        if debugger():
+            _stop_in_ide(_of_project(here))
+            return
         try:
-            if debugger():
-                breakpoint()  # the debugger of an IDE stops here; the code under test is up the stack
-                return
-            here = sys._getframe()
             frames = [_of_code(frame, self.files) for frame in (here, *code.waiting.values())]
             pdb = pytestPDB._init_pdb("hri-break", header=_header(now))  # type: ignore[no-untyped-call]
             pdb.reset()
             pdb.interaction(next((frame for frame in frames if frame is not None), here), None)
         except pytest.exit.Exception as error:
             self._quit = error
-        finally:
-            delattr(builtins, NAME)
+
+
+def _stop_in_ide(frame: FrameType | None) -> None:
+    """Let the attached debugger stop: pydevd (VS Code, PyCharm) in this frame, as soon as control is back there.
+
+    That is at once, and before time goes on: events are told synchronously. In a frame of this module it would not stop
+    where the IDE shows its user's own code only, since for it this is a library.
+    """
+    pydevd = sys.modules.get("pydevd")
+    if pydevd is None or frame is None:
+        breakpoint()  # the code under test is up the stack
+    else:
+        pydevd.settrace(suspend=True, trace_only_current_thread=True, patch_multiprocessing=False, stop_at_frame=frame)
+
+
+def _of_project(frame: FrameType | None) -> FrameType | None:
+    """The innermost frame, from a frame on, that is of the user's project: not of this package."""
+    while frame is not None and Path(frame.f_code.co_filename).is_relative_to(_PACKAGE):
+        frame = frame.f_back
+    return frame
 
 
 def _of_code(frame: FrameType | None, files: Sequence[Path]) -> FrameType | None:

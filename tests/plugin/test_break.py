@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from tests.campaign.conftest import environment
 from tests.plugin import project
+from tests.plugin.ide import Client, under_an_ide
 
 RUN = ("--hri-suite=rl", "--hri-strict", "-x", "-p", "no:cacheprovider")
 
@@ -65,3 +67,38 @@ def test_quitting_ends_the_session(lamps: pytest.Pytester) -> None:
 )
 def test_bad_input(lamps: pytest.Pytester, options: tuple[str, ...], said: str) -> None:
     lamps.runpytest_subprocess(*RUN, *options).stderr.fnmatch_lines([said])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("as_library", [False, True])
+def test_an_ides_debugger_stops_in_the_code_under_test_also_where_it_shows_nothing_of_the_plugin(
+    lamps: pytest.Pytester, tmp_path: Path, as_library: bool
+) -> None:
+    pytest.importorskip("debugpy")
+    seen: list[object] = []
+
+    def converse(client: Client) -> None:
+        client.ask("initialize", adapterID="tests", pathFormat="path", linesStartAt1=True)
+        client.ask("attach", justMyCode=True)
+        for message in client.told():
+            kind, body = message.get("event") or message.get("command"), message.get("body") or {}
+            match kind:
+                case "initialized":
+                    client.ask("configurationDone")
+                case "stopped":
+                    client.ask("stackTrace", threadId=body["threadId"])
+                case "stackTrace":
+                    frames = [(frame["name"], Path(frame["source"]["path"]).name) for frame in body["stackFrames"]]
+                    seen.extend(frames[:2])
+                    client.ask("evaluate", expression="hri_now.time_s", frameId=body["stackFrames"][0]["id"])
+                case "evaluate":
+                    seen.append(body["result"])
+                    client.ask("continue", threadId=1)
+                case "terminated":
+                    return
+
+    given = ("-m", "pytest", *RUN, "--hri-break=R2")
+    roots = {"IDE_PROJECT_ROOTS": str(lamps.path)} if as_library else {}
+    said = under_an_ide(given, lamps.path, tmp_path / "endpoints.json", converse, roots)
+    assert seen == [("serve", "guide.py"), ("robot", "conftest.py"), "1.715564"]
+    assert "R2 Failed: The lamp shall never glare" in said

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import os
-import socket
-import subprocess
 import sys
-import time
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
+from tests.plugin.ide import Client, under_an_ide
 from tests.plugin.project import change, nodeids, plain_and_slowly_in_other_modes, report
 
 DEFAULT = ("hri_known_violations =", "hri_suite = by-hand\nhri_known_violations =")
@@ -142,64 +136,17 @@ def test_pytests_own_debugger_is_left_alone(lamps: pytest.Pytester, option: str)
     result.stdout.fnmatch_lines([f"  statements * unmeasured: {option} was given: *"])
 
 
-PATIENCE_S = 60
-"""For each thing that an IDE's debugger is asked."""
-
-
-class Client:
-    """An IDE as a debug adapter sees it (Debug Adapter Protocol): counts where the program stops, and goes on."""
-
-    def __init__(self, connection: socket.socket) -> None:
-        self._stream = connection.makefile("rwb")
-        self._number = 0
-
-    def ask(self, command: str, **arguments: Any) -> None:
-        """Send a request."""
-        self._number += 1
-        body = {"seq": self._number, "type": "request", "command": command, "arguments": arguments}
-        text = json.dumps(body).encode()
-        self._stream.write(b"Content-Length: %d\r\n\r\n%s" % (len(text), text))
-        self._stream.flush()
-
-    def told(self) -> Iterator[dict[str, Any]]:
-        """What the adapter says, to the end of the program."""
-        while header := self._stream.readline():
-            if header.startswith(b"Content-Length"):
-                self._stream.readline()
-                yield json.loads(self._stream.read(int(header.split()[1])))
-
-
 def test_an_ides_debugger_stops_in_the_controller(lamps: pytest.Pytester, tmp_path: Path) -> None:
     pytest.importorskip("debugpy")
-    endpoints = tmp_path / "endpoints.json"
-    told = {"DEBUGPY_ADAPTER_ENDPOINTS": str(endpoints), "DEBUGPY_PROCESS_SPAWN_TIMEOUT": str(PATIENCE_S)}
+    stops: list[tuple[str, int]] = []
+
+    def converse(client: Client) -> None:
+        stops.extend(_stops(client, lamps.path / "lamps" / "guide.py", 19))
+
     run = ("-m", "pytest", "--hri-suite=by-hand", "--hri-tests=2")
-    arguments = (sys.executable, "-Xfrozen_modules=off", "-m", "debugpy", "--listen", "0", "--wait-for-client")
-    with subprocess.Popen(
-        [*arguments, *run], cwd=lamps.path, env=os.environ | told, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
-    ) as program:
-        try:
-            with socket.create_connection(_address(endpoints, program), timeout=PATIENCE_S) as connection:
-                stops = _stops(Client(connection), lamps.path / "lamps" / "guide.py", 19)
-        except BaseException:
-            program.kill()
-            raise
-        assert program.stdout is not None
-        text = program.stdout.read().decode()
+    text = under_an_ide(run, lamps.path, tmp_path / "endpoints.json", converse)
     assert stops == [("serve", 19), ("serve", 19)]
     assert "unmeasured: the IDE's debugger (pydevd) is attached" in text
-
-
-def _address(endpoints: Path, program: subprocess.Popen[bytes]) -> tuple[str, int]:
-    """Where the adapter waits for the IDE, once it has said so in a file; who comes sooner may be forgotten."""
-    while program.poll() is None:
-        try:
-            client = json.loads(endpoints.read_text())["client"]
-        except (FileNotFoundError, json.JSONDecodeError):
-            time.sleep(0.02)  # it only asks again: what it waits for is the file
-            continue
-        return client["host"], client["port"]
-    pytest.fail("the debugger did not start")
 
 
 def _stops(client: Client, file: Path, line: int) -> list[tuple[str, int]]:
