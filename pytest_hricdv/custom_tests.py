@@ -20,7 +20,7 @@ from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.options import read_options
-from pytest_hricdv.session.running import Running
+from pytest_hricdv.session.run_context import CONTEXT, RunContext
 from pytest_hricdv.suggestion import nearest
 from pytest_hricdv.testbench import TestbenchError
 
@@ -31,7 +31,6 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 
 SUITE = "handmade"
 UNMEASURED = NoMeasurement("no test of a suite")
-_RUNNING = pytest.StashKey[Running]()
 
 
 class HriRun:
@@ -47,8 +46,8 @@ class HriRun:
     No suite needs to be active. What is run this way is not in the report, and is measured by `--cov` only.
     """
 
-    def __init__(self, running: Running, item: pytest.Item) -> None:
-        self._running = running
+    def __init__(self, context: RunContext, item: pytest.Item) -> None:
+        self._context = context
         self._item = item
         self._results: list[tuple[CaseResult, TestResult]] = []
 
@@ -71,15 +70,15 @@ class HriRun:
             GenerateError: a command or a parameter that the testbench does not declare, or a value that is no number.
             NodeError: a node failed; the text names it and the simulated time.
         """
-        testbench = self._running.collection.testbench
+        testbench = self._context.collection.testbench
         try:
             case = self._case(test, seed, parameters)
         except GenerateError as error:
             raise GenerateError(str(error)) from None  # raised here, so that only the author's line is shown
-        requirements, known_while = self._running.requirements, self._running.known_while
+        requirements, known_while = self._context.requirements, self._context.known_while
         result = execute(testbench, requirements, case.concrete, UNMEASURED, "handmade", known_while=known_while)
-        nodeid = self._running.shown(self._item.nodeid)
-        built = build_result(case, nodeid, result, requirements=self._running.requirements)
+        nodeid = self._context.shown(self._item.nodeid)
+        built = build_result(case, nodeid, result, requirements=self._context.requirements)
         self._results.append((result, built))
         # pytest shows sections of tests that fail, for whatever reason.
         self._item.add_report_section("call", "hri_run", explanation.course(built))
@@ -92,12 +91,12 @@ class HriRun:
         built = next((built for known, built in self._results if known is result), None)
         if built is None:
             raise ValueError(f"hri_run.check: expected what hri_run returned in this test, got {result!r:.60}")
-        known = self._running.known
+        known = self._context.known
         if result.failed and not result.faults and not result.unknown(known):
             pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in result.failed))
         if result.failed or result.faults:
-            units = self._running.collection.testbench.units
-            texts = self._running.texts
+            units = self._context.collection.testbench.units
+            texts = self._context.texts
             text = explanation.failure(built, texts, seed=None, known=known, units=units)
             pytest.fail(text, pytrace=False)
 
@@ -105,7 +104,7 @@ class HriRun:
         return "<hri_run>"
 
     def _case(self, test: str | Iterable[str] | ConcreteTest, seed: int, parameters: Mapping[str, float]) -> HriCase:
-        ranges = self._running.collection.testbench.commands
+        ranges = self._context.collection.testbench.commands
         if isinstance(test, ConcreteTest):
             lines = tuple(action.command for action in test.actions)
             abstract = AbstractTest(test.id, test.suite, "given", (), lines, seed=test.seed)
@@ -117,14 +116,14 @@ class HriRun:
 def hri_run(request: pytest.FixtureRequest) -> HriRun:
     """The fixture's value. A testbench that is missing or wrong fails the test with one located message."""
     config = request.config
-    running = config.pluginmanager.get_plugin("hricdv-running") or config.stash.get(_RUNNING, None)
     try:
-        if running is None:
-            running = config.stash[_RUNNING] = Running(Collection(config, read_options(config)))
-        _ = running.collection.testbench, running.requirements, running.known_while
+        if CONTEXT not in config.stash:
+            config.stash[CONTEXT] = RunContext(Collection(config, read_options(config)))
+        context = config.stash[CONTEXT]
+        _ = context.collection.testbench, context.requirements, context.known_while
     except (pytest.UsageError, TestbenchError) as error:
         pytest.fail(f"hri_run: {error}", pytrace=False)
-    return HriRun(running, request.node)
+    return HriRun(context, request.node)
 
 
 def _parsed(test: str | Iterable[str], seed: int, ranges: Concretization) -> AbstractTest:

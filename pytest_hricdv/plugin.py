@@ -9,9 +9,8 @@ import pytest
 
 if TYPE_CHECKING:
     from pytest_hricdv.custom_tests import HriRun
-    from pytest_hricdv.session.collection import Collection
     from pytest_hricdv.session.options import Options
-    from pytest_hricdv.session.running import Running
+    from pytest_hricdv.session.run_context import RunContext
 
 NO_SUITE = "no suite is active: choose one with --hri-suite=NAME|PATH, or with hri_suite in the ini file"
 
@@ -57,35 +56,37 @@ def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv.session.attachments import attaching
     from pytest_hricdv.session.collection import Collection, worker_input
     from pytest_hricdv.session.resuming import PassingOver
+    from pytest_hricdv.session.run_context import CONTEXT, RunContext
     from pytest_hricdv.session.running import Running
 
     collection = Collection(config, options)
     collection.limit_paths()
-    running = Running(collection)
+    context = config.stash[CONTEXT] = RunContext(collection)
     config.pluginmanager.register(collection, "hricdv-collection")
-    config.pluginmanager.register(running, "hricdv-running")
+    config.pluginmanager.register(Running(context), "hricdv-running")
     config.pluginmanager.register(PassingOver(collection), "hricdv-passing-over")
     for each in attaching(collection):
         config.pluginmanager.register(each)
     if worker_input(config) is None:
-        _register_in_controller(config, collection, running, options)
+        _register_in_controller(config, context, options)
 
 
-def _register_in_controller(config: pytest.Config, collection: Collection, running: Running, options: Options) -> None:
+def _register_in_controller(config: pytest.Config, context: RunContext, options: Options) -> None:
     from pytest_hricdv.session.aggregation import Aggregation
     from pytest_hricdv.session.exports import Exporting, read_targets
     from pytest_hricdv.session.preparation import GateCheck, Preparation
     from pytest_hricdv.session.progress import Progress
     from pytest_hricdv.session.reporting import Reporting
 
+    collection = context.collection
     if options.closing.asked:
         from pytest_hricdv.session.closing import Closing
 
-        collection.closing = Closing(collection, running).suite
+        collection.closing = Closing(collection, context).suite
     gate_check = GateCheck(collection)
-    aggregation = Aggregation(collection, running)
-    reporting = Reporting(collection, running, aggregation, gate_check)
-    preparation = Preparation(collection, running, gate_check, aggregation)
+    aggregation = Aggregation(collection, context)
+    reporting = Reporting(collection, context, aggregation, gate_check)
+    preparation = Preparation(collection, context, gate_check, aggregation)
     config.pluginmanager.register(preparation, "hricdv-preparation")
     config.pluginmanager.register(aggregation, "hricdv-aggregation")
     config.pluginmanager.register(aggregation.journaling, "hricdv-journaling")

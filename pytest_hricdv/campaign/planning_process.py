@@ -14,6 +14,7 @@ import pytest
 from pytest_hricdv.cluster.identity import identity
 from pytest_hricdv.results.building import declare_report
 from pytest_hricdv.results.codec import encode
+from pytest_hricdv.session.run_context import CONTEXT
 from pytest_hricdv.session.serving import END, UNWARNED, session
 
 _WITHOUT = ("--collect-only", "-q", "-n0", *UNWARNED)
@@ -37,13 +38,12 @@ class _Planning:
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """Tells the tests, and all that does not depend on their results."""
         manager = session.config.pluginmanager
-        running, aggregation = manager.get_plugin("hricdv-running"), manager.get_plugin("hricdv-aggregation")
+        aggregation = manager.get_plugin("hricdv-aggregation")
         reporting = manager.get_plugin("hricdv-reporting")
-        assert running is not None, "there is a suite"
         assert aggregation is not None, "this is no worker of xdist"
         assert reporting is not None, "this is no worker of xdist"
         declared = declare_report(reporting.session_info(), {})
-        here = identity(Path(session.config.rootpath), running.provenance.code)
+        here = identity(Path(session.config.rootpath), session.config.stash[CONTEXT].provenance.code)
         self._write(
             msgspec.json.encode(
                 {

@@ -18,7 +18,8 @@ from pytest_hricdv.session.collection import Collection, case_of
 from pytest_hricdv.session.journaling import Journaling
 from pytest_hricdv.session.replaying import LEAVE_A_FILE
 from pytest_hricdv.session.resuming import DONE
-from pytest_hricdv.session.running import ATTRIBUTE, Running
+from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.running import ATTRIBUTE
 
 _DIGEST = re.compile(r"-[0-9a-f]{8,16}(?:-corners)?(?:-k\d+)?(?=[-\]])")
 FASTEST = 1
@@ -60,9 +61,9 @@ class _Head(msgspec.Struct):
 class Aggregation:
     """Collects results by node id, writes replay files of failed tests, and finds out which results are missing."""
 
-    def __init__(self, collection: Collection, running: Running) -> None:
+    def __init__(self, collection: Collection, context: RunContext) -> None:
         self.collection = collection
-        self.running = running
+        self.context = context
         self.chosen: dict[str, HriCase] = {}
         """Node id -> test: the tests that were selected."""
         self.reasons: dict[str, str] = {}
@@ -126,7 +127,7 @@ class Aggregation:
         case = self.chosen.get(result.nodeid)
         if result.replay is not None or case is None:
             return text
-        name = self.running.failures.keep(self.running.provenance.replay(case, result, self.seeds[case.suite]))
+        name = self.context.failures.keep(self.context.provenance.replay(case, result, self.seeds[case.suite]))
         return text if name is None else encode(msgspec.structs.replace(result, replay=name))
 
     def results(self) -> list[TestResult]:

@@ -48,7 +48,7 @@ from pytest_hricdv.session.closing_cache import KeptSuite
 from pytest_hricdv.session.closing_progress import ClosingProgress, listed
 from pytest_hricdv.session.closing_runs import ClosingRuns, RunsHere, RunsOnCluster
 from pytest_hricdv.session.collection import Collection
-from pytest_hricdv.session.running import Running
+from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.suites import generation_context
 from pytest_hricdv.session.usage import usage_error
 
@@ -60,12 +60,12 @@ class Closing:
 
     Args:
         collection: of the session.
-        running: of the session.
+        context: of the session.
     """
 
-    def __init__(self, collection: Collection, running: Running) -> None:
+    def __init__(self, collection: Collection, context: RunContext) -> None:
         self._collection = collection
-        self._running = running
+        self._context = context
         self._options = collection.options.closing
 
     def suite(self, given: Sequence[GeneratedSuite]) -> GeneratedSuite:
@@ -100,7 +100,7 @@ class Closing:
         config = self._collection.config
         if not self._collection.options.cluster.address:
             return RunsHere(config, _processes(config))
-        here = identity(Path(config.rootpath), self._running.provenance.code)
+        here = identity(Path(config.rootpath), self._context.provenance.code)
         return RunsOnCluster(self._collection, here.project)
 
     def _closed(self, runs: ClosingRuns, given: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
@@ -173,13 +173,13 @@ class Closing:
 
     @property
     def _wanted(self) -> tuple[Point, ...]:
-        return wanted_points(*self._declared, self._running.requirements, self._collection.testbench.transitions)
+        return wanted_points(*self._declared, self._context.requirements, self._collection.testbench.transitions)
 
     @cached_property
     def _declared(self) -> tuple[CodeMap | None, Plans, Mapping[str, CrossProduct], Reachability]:
         """What there is to reach, and what the model says of it."""
         testbench = self._collection.testbench
-        code = self._running.code if self._collection.options.coverage else None
+        code = self._context.code if self._collection.options.coverage else None
         return code, self._plans, testbench.cross, reachable(self._exploration, testbench.cross)
 
     @property
@@ -214,7 +214,7 @@ class Closing:
         return digest(
             CACHE_SCHEMA,
             generation_context(options, testbench).fingerprint(NAME),
-            self._running.code.sha256,
+            self._context.code.sha256,
             of_file,
             self._options.runs,
             self._options.without,

@@ -29,7 +29,7 @@ from pytest_hricdv.online.chooser import Weight
 from pytest_hricdv.online.role import Role
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.run import Actions
-from pytest_hricdv.session.running import Running
+from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import END, in_session, introduce, leave_no_core, limit_time, preload, session
 
 RUN_S = 60.0
@@ -86,14 +86,14 @@ class _Serving:
     Args:
         job: how.
         write: sends a line.
-        running: of the session that is configured here.
+        context: of the session that is configured here.
     """
 
-    def __init__(self, job: Job, write: Callable[[bytes], None], running: Running) -> None:
+    def __init__(self, job: Job, write: Callable[[bytes], None], context: RunContext) -> None:
         self._job = job
         self._write = write
-        self._running = running
-        self._collection = running.collection
+        self._context = context
+        self._collection = context.collection
         self._is_warm = False
         self._online: dict[str, tuple[Weight, ...]] = {}
         """Of the present generation: the ids of tests in which the person decides during the run."""
@@ -107,8 +107,8 @@ class _Serving:
         engine = [testbench.engines[testbench.engine]] if testbench.engine else []
         for name in (*testbench.requires, *engine):
             importlib.import_module(name)
-        _ = self._running.code, self._running.measurement, self._role  # once, and not in each fork
-        introduce(self._running, self._write)
+        _ = self._context.code, self._context.measurement, self._role  # once, and not in each fork
+        introduce(self._context, self._write)
         for line in messages:
             generation = msgspec.json.decode(line, type=Generation)
             tests = [AbstractTest.from_data(each) for each in generation.tests]
@@ -145,7 +145,7 @@ class _Serving:
             self._lived = LivedRun(self._role, self._collection.testbench.commands, test.seed, weights)
             actions, watching = self._lived.actions, [self._lived.agent]
         with contextlib.redirect_stdout(io.StringIO()):
-            return self._running.execute(test, self._running.measurement, "closing", actions, watching)
+            return self._context.execute(test, self._context.measurement, "closing", actions, watching)
 
     def _told(self, tests: Sequence[AbstractTest], leaf: Leaf[CaseResult]) -> str:
         return encode(self._observed(tests[leaf.number], leaf))
@@ -157,10 +157,10 @@ class _Serving:
         return observe(
             test if lived is None else lived.recorded(leaf.result),
             leaf.result,
-            code=self._running.code,
+            code=self._context.code,
             cross=self._collection.testbench.cross,
-            requirements=self._running.requirements,
-            known=self._running.known,
+            requirements=self._context.requirements,
+            known=self._context.known,
             state=self._collection.testbench.state,
             choices=() if lived is None else lived.agent.choices,
         )
@@ -190,7 +190,7 @@ def main() -> None:
     preload()
     with session() as (messages, write):
         job = msgspec.json.decode(messages.readline(), type=Job)
-        status = in_session(job.arguments, lambda running: _Serving(job, write, running).serve(messages))
+        status = in_session(job.arguments, lambda context: _Serving(job, write, context).serve(messages))
     sys.exit(status or 1)
 
 

@@ -29,7 +29,7 @@ from pytest_hricdv.results.behaviour import Behaviour
 from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.mutation import BIN, ENDING, EXCEPTION, MutantRun
-from pytest_hricdv.session.running import Running
+from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import in_session, limit_time, preload, session, silence
 
 SILENCE = 30
@@ -183,24 +183,24 @@ class _Trying:
         if not self._runs:
             self._tell(self._trial.tests[0], (EXCEPTION,), "the testbench cannot be built")
 
-    def _run_all(self, running: Running) -> None:
+    def _run_all(self, context: RunContext) -> None:
         while left := self._job.left(self._trial, self._runs):
             limit_time(self._job.run_s)
-            self._run(left[0], running)
+            self._run(left[0], context)
 
-    def _run(self, name: str, running: Running) -> None:
+    def _run(self, name: str, context: RunContext) -> None:
         test = self._job.tests[name]
         try:
-            result = running.execute(test.concrete, UNMEASURED, "mutant")
+            result = context.execute(test.concrete, UNMEASURED, "mutant")
         except Exception as error:
             self._tell(name, (EXCEPTION,), f"{type(error).__name__}: {error}")
             return
-        oracles = tuple(_failed(result, running.known))
+        oracles = tuple(_failed(result, context.known))
         outcome = result.outcome
         now = (result.record.sha256, outcome.ended, tuple(outcome.outcomes))
         changed = now != (test.record_sha256, test.ended, test.outcomes)
         first = changed and not oracles and not any(run.changed for run in self._runs)
-        behaviour = _behaviour(test, result, running) if first else None
+        behaviour = _behaviour(test, result, context) if first else None
         self._tell(name, oracles, "; ".join(result.faults), changed=changed, behaviour=behaviour)
 
     def _tell(
@@ -226,12 +226,12 @@ def _failed(result: CaseResult, known: Container[str]) -> Iterator[str]:
         yield BIN
 
 
-def _behaviour(test: TrialTest, result: CaseResult, running: Running) -> Behaviour:
-    concrete, ranges = test.concrete, running.collection.testbench.commands
+def _behaviour(test: TrialTest, result: CaseResult, context: RunContext) -> Behaviour:
+    concrete, ranges = test.concrete, context.collection.testbench.commands
     lines = tuple(action.command for action in concrete.actions)
     abstract = AbstractTest(concrete.id, test.suite, "mutant", (), lines, seed=concrete.seed)
     case = HriCase(test.suite, abstract, ranges, fixed=concrete)
-    return behaviour_of(build_result(case, concrete.id, result, requirements=running.requirements))
+    return behaviour_of(build_result(case, concrete.id, result, requirements=context.requirements))
 
 
 def main() -> None:

@@ -24,7 +24,7 @@ from pytest_hricdv.separate_process import ProcessError, started
 from pytest_hricdv.session import mutant_process
 from pytest_hricdv.session.mutant_process import Job, RunTold, Told, Trial, TrialTest, TrialTold
 from pytest_hricdv.session.progress import time_left
-from pytest_hricdv.session.running import Running
+from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import arguments_of
 
 LEAST_RUN_S, FACTOR = 10, 10
@@ -43,13 +43,13 @@ class Mutating:
     """Tries the mutants of the code under test on the tests of a session.
 
     Args:
-        running: of the session.
+        context: of the session.
         chosen: node id -> test, of the session.
         processes: at the same time.
         say: receives progress messages.
     """
 
-    running: Running
+    context: RunContext
     chosen: Mapping[str, HriCase]
     processes: int
     say: Callable[[str], None]
@@ -63,33 +63,33 @@ class Mutating:
         Raises:
             MutationError: no test can take part, or tests run otherwise than in the session.
         """
-        began_s, options = time.perf_counter(), self.running.options.mutation
+        began_s, options = time.perf_counter(), self.context.options.mutation
         results = sorted(results, key=lambda result: (result.suite, result.id, result.nodeid))  # workers finish anyhow
         tests = {result.id: result for result in results if _takes_part(result)}
         if not tests:
             raise MutationError("no mutant was tried: expected tests that pass and that were measured")
-        every = all_mutants(self.running.code)
-        drawn = sample(every, self.running.options.seed, options.mutants)
+        every = all_mutants(self.context.code)
+        drawn = sample(every, self.context.options.seed, options.mutants)
         order = TrialOrder(self._candidates([*tests.values()]), options.tests)
         trials = _Trials(drawn, order, tests, self.say)
         self.say(f"hricdv: trying {len(drawn)} mutants on {len(tests)} tests, {self.processes} at a time ...")
-        directory = self.running.collection.config.invocation_params.dir
-        ended = trials.follow(self._job(trials.planned(self.running), tests), directory)
+        directory = self.context.collection.config.invocation_params.dir
+        ended = trials.follow(self._job(trials.planned(self.context), tests), directory)
         return scored(
             mutants=tuple(trials.result(mutant) for mutant in every if mutant.id in trials.runs),
             made=len(every),
-            seed=self.running.options.seed,
+            seed=self.context.options.seed,
             tests_per_mutant=options.tests,
             matrix=options.matrix,
             left_out=tuple(result.id for result in results if not _takes_part(result)),
             processes=self.processes,
             wall_s=round(time.perf_counter() - began_s, 3),
             ended=ended,
-            requirements={name: text.group for name, text in self.running.texts.items()},
+            requirements={name: text.group for name, text in self.context.texts.items()},
         )
 
     def _candidates(self, results: Sequence[TestResult]) -> list[Candidate]:
-        code, cross = self.running.code, self.running.collection.testbench.cross
+        code, cross = self.context.code, self.context.collection.testbench.cross
         index = PointIndex(code.statements, code.branches, {name: each.forbidden for name, each in cross.items()})
         found = []
         for result in results:
@@ -100,11 +100,11 @@ class Mutating:
         return found
 
     def _job(self, trials: Sequence[Trial], tests: Mapping[str, TestResult]) -> Job:
-        options = self.running.options.mutation
+        options = self.context.options.mutation
         slowest_s = max(result.wall_s or 0.0 for result in tests.values())
         one_of_each = {result.nodeid.partition("[")[0]: result.id for result in tests.values()}
         return Job(
-            arguments=arguments_of(self.running.collection.config),
+            arguments=arguments_of(self.context.collection.config),
             tests={name: self._trial_test(result) for name, result in tests.items()},
             control=Trial("", tuple(one_of_each.values())),
             trials=tuple(trials),
@@ -138,9 +138,9 @@ class _Trials:
         self._began_s = time.monotonic()
         self._done: set[str] = set()
 
-    def planned(self, running: Running) -> list[Trial]:
+    def planned(self, context: RunContext) -> list[Trial]:
         """What is to be tried: not the mutants whose statement no test executes."""
-        paths = {file.name: str(file.path) for file in running.code.files}
+        paths = {file.name: str(file.path) for file in context.code.files}
         plans = [(mutant, self._order.tests(mutant.statement)) for mutant in self._mutants]
         return [Trial(mutant.id, tests, paths[mutant.file], mutant.text) for mutant, tests in plans if tests]
 

@@ -31,7 +31,7 @@ from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.engine_choice import passed_over
 from pytest_hricdv.session.fingerprint import fingerprint
 from pytest_hricdv.session.resuming import Restoring
-from pytest_hricdv.session.running import Running
+from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.suites import export
 from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench, TestbenchError
@@ -41,11 +41,11 @@ class Preparation:
     """Generates the suites, exports them, and checks all that a session needs, in the order of the time it takes."""
 
     def __init__(
-        self, collection: Collection, running: Running, gate_check: GateCheck, aggregation: Aggregation
+        self, collection: Collection, context: RunContext, gate_check: GateCheck, aggregation: Aggregation
     ) -> None:
         self.collection = collection
         self.aggregation = aggregation
-        self.running = running
+        self.context = context
         self.options = collection.options
         self._gate_check = gate_check
 
@@ -75,18 +75,18 @@ class Preparation:
 
     def _replay_header(self) -> list[str]:
         given = self.collection.replays.values()
-        notes = [self.running.provenance.note(each) for each in given]
+        notes = [self.context.provenance.note(each) for each in given]
         return [terminal.replay_header(self.collection.testbench.name, len(given)), *(note for note in notes if note)]
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionstart(self) -> None:
         """Checks testbench, files and report folder before any test runs; exports the suites."""
-        self._gate_check.check({requirement.id for requirement in self.running.requirements})
-        _ = self.running.known_while
-        _ = self.running.code
+        self._gate_check.check({requirement.id for requirement in self.context.requirements})
+        _ = self.context.known_while
+        _ = self.context.code
         self._check_replays()
         self._check_films_and_traces()
-        _ = self.running.plan
+        _ = self.context.plan
         if self.options.mutation.asked:
             _check_mutation()
         running = not self.collection.config.getoption("collectonly")
@@ -105,7 +105,7 @@ class Preparation:
 
     def _begin_journal(self) -> None:
         journaling = self.aggregation.journaling
-        depends_on = fingerprint(self.collection, self.running.provenance)
+        depends_on = fingerprint(self.collection, self.context.provenance)
         journaling.begin(depends_on, resume=self.options.resume)
         if journaling.resumed is not None:
             self.aggregation.resume(journaling.resumed)
@@ -115,7 +115,7 @@ class Preparation:
 
     def _check_replays(self) -> None:
         """Refuse replay files of other code or versions, unless --hri-replay-anyway is given."""
-        notes = [self.running.provenance.note(each) for each in self.collection.replays.values()]
+        notes = [self.context.provenance.note(each) for each in self.collection.replays.values()]
         changed = [note for note in notes if note]
         if changed and not self.options.replay_anyway:
             told = "\n  ".join(changed)

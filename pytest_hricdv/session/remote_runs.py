@@ -21,8 +21,8 @@ from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, values_of
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.session import run_process
+from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.run_process import Job, Order, RunTold, Task
-from pytest_hricdv.session.running import Running
 from pytest_hricdv.session.serving import arguments_of
 
 RUN_S = 120.0
@@ -71,18 +71,18 @@ def _order(test: ConcreteTest) -> Order:
 
 
 @contextmanager
-def remote_runs(running: Running, say: Callable[[str], None]) -> Iterator[RemoteRuns]:
+def remote_runs(context: RunContext, say: Callable[[str], None]) -> Iterator[RemoteRuns]:
     """Of the cluster that the session's options name.
 
     Raises:
         ClusterError: there is no such cluster.
     """
-    collection = running.collection
+    collection = context.collection
     options, config = collection.options.cluster, collection.config
     root, here = Path(config.rootpath), config.invocation_params.dir
     archive = code_archive.pack(root) if options.send_code else b""
     directory = here.relative_to(root) if options.send_code else here
-    project = identity(root, running.provenance.code).project
+    project = identity(root, context.provenance.code).project
     job = msgspec.json.encode(Job(arguments_of(config)))
     service = Service(run_process.__name__, job, str(directory), project, RUN_S)
     with connected(Address.parse(options.address), say) as cluster:

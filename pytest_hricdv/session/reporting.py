@@ -35,7 +35,7 @@ from pytest_hricdv.session.origin import origin
 from pytest_hricdv.session.post_session import PostSession
 from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.replaying import Rerunning
-from pytest_hricdv.session.running import Running
+from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.signals import Signals
 from pytest_hricdv.session.trend import noted
 
@@ -52,9 +52,9 @@ MARKUP: dict[str, dict[str, bool]] = {
 class Reporting:
     """Shrinks and searches, builds the report, checks the gates, writes the report and the terminal's summary."""
 
-    def __init__(self, collection: Collection, running: Running, aggregation: Aggregation, gates: GateCheck) -> None:
+    def __init__(self, collection: Collection, context: RunContext, aggregation: Aggregation, gates: GateCheck) -> None:
         self.collection = collection
-        self.running = running
+        self.context = context
         self.aggregation = aggregation
         self.options = collection.options
         self.report: Report | None = None
@@ -110,15 +110,15 @@ class Reporting:
         journaling = self.aggregation.journaling
         journaling.declare(self._declared, self.aggregation.chosen.keys())
         results, searched = self._post_session(self.aggregation.results(), stopped=stopped)
-        if self.running.failures.problem:
-            self.problems.append(self.running.failures.problem)
+        if self.context.failures.problem:
+            self.problems.append(self.context.failures.problem)
         report = msgspec.structs.replace(self._build(results), search=searched)
         if not stopped:
             report = msgspec.structs.replace(report, mutation=self._mutation(results))
         self.report = self._gate_check.compared(report, whole=self._is_whole and self.options.shard is None)
         if not stopped:
             self.report = self._judged(self.report)
-        self.report = msgspec.structs.replace(self.report, plan=evaluated(self.running.plan, self.report))
+        self.report = msgspec.structs.replace(self.report, plan=evaluated(self.context.plan, self.report))
         is_whole = self._is_whole and not (stopped or self.interrupted)
         if self.options.history is not None:
             found = noted(self.report, self.options.history, is_whole=is_whole)
@@ -160,7 +160,7 @@ class Reporting:
         from pytest_hricdv.session.remote_runs import remote_runs  # only where it is asked for
 
         try:
-            with remote_runs(self.running, lambda text: self.collection.say(f"hricdv: {text}")) as after.remote:
+            with remote_runs(self.context, lambda text: self.collection.say(f"hricdv: {text}")) as after.remote:
                 return after.search(results)
         except ClusterError as error:
             self.problems.append(f"--hri-search: --hri-cluster: {error}")
@@ -174,7 +174,7 @@ class Reporting:
 
         self.collection.say("")  # ends the line of dots
         processes = self.aggregation.workers if self.aggregation.is_distributed else os.cpu_count() or 1
-        mutating = Mutating(self.running, self.aggregation.chosen, processes, self.collection.say)
+        mutating = Mutating(self.context, self.aggregation.chosen, processes, self.collection.say)
         try:
             with self._signals.deferred(False):
                 found = mutating.mutate(results)
@@ -189,10 +189,10 @@ class Reporting:
 
     @property
     def _rerunning(self) -> Rerunning:
-        running, seeds = self.running, self.aggregation.seeds
+        context, seeds = self.context, self.aggregation.seeds
         testbench = self.collection.testbench
-        known_while = running.known_while
-        return Rerunning(testbench, running.requirements, running.provenance, running.failures, seeds, known_while)
+        known_while = context.known_while
+        return Rerunning(testbench, context.requirements, context.provenance, context.failures, seeds, known_while)
 
     def _build(self, results: list[TestResult]) -> Report:
         """The report; without the code's coverage, and with a problem, when a waiver in the code is wrong."""
@@ -213,7 +213,7 @@ class Reporting:
             _ = self._reachability  # for its problems, which fail this session, too
             return resumed.declared
         declared = declare_report(self.session_info(), self.aggregation.chosen)
-        came_from = origin(self.collection.config, self._began_at, self.running.provenance.made_with)
+        came_from = origin(self.collection.config, self._began_at, self.context.provenance.made_with)
         return encode(msgspec.structs.replace(declared, origin=came_from)).encode()
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
@@ -241,16 +241,16 @@ class Reporting:
         """What the report is made of, beside results."""
         return SessionInfo(
             testbench=self.collection.testbench,
-            requirements=self.running.requirements,
+            requirements=self.context.requirements,
             suites=tuple(self.collection.selected),
-            code=self.running.code,
+            code=self.context.code,
             unmeasured="no test was measured" if self.options.coverage else "switched off",
             known=self.options.known,
             may_be_nc=self.options.gates.may_be_nc,
             until={name: str(each.until) for name, each in self.options.gates.known.items() if each.until},
             strict=self.options.strict,
             version=version("pytest-hricdv"),
-            made_with=self.running.provenance.made_with,
+            made_with=self.context.provenance.made_with,
             workers=self.aggregation.workers,
             sizes=Counter(case.suite for case in self.collection.everything),
             shard=str(self.options.shard or ""),

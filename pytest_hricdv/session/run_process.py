@@ -20,7 +20,8 @@ from pytest_hricdv.results.building import Ending, build_result
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestOutcome, TestResult
 from pytest_hricdv.runtime.record import Record
-from pytest_hricdv.session.running import Running, tolerated, why_unmeasured
+from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.running import tolerated, why_unmeasured
 from pytest_hricdv.session.serving import END, UNWARNED, in_session, introduce, leave_no_core, preload, session
 
 
@@ -63,72 +64,72 @@ class RunTold(msgspec.Struct, frozen=True):
     record: tuple[str, ...] = ()
 
 
-def _serve(running: Running, messages: Iterable[bytes], write: Callable[[bytes], None]) -> None:
+def _serve(context: RunContext, messages: Iterable[bytes], write: Callable[[bytes], None]) -> None:
     leave_no_core()
-    testbench = running.collection.testbench
+    testbench = context.collection.testbench
     for name in testbench.requires:
         importlib.import_module(name)
-    introduce(running, write)
+    introduce(context, write)
     for line in messages:
         task = msgspec.json.decode(line, type=Task)
         for order in task.orders:
-            write(encode(_told(running, order, with_record=task.records)).encode())
+            write(encode(_told(context, order, with_record=task.records)).encode())
         write(END)
 
 
-def _told(running: Running, order: Order, *, with_record: bool) -> RunTold:
-    commands, sampling = running.collection.testbench.commands, running.options.sampling
+def _told(context: RunContext, order: Order, *, with_record: bool) -> RunTold:
+    commands, sampling = context.collection.testbench.commands, context.options.sampling
     case = HriCase(order.suite, AbstractTest.from_data(order.data), commands, sampling)
-    result, failure = _executed(running, case, order.nodeid)
-    built = _built(running, case, order, result, failure)
+    result, failure = _executed(context, case, order.nodeid)
+    built = _built(context, case, order, result, failure)
     fails = built.outcome in ("failed", "known-violation", "error")
-    replay = running.provenance.replay(case, built, order.suite_seed).to_json() if fails else ""
+    replay = context.provenance.replay(case, built, order.suite_seed).to_json() if fails else ""
     record = tuple(events(result.record)) if with_record and result is not None else ()
     return RunTold(order.key, built, replay, record)
 
 
-def _executed(running: Running, case: HriCase, nodeid: str) -> tuple[CaseResult | None, str]:
+def _executed(context: RunContext, case: HriCase, nodeid: str) -> tuple[CaseResult | None, str]:
     """The run, and why there is none."""
     try:
         with contextlib.redirect_stdout(io.StringIO()):
-            return running.execute(case.concrete, running.measurement, f"hricdv|{nodeid}"), ""
+            return context.execute(case.concrete, context.measurement, f"hricdv|{nodeid}"), ""
     except Exception as error:
         cause = error.__cause__ or error
         return None, f"{type(cause).__name__}: {cause}"
 
 
-def _built(running: Running, case: HriCase, order: Order, result: CaseResult | None, failure: str) -> TestResult:
-    ending = Ending(outcome=_outcome(running, result), wall_s=0.0, failure=failure)
+def _built(context: RunContext, case: HriCase, order: Order, result: CaseResult | None, failure: str) -> TestResult:
+    ending = Ending(outcome=_outcome(context, result), wall_s=0.0, failure=failure)
     built = build_result(
         case,
         order.nodeid,
         result,
-        code=running.code,
-        requirements=running.requirements,
-        unmeasured=why_unmeasured(result, running.measurement),
+        code=context.code,
+        requirements=context.requirements,
+        unmeasured=why_unmeasured(result, context.measurement),
         ending=ending,
     )
     built = msgspec.structs.replace(built, wall_s=None)  # how long it took is no result
     if built.outcome == "known-violation" and result is not None:
-        return msgspec.structs.replace(built, failure=tolerated(result.failed, running.known))
+        return msgspec.structs.replace(built, failure=tolerated(result.failed, context.known))
     if built.outcome != "failed":
         return built
     text = explanation.failure(
         built,
-        running.texts,
-        known=running.known,
-        units=running.collection.testbench.units,
+        context.texts,
+        known=context.known,
+        units=context.collection.testbench.units,
         seed=order.suite_seed,
-        suite=running.options.suites,
-        rerun_options=running.options.again,
+        suite=context.options.suites,
+        rerun_options=context.options.again,
     )
     return msgspec.structs.replace(built, failure=text)
 
 
-def _outcome(running: Running, result: CaseResult | None) -> TestOutcome:
+def _outcome(context: RunContext, result: CaseResult | None) -> TestOutcome:
     if result is None:
         return "error"
-    if result.unknown(running.known) or result.faults:
+    if result.unknown(context.known) or result.faults:
         return "failed"
     return "known-violation" if result.failed else "passed"
 
@@ -151,7 +152,7 @@ def main() -> None:
     preload()
     with session() as (messages, write):
         job = msgspec.json.decode(messages.readline(), type=Job)
-        status = in_session((*job.arguments, *UNWARNED), lambda running: _serve(running, messages, write))
+        status = in_session((*job.arguments, *UNWARNED), lambda context: _serve(context, messages, write))
     sys.exit(status or 1)
 
 

@@ -25,7 +25,7 @@ except ImportError:
     resource = None  # type: ignore[assignment]  # not on Windows, where a run that does not end is not ended
 
 if TYPE_CHECKING:
-    from pytest_hricdv.session.running import Running
+    from pytest_hricdv.session.run_context import RunContext
 
 PRELOADED = (
     "pytest_hricdv.conformance.conformance_monitor",
@@ -72,7 +72,7 @@ def preload() -> None:
         importlib.import_module(name)
 
 
-def in_session(arguments: tuple[str, ...], work: Callable[[Running], None]) -> int:
+def in_session(arguments: tuple[str, ...], work: Callable[[RunContext], None]) -> int:
     """Configure pytest as in the session, do the work, and end the process. Returns pytest's status where it could not.
 
     pytest's own end is left out: it takes longer than some tests.
@@ -80,28 +80,27 @@ def in_session(arguments: tuple[str, ...], work: Callable[[Running], None]) -> i
     return int(pytest.main([*arguments], plugins=[_Instead(work)]))
 
 
-def introduce(running: Running, write: Callable[[bytes], None]) -> None:
+def introduce(context: RunContext, write: Callable[[bytes], None]) -> None:
     """Answer the first message: what is installed here, and of which project."""
-    root = Path(running.collection.config.rootpath)
-    write(msgspec.json.encode(identity(root, running.provenance.code)))
+    root = Path(context.collection.config.rootpath)
+    write(msgspec.json.encode(identity(root, context.provenance.code)))
     write(END)
 
 
 class _Instead:
     """A plugin of pytest that does something else than a session."""
 
-    def __init__(self, work: Callable[[Running], None]) -> None:
+    def __init__(self, work: Callable[[RunContext], None]) -> None:
         self._work = work
 
     def pytest_cmdline_main(self, config: pytest.Config) -> NoReturn:
         """Does the work in place of the session."""
-        from pytest_hricdv.session.running import Running
+        from pytest_hricdv.session.run_context import CONTEXT
 
         config._do_configure()  # as pytest's own --help does: the testbench may need what conftest files set up
-        running = config.pluginmanager.get_plugin("hricdv-running")
-        assert isinstance(running, Running), "the session has a suite"
-        _ = running.collection.testbench, running.requirements, running.known_while
-        self._work(running)
+        context = config.stash[CONTEXT]  # the session has a suite
+        _ = context.collection.testbench, context.requirements, context.known_while
+        self._work(context)
         os._exit(0)
 
 

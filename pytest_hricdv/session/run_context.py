@@ -1,0 +1,184 @@
+"""What the runs of a process are judged, measured and recorded with, read from options and testbench when needed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.case import CaseResult, Watcher, execute, oracles
+from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
+from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.monitor import (
+    Criterion,
+    FormulaSource,
+    PastFormula,
+    RequirementError,
+    load_definitions,
+    load_requirements,
+    parse_condition,
+)
+from pytest_hricdv.results.building import requirement_texts
+from pytest_hricdv.results.model import RequirementText
+from pytest_hricdv.results.plan import PlanPart
+from pytest_hricdv.run import Actions
+from pytest_hricdv.session.collection import Collection
+from pytest_hricdv.session.films import Filming
+from pytest_hricdv.session.plan_file import Known, PlanError, load_plan
+from pytest_hricdv.session.replaying import Failures, Provenance
+from pytest_hricdv.session.tracing import Tracing
+from pytest_hricdv.session.usage import usage_error
+from pytest_hricdv.testbench import ConformanceError
+
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
+
+class RunContext:
+    """Each part is built when it is first asked for, and then kept.
+
+    Args:
+        collection: of the session: its options, testbench and tests.
+    """
+
+    def __init__(self, collection: Collection) -> None:
+        self.collection = collection
+        self.options = collection.options
+
+    @cached_property
+    def requirements(self) -> tuple[Criterion, ...]:
+        """What runs are judged by: the testbench's requirements, then its model, if runs are compared with one.
+
+        Raises pytest.UsageError, located, when a text does not parse, or a correspondence names what does not exist.
+        """
+        testbench = self.collection.testbench
+        try:
+            requirements = load_requirements(testbench.requirements, testbench.vocabulary())
+            found: tuple[Criterion, ...] = (*requirements, *oracles(testbench))
+        except (RequirementError, ConformanceError, ValueError) as error:
+            raise usage_error(str(error)) from None
+        names = [each.id for each in found]
+        for name in self.options.stop_at:
+            if name not in names:
+                raise usage_error(f"--hri-break={name}: no such requirement; there are: {', '.join(names)}")
+        return found
+
+    @cached_property
+    def plan(self) -> tuple[PlanPart, ...]:
+        """The parts of the verification plan, if there is one. Raises pytest.UsageError, located, for a wrong one."""
+        if self.options.plan is None:
+            return ()
+        testbench = self.collection.testbench
+        known = Known([each.id for each in self.requirements], testbench.cross, testbench.model.covered)
+        try:
+            return load_plan(self.options.plan, known)
+        except PlanError as error:
+            raise usage_error(f"--hri-plan: {error}") from None
+
+    @property
+    def known(self) -> Mapping[str, str]:
+        """Requirements with a known violation, with the reasons; none in a strict run."""
+        return {} if self.options.strict else {name: each.text for name, each in self.options.known.items()}
+
+    @cached_property
+    def known_while(self) -> Mapping[str, PastFormula]:
+        """Requirement -> condition under which its violation is known, where there is one; none in a strict run.
+
+        Conditions may use the definitions of the requirements' file.
+
+        Raises:
+            pytest.UsageError: a condition that does not parse, or names what the testbench does not declare.
+        """
+        testbench, parsed = self.collection.testbench, {}
+        try:
+            vocabulary = load_definitions(testbench.requirements, testbench.vocabulary())
+            for name, known in self.options.known.items():
+                if known.condition:
+                    source = FormulaSource(known.condition, owner=f"known violation of {name}: condition")
+                    parsed[name] = parse_condition(known.condition, vocabulary, source)
+        except RequirementError as error:
+            raise usage_error(str(error)) from None
+        return {} if self.options.strict else parsed
+
+    @property
+    def texts(self) -> dict[str, RequirementText]:
+        """Requirement -> its texts for people."""
+        return requirement_texts(self.requirements)
+
+    @cached_property
+    def code(self) -> CodeMap:
+        """What can be covered. Raises pytest.UsageError for code that is not there or a waiver without reason."""
+        try:
+            return map_code(self.collection.testbench.code, Path(self.collection.config.rootpath))
+        except CoverageError as error:
+            raise usage_error(str(error)) from None
+
+    @property
+    def measurement(self) -> Measurement:
+        """How the code under test is measured now. A debugger, which can attach at any time, disables it."""
+        if not self.options.coverage:
+            return NoMeasurement("switched off with --hri-no-cov")
+        stepping = self._stepping() or debugger()
+        return NoMeasurement(stepping) if stepping else self._chosen
+
+    def _stepping(self) -> str:
+        if self.options.stop_at:
+            return "--hri-break was given: measuring would get in its way"
+        given = self.collection.config.option
+        asked = [name for name, use in (("--pdb", "usepdb"), ("--trace", "trace")) if getattr(given, use, False)]
+        return f"{asked[0]} was given: measuring would get in its way" if asked else ""
+
+    @cached_property
+    def _chosen(self) -> Measurement:
+        by_test = getattr(self.collection.config.option, "cov_context", None) == "test"
+        return choose(self.code, contexts_by_test=by_test)
+
+    @cached_property
+    def provenance(self) -> Provenance:
+        """What the runs of this process depend on."""
+        return Provenance.now(self.code, self.collection.testbench)
+
+    @cached_property
+    def failures(self) -> Failures:
+        """Writes the replay files of failing tests."""
+        return Failures(self.options.report, self.collection.config.invocation_params.dir)
+
+    @cached_property
+    def filming(self) -> Filming | None:
+        """Films failing tests of this process; None without --hri-film."""
+        if not self.options.film:
+            return None
+        return Filming(self.collection.testbench, self.requirements, self.options.report)
+
+    @cached_property
+    def tracing(self) -> Tracing | None:
+        """Writes runs of this process as MCAP files; None without --hri-mcap."""
+        asked = self.options.mcap
+        if not asked:
+            return None
+        return Tracing(self.collection.testbench, self.requirements, self.options.report, every=asked == "all")
+
+    def execute(
+        self,
+        test: ConcreteTest,
+        measurement: Measurement,
+        context: str,
+        producing: Actions | None = None,
+        watching: Iterable[Watcher] = (),
+    ) -> CaseResult:
+        """Run a test as the session judges it; see `pytest_hricdv.case.execute`."""
+        bench, known_while = self.collection.testbench, self.known_while
+        return execute(bench, self.requirements, test, measurement, context, None, known_while, producing, watching)
+
+    def shown(self, nodeid: str) -> str:
+        """The node id relative to the folder where pytest was started."""
+        config = self.collection.config
+        path, colons, rest = nodeid.partition("::")
+        return os.path.relpath(config.rootpath / path, config.invocation_params.dir) + colons + rest
+
+
+CONTEXT = pytest.StashKey[RunContext]()
+"""Where the configuration of a session has it, once something is to be run."""
