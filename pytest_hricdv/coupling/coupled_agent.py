@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 
 from pytest_hricdv.bdi import EvaluationError, Structure
@@ -33,7 +34,7 @@ class ReadyAct:
     acts: tuple[int, ...] = ()
 
 
-class CoupledAgent(Agent):
+class CoupledAgent(Agent, ABC):
     """An agent that stops before acts; takes what an agent takes. Which acts these are, a subclass says."""
 
     run: CoupledRun
@@ -44,9 +45,9 @@ class CoupledAgent(Agent):
         """What it is ready to do, in the order in which it became ready."""
         self._released: Intention | None = None
 
+    @abstractmethod
     def acts_of(self, intention: Intention, literal: Structure) -> tuple[int, ...] | None:
         """The declared acts that an intention is about to do; None if it need not stop before this one."""
-        raise NotImplementedError
 
     def execute(self, intention: Intention) -> None:
         """Execute the next statement of an intention, unless it is to stop before it."""
