@@ -120,6 +120,8 @@ class Kernel:
         self.world: World | None = None
         self.virtual: frozenset[str] = frozenset()
         """Which of Python's own ways to wait take place in virtual time, see `pytest_hricdv.runtime.virtual`."""
+        self.own: dict[str, object] = {}
+        """What stand-ins of a library keep for the run, as the ROS graph."""
         self._hub: greenlet | None = None
         self._nodes: list[Node] = []
         self._due: list[tuple[int, int, Node, int]] = []

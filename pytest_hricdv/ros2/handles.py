@@ -1,0 +1,106 @@
+"""Handles: what `rclpy` holds of a context, node, publisher, timer and so on, and when they can be used no more."""
+
+from __future__ import annotations
+
+from itertools import count
+from typing import TYPE_CHECKING
+
+from pytest_hricdv.runtime.kernel import Kernel, KernelError, Node, running_node
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+
+class RCLError(RuntimeError):
+    """As of the extension: the client library refuses."""
+
+
+class InvalidHandle(RuntimeError):  # noqa: N818 (the name is the extension's)
+    """As of the extension: the handle was destroyed."""
+
+
+def running_kernel(what: str) -> Kernel:
+    """The kernel of the running node.
+
+    Raises:
+        KernelError: outside of a node, where there is no virtual time to do `what` in.
+    """
+    node = running_node()
+    if node is None:
+        raise KernelError(f"{what}: only a node of a simulated run may do so")
+    return node.kernel
+
+
+def _numbers(kernel: Kernel) -> Iterator[int]:
+    numbers = kernel.own.setdefault("ros2 handles", count(1))
+    assert isinstance(numbers, count)
+    return numbers
+
+
+class Destroyable:
+    """A handle. Used as a context manager it stays valid until the block ends, also when it is destroyed in it.
+
+    Raises:
+        InvalidHandle: entered after it was destroyed.
+    """
+
+    def __init__(self, kernel: Kernel | None) -> None:
+        self._kernel = kernel
+        self.pointer = 0 if kernel is None else next(_numbers(kernel))
+        """Tells handles of one run apart, as the address of the extension's: the same in each repeat."""
+        self._uses = 0
+        self._to_destroy = False
+
+    @property
+    def kernel(self) -> Kernel:
+        """The kernel of its run; of what was made while a module was imported, that of the node that uses it."""
+        return self._kernel if self._kernel is not None else running_kernel("rclpy")
+
+    def __enter__(self) -> None:
+        if self._to_destroy:
+            raise InvalidHandle("cannot use Destroyable because destruction was requested")
+        self._uses += 1
+
+    def __exit__(self, *_: object) -> None:
+        self._uses -= 1
+        if self._to_destroy and not self._uses:
+            self.destroy()
+
+    def destroy_when_not_in_use(self) -> None:
+        """Destroy it now, or when the last block that uses it ends."""
+        if self._to_destroy:
+            return
+        self._to_destroy = True
+        if not self._uses:
+            self.destroy()
+
+    def destroy(self) -> None:
+        """Let go of what it holds; for subclasses."""
+
+
+class Awaited(Destroyable):
+    """A handle that a wait set can wait for."""
+
+    def __init__(self, kernel: Kernel) -> None:
+        super().__init__(kernel)
+        self.waiting: list[Node] = []
+        """The nodes of the kernel that wait until it is ready."""
+
+    def is_ready(self) -> bool:
+        """Whether there is something to take."""
+        raise NotImplementedError
+
+    def take_readiness(self) -> bool:
+        """Whether it is ready, at the end of a wait; a guard condition is not any more afterwards."""
+        return self.is_ready()
+
+    def due_ns(self) -> int | None:
+        """When it becomes ready by itself (ns of simulated time); None: not by itself."""
+        return None
+
+    def wake(self) -> None:
+        """Let those that wait for it look again."""
+        for node in self.waiting:
+            node.kernel.wake(node)

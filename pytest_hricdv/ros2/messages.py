@@ -1,0 +1,43 @@
+"""Messages of ROS 2 as their generated Python classes have them: copies, and the names of their types."""
+
+from __future__ import annotations
+
+import array
+from collections.abc import Callable
+from typing import Any
+
+_IMMUTABLE = (bool, int, float, str, bytes, type(None))
+
+
+def copy_message(message: Any) -> Any:
+    """A copy that shares nothing with the message that can change, as if it had been sent.
+
+    `rosidl` generates classes with a slot for each field.
+    """
+    kind: Any = type(message)
+    made = kind.__new__(kind)
+    for slot in kind.__slots__:
+        setattr_direct(made, slot, _copied(getattr(message, slot)))
+    return made
+
+
+setattr_direct: Callable[[Any, str, Any], None] = object.__setattr__
+"""Sets a slot without the checks of the field's setter, which it has passed."""
+
+
+def _copied(value: Any) -> Any:
+    if isinstance(value, _IMMUTABLE):
+        return value
+    if isinstance(value, list):
+        return [_copied(each) for each in value]
+    if isinstance(value, array.array):
+        return value[:]
+    if hasattr(type(value), "__slots__") and hasattr(type(value), "get_fields_and_field_types"):
+        return copy_message(value)
+    return value.copy() if hasattr(value, "copy") else value  # an array of numpy
+
+
+def type_name(kind: type[Any]) -> str:
+    """The name of a message, service or action type, such as "std_msgs/msg/String"."""
+    parts = kind.__module__.split(".")
+    return "/".join([*parts[:2], kind.__name__])

@@ -1,0 +1,52 @@
+"""Lets `rclpy`, as it is installed, run in virtual time: the extension is replaced before `rclpy` is imported."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import ModuleType
+
+from pytest_hricdv.ros2.extension import NAME, extension
+from pytest_hricdv.runtime.kernel import KernelError
+from pytest_hricdv.runtime.virtual.modules import VirtualModules
+
+_TYPE_SUPPORTS = "rosidl_generator_py"
+
+
+class _TypeSupport:
+    """What a message class asks for its conversion to C: nothing is converted, but it wants to have it."""
+
+    def __getattr__(self, name: str) -> object:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return f"{name}: not converted"
+
+
+def replace_extension() -> None:
+    """Put our module in the place of the extension, for this process; a second time has no effect.
+
+    Raises:
+        KernelError: `rclpy` has its real extension already.
+    """
+    if isinstance(sys.modules.get(NAME), ModuleType) and vars(sys.modules[NAME]).get("__file__"):
+        raise KernelError(
+            "rclpy was imported before its extension could be replaced: import nothing of it before the testbench is "
+            "loaded, or run the tests in a process of their own"
+        )
+    if NAME not in sys.modules:
+        sys.modules[NAME] = extension()
+        supports = ModuleType(_TYPE_SUPPORTS)
+        vars(supports)["import_type_support"] = lambda package: _TypeSupport()
+        sys.modules[_TYPE_SUPPORTS] = supports
+
+
+@contextmanager
+def virtual_rclpy(*packages: str) -> Iterator[None]:
+    """In the block, `rclpy` and these packages of the code under test run in virtual time.
+
+    Nodes of the kernel that use them need `Kernel.virtual` with "time" and "threading".
+    """
+    replace_extension()
+    with VirtualModules(["rclpy", *packages]).installed():
+        yield

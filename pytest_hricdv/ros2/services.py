@@ -1,0 +1,128 @@
+"""Services and clients: a request waits in the service's queue until it is taken, the response in the client's."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+from pytest_hricdv.ros2.clocks import system_ns
+from pytest_hricdv.ros2.contexts import Node
+from pytest_hricdv.ros2.handles import Awaited
+from pytest_hricdv.ros2.messages import copy_message, type_name
+from pytest_hricdv.ros2.qos import Profile, effective
+
+
+@dataclass(frozen=True)
+class RequestId:
+    """As `rmw_request_id_t`: which request of which client."""
+
+    sequence_number: int
+    client: Client
+
+
+@dataclass(frozen=True)
+class ServiceInfo:
+    """As `rmw_service_info_t`, times in ns."""
+
+    request_id: RequestId
+    source_timestamp: int
+    received_timestamp: int
+
+
+class Service(Awaited):
+    """As `rcl_service_t`. Raises ValueError for a wrong name."""
+
+    def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
+        super().__init__(node.kernel)
+        self._node, self.kind, self.name = node, kind, node.resolve(name)
+        self._profile = effective(profile)
+        self._requests: deque[tuple[Any, RequestId, int]] = deque()
+        node.graph.services.setdefault(self.name, []).append(self)
+
+    def destroy(self) -> None:
+        """Leave the graph; requests that wait are never answered."""
+        self._node.graph.services[self.name].remove(self)
+
+    @property
+    def node(self) -> Node:
+        """The node that serves."""
+        return self._node
+
+    @property
+    def qos(self) -> dict[str, Any]:
+        """Its quality of service."""
+        return self._profile.to_dict()
+
+    def is_ready(self) -> bool:
+        """Whether there is a request."""
+        return bool(self._requests)
+
+    def deliver(self, request: Any, request_id: RequestId) -> None:
+        """Add a request to the queue."""
+        self._requests.append((request, request_id, system_ns(self.kernel)))
+        self.wake()
+
+    def service_take_request(self, kind: type[Any]) -> tuple[Any, ServiceInfo] | tuple[None, None]:
+        """The oldest request, and whose it is; (None, None) if there is none."""
+        if not self._requests:
+            return None, None
+        request, request_id, sent_ns = self._requests.popleft()
+        return request, ServiceInfo(request_id, sent_ns, sent_ns)
+
+    def service_send_response(self, response: Any, header: RequestId) -> None:
+        """Answer a request."""
+        header.client.deliver(copy_message(response), header)
+
+
+class Client(Awaited):
+    """As `rcl_client_t`. Raises ValueError for a wrong name."""
+
+    def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
+        super().__init__(node.kernel)
+        self._node, self.kind, self.service_name = node, kind, node.resolve(name)
+        self._sent = 0
+        self._responses: deque[tuple[Any, RequestId, int]] = deque()
+        node.graph.clients.setdefault(self.service_name, []).append(self)
+
+    def destroy(self) -> None:
+        """Leave the graph; responses on their way are lost."""
+        self._node.graph.clients[self.service_name].remove(self)
+        self._responses.clear()
+
+    @property
+    def node(self) -> Node:
+        """The node that asks."""
+        return self._node
+
+    def _servers(self) -> list[Service]:
+        every = self._node.graph.services.get(self.service_name, ())
+        return [each for each in every if type_name(each.kind) == type_name(self.kind)]
+
+    def service_server_is_available(self) -> bool:
+        """Whether somebody serves it; counts as a poll."""
+        self.kernel.count_poll()
+        return bool(self._servers())
+
+    def send_request(self, request: Any) -> int:
+        """Ask; returns the number of the request. Without a server the request is lost, as in a middleware."""
+        self._sent += 1
+        for server in self._servers():
+            server.deliver(copy_message(request), RequestId(self._sent, self))
+        return self._sent
+
+    def is_ready(self) -> bool:
+        """Whether there is a response."""
+        return bool(self._responses)
+
+    def deliver(self, response: Any, request_id: RequestId) -> None:
+        """Add a response to the queue."""
+        self._responses.append((response, request_id, system_ns(self.kernel)))
+        self.wake()
+
+    def take_response(self, kind: type[Any]) -> tuple[ServiceInfo, Any] | tuple[None, None]:
+        """To which request the oldest response is, and the response; (None, None) if there is none."""
+        if not self._responses:
+            return None, None
+        response, request_id, sent_ns = self._responses.popleft()
+        return ServiceInfo(request_id, sent_ns, sent_ns), response

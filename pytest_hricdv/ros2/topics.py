@@ -1,0 +1,120 @@
+"""Publishers and subscriptions. A message arrives at the instant at which it is published, as a copy."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+from pytest_hricdv.ros2.clocks import system_ns
+from pytest_hricdv.ros2.contexts import Node
+from pytest_hricdv.ros2.handles import Awaited, Destroyable
+from pytest_hricdv.ros2.messages import copy_message, type_name
+from pytest_hricdv.ros2.qos import Profile, effective, mismatches
+
+
+class _Endpoint:
+    """What publishers and subscriptions have in common."""
+
+    node: Node
+    topic: str
+    kind: type[Any]
+    profile: Profile
+
+    def get_topic_name(self) -> str:
+        """The full name of its topic."""
+        return self.topic
+
+    def get_logger_name(self) -> str:
+        """The name of its node's logger."""
+        return self.node.logger_name()
+
+    def matches(self, subscription: Subscription) -> bool:
+        """Whether messages of this publisher reach it."""
+        same_type = type_name(self.kind) == type_name(subscription.kind)
+        return same_type and not mismatches(self.profile, subscription.profile)
+
+
+class Publisher(_Endpoint, Destroyable):
+    """As `rcl_publisher_t`. Raises ValueError for a wrong topic."""
+
+    def __init__(self, node: Node, kind: type[Any], topic: str, profile: Profile) -> None:
+        super().__init__(node.kernel)
+        self.node, self.kind, self.topic, self.profile = node, kind, node.resolve(topic), effective(profile)
+        self._published = 0
+        self._kept: deque[tuple[Any, dict[str, int]]] = deque(maxlen=self.profile.queue_length)
+        node.graph.publishers.setdefault(self.topic, []).append(self)
+        for subscription in node.graph.subscriptions.get(self.topic, ()):
+            subscription.wake()
+
+    def destroy(self) -> None:
+        """Leave the graph."""
+        self.node.graph.publishers[self.topic].remove(self)
+
+    def _subscriptions(self) -> list[Subscription]:
+        return [each for each in self.node.graph.subscriptions.get(self.topic, ()) if self.matches(each)]
+
+    def get_subscription_count(self) -> int:
+        """How many subscriptions its messages reach."""
+        return len(self._subscriptions())
+
+    def publish(self, message: Any) -> None:
+        """Deliver a copy to each subscription that matches."""
+        self._published += 1
+        stamp_ns = system_ns(self.kernel)
+        info = {"source_timestamp": stamp_ns, "publication_sequence_number": self._published}
+        if self.profile.keeps_for_late_ones:
+            self._kept.append((copy_message(message), info))
+        for subscription in self._subscriptions():
+            subscription.deliver(copy_message(message), info)
+
+    def catch_up(self, subscription: Subscription) -> None:
+        """Deliver what it has kept to a subscription that is new."""
+        if self.matches(subscription) and subscription.profile.keeps_for_late_ones:
+            for message, info in self._kept:
+                subscription.deliver(copy_message(message), info)
+
+    def wait_for_all_acked(self, timeout: object) -> bool:
+        """Whether all has arrived: it has, at once."""
+        return True
+
+
+class Subscription(_Endpoint, Awaited):
+    """As `rcl_subscription_t`. Raises ValueError for a wrong topic."""
+
+    def __init__(self, node: Node, kind: type[Any], topic: str, profile: Profile) -> None:
+        super().__init__(node.kernel)
+        self.node, self.kind, self.topic, self.profile = node, kind, node.resolve(topic), effective(profile)
+        self._queue: deque[tuple[Any, dict[str, int]]] = deque(maxlen=self.profile.queue_length)
+        self._received = 0
+        node.graph.subscriptions.setdefault(self.topic, []).append(self)
+        for publisher in node.graph.publishers.get(self.topic, ()):
+            publisher.catch_up(self)
+
+    def destroy(self) -> None:
+        """Leave the graph."""
+        self.node.graph.subscriptions[self.topic].remove(self)
+
+    def is_ready(self) -> bool:
+        """Whether there is a message."""
+        return bool(self._queue)
+
+    def deliver(self, message: Any, info: dict[str, int]) -> None:
+        """Add a message to the queue; the oldest one goes if there are too many."""
+        self._received += 1
+        stamp_ns = system_ns(self.kernel)
+        self._queue.append(
+            (message, {**info, "received_timestamp": stamp_ns, "reception_sequence_number": self._received})
+        )
+        self.wake()
+
+    def take_message(self, kind: type[Any], raw: bool) -> tuple[Any, dict[str, int]] | None:
+        """The oldest message and when it was sent and came; None if there is none."""
+        if not self._queue:
+            return None
+        if raw:
+            raise NotImplementedError(f"{self.topic}: serialized messages are not simulated yet")
+        return self._queue.popleft()
+
+    def get_publisher_count(self) -> int:
+        """How many publishers reach it."""
+        return sum(each.matches(self) for each in self.node.graph.publishers.get(self.topic, ()))
