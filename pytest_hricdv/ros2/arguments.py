@@ -13,7 +13,7 @@ from pytest_hricdv.ros2.handles import RCLError
 
 _START, _END = "--ros-args", "--"
 _WITH_VALUE = ("--log-level", "--log-config-file", "--enclave", "-e", "--log-file-name")
-_SWITCHES = ("rosout-logs", "stdout-logs", "external-lib-logs")
+_SWITCHES = ("stdout-logs", "external-lib-logs")
 
 
 class InvalidROSArgsError(RCLError):
@@ -40,6 +40,8 @@ class Arguments:
     remappings: list[_Rule] = field(default_factory=list)
     parameters: list[tuple[str, str, Any]] = field(default_factory=list)
     """Pattern of the node, name of the parameter, value; later ones win."""
+    rosout: bool = True
+    """Whether logs are published."""
 
     def renamed(self, what: str, node: str) -> str | None:
         """The new name of a node (`what` is "__node") or its namespace ("__ns"); None if it keeps its own."""
@@ -74,6 +76,8 @@ def parse(arguments: Sequence[str]) -> Arguments:
             found.remappings.append(_rule(value))
         elif word == "--params-file":
             _add_file(found, value)
+        elif word in ("--enable-rosout-logs", "--disable-rosout-logs"):
+            found.rosout = word.startswith("--enable")
         elif word not in _WITH_VALUE and not _is_switch(word):
             unknown.append(word)
     if unknown:

@@ -18,10 +18,13 @@ import pytest
 
 from pytest_hricdv.message import InputError
 from pytest_hricdv.ros2.overlay import virtual_rclpy
-from pytest_hricdv.runtime.kernel import Kernel
+from pytest_hricdv.runtime.kernel import Kernel, KernelError
 
 _LIMIT_S = 1e9
 """Simulated time for a file: some of the tests have timers with a period of months."""
+
+_STOPPED = "stopped the run"
+"""The outcome of a test that waits for ever, or has a thread that fails."""
 
 _TIMEOUT_S = 300.0
 """Real time for a file, as a last resort: the kernel finds nodes that hang."""
@@ -29,7 +32,7 @@ _TIMEOUT_S = 300.0
 
 @dataclass(frozen=True)
 class TestResult:
-    """How one test ended: "passed", "failed", "skipped" or "waits for ever", and why, in one line."""
+    """How one test ended: "passed", "failed", "skipped" or `_STOPPED`, and why, in one line."""
 
     __test__ = False
 
@@ -96,10 +99,13 @@ def run_file(file: Path, result: Path, deselected: Sequence[str]) -> None:
         kernel = Kernel()
         kernel.virtual = frozenset({"time", "threading", "asyncio"})
         kernel.spawn("tests", tests)
-        why = kernel.run(_LIMIT_S)
+        try:
+            why = f"the run is {kernel.run(_LIMIT_S)}: nobody ends its wait"
+        except KernelError as error:
+            why = str(error)
     results = list(collector.results.values())
     if not ended and collector.running is not None:
-        results.append(TestResult(collector.running, "waits for ever", f"the run is {why}: nobody ends its wait"))
+        results.append(TestResult(collector.running, _STOPPED, why))
     written = [vars(each) for each in results]
     result.write_text(json.dumps({"complete": bool(ended), "tests": written}), encoding="utf-8")
 
@@ -122,17 +128,17 @@ def tests_of(source: Path) -> list[Path]:
 
 
 def conformance(file: Path) -> FileResult:
-    """Run the tests of one file, again without those that wait for ever, so that the others are run, too."""
+    """Run the tests of one file, again without those that stop the run, so that the others are run, too."""
     with tempfile.TemporaryDirectory() as folder:
         tests = Path(folder) / "tests"
         # Without the package's __init__, which wants the installed tests; some tests read files beside them.
         shutil.copytree(file.parent, tests, ignore=shutil.ignore_patterns("__init__.py", "__pycache__"))
         found: dict[str, TestResult] = {}
         while True:
-            stopped = [each.name for each in found.values() if each.outcome == "waits for ever"]
+            stopped = [each.name for each in found.values() if each.outcome == _STOPPED]
             read = _run_in_process(tests / file.name, Path(folder) / "result.json", stopped)
             found |= {each.name: each for each in read[1]}
-            if read[0] or len(stopped) == sum(each.outcome == "waits for ever" for each in found.values()):
+            if read[0] or len(stopped) == sum(each.outcome == _STOPPED for each in found.values()):
                 return FileResult(file.name, tuple(found.values()))
 
 

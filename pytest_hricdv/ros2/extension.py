@@ -9,6 +9,7 @@ from types import ModuleType
 from typing import Any
 
 from pytest_hricdv.ros2 import arguments, clocks, contexts, events, graph_queries, handles, logging, names, qos
+from pytest_hricdv.ros2.rosout import LoggedNode
 from pytest_hricdv.ros2.services import Client, RequestId, Service, ServiceInfo
 from pytest_hricdv.ros2.topics import Publisher, Subscription
 from pytest_hricdv.ros2.wait_set import GuardCondition, WaitSet
@@ -77,7 +78,7 @@ def _nothing(*_: object) -> None:
 _CLASSES: dict[str, Any] = {
     "Destroyable": handles.Destroyable,
     "Context": contexts.Context,
-    "Node": contexts.Node,
+    "Node": LoggedNode,
     "Publisher": Publisher,
     "Subscription": Subscription,
     "Client": Client,
@@ -191,8 +192,8 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "rclpy_logging_severity_level_from_string": logging.level_from_string,
     "rclpy_logging_get_logging_directory": lambda: os.path.join(os.path.expanduser("~"), ".ros", "log"),
     "rclpy_logging_rcutils_log": logging.write,
-    "rclpy_logging_rosout_add_sublogger": lambda name, sublogger: False,
-    "rclpy_logging_rosout_remove_sublogger": _nothing,
+    "rclpy_logging_rosout_add_sublogger": logging.add_sublogger,
+    "rclpy_logging_rosout_remove_sublogger": logging.remove_sublogger,
     "register_sigint_guard_condition": _nothing,
     "unregister_sigint_guard_condition": _nothing,
     "install_signal_handlers": _install_signal_handlers,

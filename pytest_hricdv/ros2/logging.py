@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -35,7 +36,9 @@ class LogEntry:
     severity: Severity
     logger: str
     text: str
-    place: str
+    function: str
+    file: str
+    line: int
 
 
 @dataclass
@@ -44,6 +47,8 @@ class Log:
 
     levels: dict[str, int] = field(default_factory=lambda: {"": int(Severity.RCUTILS_LOG_SEVERITY_INFO)})
     entries: list[LogEntry] = field(default_factory=list)
+    listeners: dict[str, list[Callable[[LogEntry], None]]] = field(default_factory=dict)
+    """Name of a logger -> who is told what it logs: as often as it was added, the last one counts."""
 
     def level(self, name: str) -> int:
         """The level of a logger: its own, or that of the nearest one above it that has one."""
@@ -102,6 +107,24 @@ def level_from_string(name: str) -> int:
     return found
 
 
+def add_sublogger(name: str, sublogger: str) -> bool:
+    """Publish what a logger below another one logs where that one's is; False if that one's is not published."""
+    node = running_node()
+    listeners = {} if node is None else log_of(node.kernel).listeners
+    if not listeners.get(name):
+        return False
+    listeners.setdefault(f"{name}{SEPARATOR}{sublogger}", []).append(listeners[name][-1])
+    return True
+
+
+def remove_sublogger(name: str, sublogger: str) -> None:
+    """Undo one `add_sublogger`; also while Python cleans up, when no node runs and nothing is left to undo."""
+    node = running_node()
+    listeners = {} if node is None else log_of(node.kernel).listeners
+    if listeners.get(full := f"{name}{SEPARATOR}{sublogger}"):
+        listeners[full].pop()
+
+
 def write(severity: int, name: str, message: str, function: str, file: str, line: int) -> None:
     """Log a message. What is logged outside of a run, as while a module is imported, is not kept."""
     node = running_node()
@@ -109,5 +132,7 @@ def write(severity: int, name: str, message: str, function: str, file: str, line
         return
     log = log_of(node.kernel)
     if severity >= log.level(name):
-        place = f"{file}:{line} {function}"
-        log.entries.append(LogEntry(node.kernel.now_s, Severity(severity), name, message, place))
+        entry = LogEntry(node.kernel.now_s, Severity(severity), name, message, function, file, line)
+        log.entries.append(entry)
+        for listener in log.listeners.get(name, ())[-1:]:
+            listener(entry)

@@ -64,12 +64,12 @@ def source(tmp_path: Path) -> Path:
     return tmp_path / "source"
 
 
-def test_each_test_is_run_also_after_one_that_waits_for_ever(tmp_path: Path, source: Path) -> None:
+def test_each_test_is_run_also_after_one_that_stops_the_run(tmp_path: Path, source: Path) -> None:
     done = _conformance(tmp_path, str(source))
     assert done.returncode == 1, done.stderr
     lines = done.stdout.splitlines()
     assert ["test_clock.py", "1", "2", "1"] in [line.split() for line in lines]
-    assert "waits for ever: test_clock.py::test_waits_for_ever" in lines
+    assert "stopped the run: test_clock.py::test_waits_for_ever" in lines
     assert lines[lines.index("failed: test_clock.py::test_fails") + 1].startswith("    AssertionError: the arguments")
     assert lines[lines.index("skipped: test_clock.py::test_is_skipped") + 1] == "    Skipped: not here"
 

@@ -165,7 +165,7 @@ def test_a_logger_has_the_level_of_the_nearest_above_it() -> None:
 
     kernel, _ = run(robot)
     (entry,) = logging.log_of(kernel).entries
-    assert (entry.time_s, entry.severity.text, entry.text, entry.place) == (0.5, "ERROR", "slipped", "arm.py:8 grasp")
+    assert (entry.time_s, entry.severity.text, entry.text, entry.line) == (0.5, "ERROR", "slipped", 8)
 
 
 def test_a_name_that_the_extension_lacks_says_so() -> None:
