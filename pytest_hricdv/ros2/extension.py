@@ -8,7 +8,9 @@ from enum import IntEnum
 from types import ModuleType
 from typing import Any
 
-from pytest_hricdv.ros2 import arguments, clocks, contexts, events, graph_queries, handles, logging, names, qos
+from pytest_hricdv.ros2 import actions, arguments, clocks, contexts, events, graph_queries, handles, logging, names, qos
+from pytest_hricdv.ros2.action_client import ActionClient
+from pytest_hricdv.ros2.action_server import ActionGoalHandle, ActionServer
 from pytest_hricdv.ros2.rosout import LoggedNode
 from pytest_hricdv.ros2.services import Client, RequestId, Service, ServiceInfo
 from pytest_hricdv.ros2.topics import Publisher, Subscription
@@ -27,16 +29,6 @@ class SignalHandlerOptions(IntEnum):
 
 
 _SIGNAL_HANDLERS = "ros2 signal handlers"
-
-
-class GoalEvent(IntEnum):
-    """As `rcl_action_goal_event_t`."""
-
-    EXECUTE = 0
-    CANCEL_GOAL = 1
-    SUCCEED = 2
-    ABORT = 3
-    CANCELED = 4
 
 
 class ServiceIntrospectionState(IntEnum):
@@ -71,6 +63,14 @@ class TypeDescriptionService(handles.Destroyable):
         self.impl.destroy_when_not_in_use()
 
 
+class Node(LoggedNode):
+    """A node that can be asked for the actions in the graph."""
+
+    get_action_names_and_types = graph_queries.actions
+    get_action_client_names_and_types_by_node = graph_queries.action_clients_by_node
+    get_action_server_names_and_types_by_node = graph_queries.action_servers_by_node
+
+
 def _nothing(*_: object) -> None:
     """What has no effect in a simulated run."""
 
@@ -78,7 +78,7 @@ def _nothing(*_: object) -> None:
 _CLASSES: dict[str, Any] = {
     "Destroyable": handles.Destroyable,
     "Context": contexts.Context,
-    "Node": LoggedNode,
+    "Node": Node,
     "Publisher": Publisher,
     "Subscription": Subscription,
     "Client": Client,
@@ -111,7 +111,10 @@ _CLASSES: dict[str, Any] = {
     "rmw_matched_status_t": events.MatchedStatus,
     "TypeDescriptionService": TypeDescriptionService,
     "SignalHandlerOptions": SignalHandlerOptions,
-    "GoalEvent": GoalEvent,
+    "GoalEvent": actions.GoalEvent,
+    "ActionClient": ActionClient,
+    "ActionServer": ActionServer,
+    "ActionGoalHandle": ActionGoalHandle,
     "RCUTILS_LOG_SEVERITY": logging.Severity,
 }
 

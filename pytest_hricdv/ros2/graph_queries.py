@@ -78,6 +78,33 @@ def clients_by_node(node: Node, name: str, namespace: str) -> NamesAndTypes:
     return _of_node(node, node.graph.clients, name, namespace)
 
 
+_FEEDBACK_TOPIC, _FEEDBACK_TYPE = "/_action/feedback", "_FeedbackMessage"
+
+
+def _actions(topics: NamesAndTypes) -> NamesAndTypes:
+    """Those of an action's topics that tell it."""
+    return [
+        (name.removesuffix(_FEEDBACK_TOPIC), [kind.removesuffix(_FEEDBACK_TYPE) for kind in kinds])
+        for name, kinds in topics
+        if name.endswith(_FEEDBACK_TOPIC)
+    ]
+
+
+def actions(node: Node) -> NamesAndTypes:
+    """All actions."""
+    return _actions(topic_names_and_types(node, False))
+
+
+def action_clients_by_node(node: Node, name: str, namespace: str) -> NamesAndTypes:
+    """The actions that a node asks for. Raises NodeNameNonExistentError, as the following one."""
+    return _actions(subscribers_by_node(node, False, name, namespace))
+
+
+def action_servers_by_node(node: Node, name: str, namespace: str) -> NamesAndTypes:
+    """The actions that a node serves."""
+    return _actions(publishers_by_node(node, False, name, namespace))
+
+
 def _info(endpoint: Publisher | Subscription, kind: int) -> dict[str, Any]:
     return {
         "node_name": endpoint.node.get_node_name(),
