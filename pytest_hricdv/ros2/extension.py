@@ -8,7 +8,19 @@ from enum import IntEnum
 from types import ModuleType
 from typing import Any
 
-from pytest_hricdv.ros2 import actions, arguments, clocks, contexts, events, graph_queries, handles, logging, names, qos
+from pytest_hricdv.ros2 import (
+    actions,
+    arguments,
+    clocks,
+    contexts,
+    events,
+    graph_queries,
+    handles,
+    lifecycle,
+    logging,
+    names,
+    qos,
+)
 from pytest_hricdv.ros2.action_client import ActionClient
 from pytest_hricdv.ros2.action_server import ActionGoalHandle, ActionServer
 from pytest_hricdv.ros2.rosout import LoggedNode
@@ -112,6 +124,8 @@ _CLASSES: dict[str, Any] = {
     "TypeDescriptionService": TypeDescriptionService,
     "SignalHandlerOptions": SignalHandlerOptions,
     "GoalEvent": actions.GoalEvent,
+    "LifecycleStateMachine": lifecycle.LifecycleStateMachine,
+    "TransitionCallbackReturnType": lifecycle.CallbackReturn,
     "ActionClient": ActionClient,
     "ActionServer": ActionServer,
     "ActionGoalHandle": ActionGoalHandle,
