@@ -23,6 +23,9 @@ from pytest_hricdv.runtime.kernel import Kernel, KernelError
 _LIMIT_S = 1e9
 """Simulated time for a file: some of the tests have timers with a period of months."""
 
+_PACKAGE = "rclpy_tests"
+"""What the copy of the tests is called: their own package, `test`, is called as one of Python's library."""
+
 _STOPPED = "stopped the run"
 """The outcome of a test that waits for ever, or has a thread that fails."""
 
@@ -94,8 +97,7 @@ def run_file(file: Path, result: Path, deselected: Sequence[str]) -> None:
         arguments = ["-q", "-p", "no:cacheprovider", "-W", "ignore", f"--rootdir={file.parent}", str(file), *without]
         ended.append(pytest.main(arguments, plugins=[collector]))
 
-    sys.path.insert(0, str(file.parent))
-    with virtual_rclpy(file.stem):
+    with virtual_rclpy(_PACKAGE):
         kernel = Kernel()
         kernel.virtual = frozenset({"time", "threading", "asyncio"})
         kernel.spawn("tests", tests)
@@ -130,9 +132,10 @@ def tests_of(source: Path) -> list[Path]:
 def conformance(file: Path) -> FileResult:
     """Run the tests of one file, again without those that stop the run, so that the others are run, too."""
     with tempfile.TemporaryDirectory() as folder:
-        tests = Path(folder) / "tests"
-        # Without the package's __init__, which wants the installed tests; some tests read files beside them.
+        tests = Path(folder) / _PACKAGE
+        # The package's own __init__ wants the tests to be installed. Some tests read files beside them.
         shutil.copytree(file.parent, tests, ignore=shutil.ignore_patterns("__init__.py", "__pycache__"))
+        (tests / "__init__.py").touch()
         found: dict[str, TestResult] = {}
         while True:
             stopped = [each.name for each in found.values() if each.outcome == _STOPPED]

@@ -80,9 +80,21 @@ _GRAPH = _graph()
 
 
 class LifecycleStateMachine(Destroyable):
-    """As `rcl_lifecycle_state_machine_t`, with its services if it is to have them. It begins as "unconfigured"."""
+    """As `rcl_lifecycle_state_machine_t`, with its services if it is to have them. It begins as "unconfigured".
+
+    Raises:
+        TypeError: `enable_com_interface` is no bool.
+    """
+
+    service_change_state: Service | None = None
+    service_get_state: Service | None = None
+    service_get_available_states: Service | None = None
+    service_get_available_transitions: Service | None = None
+    service_get_transition_graph: Service | None = None
 
     def __init__(self, node: Node, enable_com_interface: bool) -> None:
+        if not isinstance(enable_com_interface, bool):
+            raise TypeError(f"enable_com_interface: expected a bool, got {enable_com_interface!r}")
         super().__init__(node.kernel)
         self._state = _NUMBERS["unconfigured"]
         self.initialized = True
