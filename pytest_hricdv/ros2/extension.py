@@ -196,7 +196,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "rclpy_get_subscriptions_info_by_topic": graph_queries.subscriptions_info,
     "rclpy_qos_check_compatible": qos.check_compatible,
     "rclpy_action_get_rmw_qos_profile": lambda name: qos.ACTION_STATUS.to_dict(),
-    "rclpy_assert_liveliness": _nothing,
+    "rclpy_assert_liveliness": Publisher.assert_liveliness,
     "rclpy_logging_initialize": logging.reset_levels,
     "rclpy_logging_shutdown": logging.reset_levels,
     "rclpy_logging_configure": _nothing,

@@ -11,6 +11,10 @@ from pytest_hricdv.ros2.clocks import Duration
 INFINITE_NS = 2**63 - 1
 BEST_AVAILABLE_NS = INFINITE_NS - 1
 
+INVALID_POLICY = 1
+_DURABILITY_POLICY, _DEADLINE_POLICY, _LIVELINESS_POLICY, _RELIABILITY_POLICY, _LEASE_POLICY = 2, 4, 8, 16, 256
+"""As `rclpy.qos.QoSPolicyKind` numbers them."""
+
 KEEP_LAST, KEEP_ALL = 1, 2
 RELIABLE, BEST_EFFORT = 1, 2
 TRANSIENT_LOCAL, VOLATILE = 1, 2
@@ -58,6 +62,16 @@ class Profile:
     def keeps_for_late_ones(self) -> bool:
         """Whether a publisher keeps messages for subscriptions that come later."""
         return self.durability == TRANSIENT_LOCAL
+
+    @property
+    def finite_deadline_ns(self) -> int:
+        """The deadline (ns); 0: none."""
+        return self.deadline_ns if self.deadline_ns < BEST_AVAILABLE_NS else 0
+
+    @property
+    def finite_lease_ns(self) -> int:
+        """The lease of the liveliness (ns); 0: for ever."""
+        return self.lease_ns if self.lease_ns < BEST_AVAILABLE_NS else 0
 
     def to_dict(self) -> dict[str, Any]:
         """As `rclpy.qos.QoSProfile` takes it."""
@@ -146,19 +160,19 @@ def effective(profile: Profile) -> Profile:
     )
 
 
-def mismatches(offered: Profile, requested: Profile) -> list[str]:
-    """Why a publisher's profile and a subscription's do not match; empty if they do."""
+def mismatches(offered: Profile, requested: Profile) -> list[tuple[int, str]]:
+    """Policies by which a publisher's and a subscription's profile do not match, and why; empty if they match."""
     found = []
     if offered.reliability == BEST_EFFORT and requested.reliability == RELIABLE:
-        found.append("Best effort publisher and reliable subscription")
+        found.append((_RELIABILITY_POLICY, "Best effort publisher and reliable subscription"))
     if offered.durability == VOLATILE and requested.durability == TRANSIENT_LOCAL:
-        found.append("Volatile publisher and transient local subscription")
+        found.append((_DURABILITY_POLICY, "Volatile publisher and transient local subscription"))
     if _longer(offered.deadline_ns, requested.deadline_ns):
-        found.append("Subscription deadline is less than publisher deadline")
+        found.append((_DEADLINE_POLICY, "Subscription deadline is less than publisher deadline"))
     if offered.liveliness == AUTOMATIC and requested.liveliness == MANUAL_BY_TOPIC:
-        found.append("Publisher's liveliness is automatic and subscription's is manual by topic")
+        found.append((_LIVELINESS_POLICY, "Publisher's liveliness is automatic and subscription's is manual by topic"))
     if _longer(offered.lease_ns, requested.lease_ns):
-        found.append("Subscription's liveliness lease duration is less than publisher's")
+        found.append((_LEASE_POLICY, "Subscription's liveliness lease duration is less than publisher's"))
     return found
 
 
@@ -186,7 +200,7 @@ def check_compatible(offered: Profile, requested: Profile) -> CompatibilityResul
     """As `rmw_qos_profile_check_compatible`."""
     errors = mismatches(offered, requested)
     if errors:
-        return CompatibilityResult(QoSCompatibility.ERROR, "".join(f"ERROR: {each};" for each in errors))
+        return CompatibilityResult(QoSCompatibility.ERROR, "".join(f"ERROR: {why};" for _, why in errors))
     doubts = _doubts(offered, requested)
     if doubts:
         return CompatibilityResult(QoSCompatibility.WARNING, "".join(f"WARNING: {each};" for each in doubts))

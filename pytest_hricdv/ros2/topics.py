@@ -7,6 +7,7 @@ from typing import Any
 
 from pytest_hricdv.ros2.clocks import system_ns
 from pytest_hricdv.ros2.contexts import Node
+from pytest_hricdv.ros2.events import EndpointEvents
 from pytest_hricdv.ros2.handles import Awaited, Destroyable
 from pytest_hricdv.ros2.messages import copy_message, type_name
 from pytest_hricdv.ros2.qos import Profile, effective, mismatches
@@ -19,6 +20,9 @@ class _Endpoint:
     topic: str
     kind: type[Any]
     profile: Profile
+    events: EndpointEvents
+    last_ns: int | None = None
+    """When the last message was sent or came, in the kernel's time (ns)."""
 
     def get_topic_name(self) -> str:
         """The full name of its topic."""
@@ -34,21 +38,41 @@ class _Endpoint:
         return same_type and not mismatches(self.profile, subscription.profile)
 
 
+def _meet(publisher: Publisher, subscription: Subscription) -> None:
+    """Tell both that one of them is new, and whether they match."""
+    same_type = type_name(publisher.kind) == type_name(subscription.kind)
+    faults = mismatches(publisher.profile, subscription.profile)
+    for endpoint in (publisher, subscription):
+        if not same_type:
+            endpoint.events.differ()
+        elif faults:
+            endpoint.events.mismatch(faults[0][0])
+        else:
+            endpoint.events.match(1)
+
+
 class Publisher(_Endpoint, Destroyable):
     """As `rcl_publisher_t`. Raises ValueError for a wrong topic."""
 
     def __init__(self, node: Node, kind: type[Any], topic: str, profile: Profile) -> None:
         super().__init__(node.kernel)
         self.node, self.kind, self.topic, self.profile = node, kind, node.resolve(topic), effective(profile)
+        self.events = EndpointEvents()
         self._published = 0
         self._kept: deque[tuple[Any, dict[str, int]]] = deque(maxlen=self.profile.queue_length)
         node.graph.publishers.setdefault(self.topic, []).append(self)
         for subscription in node.graph.subscriptions.get(self.topic, ()):
-            subscription.wake()
+            _meet(self, subscription)
 
     def destroy(self) -> None:
         """Leave the graph."""
         self.node.graph.publishers[self.topic].remove(self)
+        for subscription in self._subscriptions():
+            subscription.events.match(-1)
+
+    def assert_liveliness(self) -> None:
+        """Say that it is alive, without a message."""
+        self.last_ns = self.kernel.now_us * 1000
 
     def _subscriptions(self) -> list[Subscription]:
         return [each for each in self.node.graph.subscriptions.get(self.topic, ()) if self.matches(each)]
@@ -60,6 +84,7 @@ class Publisher(_Endpoint, Destroyable):
     def publish(self, message: Any) -> None:
         """Deliver a copy to each subscription that matches."""
         self._published += 1
+        self.last_ns = self.kernel.now_us * 1000
         stamp_ns = system_ns(self.kernel)
         info = {"source_timestamp": stamp_ns, "publication_sequence_number": self._published}
         if self.profile.keeps_for_late_ones:
@@ -85,14 +110,19 @@ class Subscription(_Endpoint, Awaited):
         super().__init__(node.kernel)
         self.node, self.kind, self.topic, self.profile = node, kind, node.resolve(topic), effective(profile)
         self._queue: deque[tuple[Any, dict[str, int]]] = deque(maxlen=self.profile.queue_length)
+        self.events = EndpointEvents()
         self._received = 0
         node.graph.subscriptions.setdefault(self.topic, []).append(self)
         for publisher in node.graph.publishers.get(self.topic, ()):
+            _meet(publisher, self)
             publisher.catch_up(self)
 
     def destroy(self) -> None:
         """Leave the graph."""
         self.node.graph.subscriptions[self.topic].remove(self)
+        for publisher in self.node.graph.publishers.get(self.topic, ()):
+            if publisher.matches(self):
+                publisher.events.match(-1)
 
     def is_ready(self) -> bool:
         """Whether there is a message."""
@@ -101,6 +131,7 @@ class Subscription(_Endpoint, Awaited):
     def deliver(self, message: Any, info: dict[str, int]) -> None:
         """Add a message to the queue; the oldest one goes if there are too many."""
         self._received += 1
+        self.last_ns = self.kernel.now_us * 1000
         stamp_ns = system_ns(self.kernel)
         self._queue.append(
             (message, {**info, "received_timestamp": stamp_ns, "reception_sequence_number": self._received})
