@@ -23,6 +23,7 @@ from pytest_hricdv.ros2 import (
 )
 from pytest_hricdv.ros2.action_client import ActionClient
 from pytest_hricdv.ros2.action_server import ActionGoalHandle, ActionServer
+from pytest_hricdv.ros2.introspection import IntrospectionState
 from pytest_hricdv.ros2.rosout import LoggedNode
 from pytest_hricdv.ros2.services import Client, RequestId, Service, ServiceInfo
 from pytest_hricdv.ros2.topics import Publisher, Subscription
@@ -41,14 +42,6 @@ class SignalHandlerOptions(IntEnum):
 
 
 _SIGNAL_HANDLERS = "ros2 signal handlers"
-
-
-class ServiceIntrospectionState(IntEnum):
-    """As of the extension."""
-
-    OFF = 0
-    METADATA = 1
-    CONTENTS = 2
 
 
 class TypeDescriptionService(handles.Destroyable):
@@ -223,7 +216,7 @@ def extension() -> ModuleType:
     """The module. A name that it lacks is an error that says so, when it is used."""
     made = ModuleType(NAME, __doc__)
     introspection = ModuleType(f"{NAME}.service_introspection")
-    vars(introspection)["ServiceIntrospectionState"] = ServiceIntrospectionState
+    vars(introspection)["ServiceIntrospectionState"] = IntrospectionState
     vars(made).update({**_CLASSES, **_ERRORS, **_CONSTANTS, **_FUNCTIONS, "service_introspection": introspection})
 
     def missing(name: str) -> Any:

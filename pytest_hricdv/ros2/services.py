@@ -6,9 +6,10 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
-from pytest_hricdv.ros2.clocks import system_ns
+from pytest_hricdv.ros2.clocks import Clock, system_ns
 from pytest_hricdv.ros2.contexts import Node
 from pytest_hricdv.ros2.handles import Awaited
+from pytest_hricdv.ros2.introspection import Introspection, IntrospectionState, ServiceEvent
 from pytest_hricdv.ros2.messages import copy_message, type_name
 from pytest_hricdv.ros2.qos import Profile, effective
 
@@ -30,24 +31,56 @@ class ServiceInfo:
     received_timestamp: int
 
 
-class Service(Awaited):
+class _End(Awaited):
+    """What services and clients have in common: others may look on."""
+
+    kind: type[Any]
+
+    def __init__(self, node: Node, kind: type[Any], name: str) -> None:
+        super().__init__(node.kernel)
+        self._node, self.kind, self._full_name = node, kind, node.resolve(name)
+        self._introspection: Introspection | None = None
+
+    @property
+    def node(self) -> Node:
+        """The node that it is of."""
+        return self._node
+
+    def configure_introspection(self, clock: Clock, profile: Profile, state: IntrospectionState) -> None:
+        """Publish what it sends and receives from now on, or no more."""
+        if self._introspection is not None:
+            self._introspection.close()
+        is_on = state is not IntrospectionState.OFF
+        arguments = (self._node, self.kind, self._full_name, clock, profile, state)
+        self._introspection = Introspection(*arguments) if is_on else None
+
+    def _tell(self, event: ServiceEvent, request_id: RequestId, content: Any) -> None:
+        if self._introspection is not None:
+            self._introspection.publish(event, request_id.client.pointer, request_id.sequence_number, content)
+
+    def _stop_telling(self) -> None:
+        if self._introspection is not None:
+            self._introspection.close()
+
+
+class Service(_End):
     """As `rcl_service_t`. Raises ValueError for a wrong name."""
 
     def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
-        super().__init__(node.kernel)
-        self._node, self.kind, self.name = node, kind, node.resolve(name)
+        super().__init__(node, kind, name)
         self._profile = effective(profile)
         self._requests: deque[tuple[Any, RequestId, int]] = deque()
         node.graph.services.setdefault(self.name, []).append(self)
 
     def destroy(self) -> None:
         """Leave the graph; requests that wait are never answered."""
+        self._stop_telling()
         self._node.graph.services[self.name].remove(self)
 
     @property
-    def node(self) -> Node:
-        """The node that serves."""
-        return self._node
+    def name(self) -> str:
+        """Its full name."""
+        return self._full_name
 
     @property
     def qos(self) -> dict[str, Any]:
@@ -68,32 +101,34 @@ class Service(Awaited):
         if not self._requests:
             return None, None
         request, request_id, sent_ns = self._requests.popleft()
+        self._tell(ServiceEvent.REQUEST_RECEIVED, request_id, request)
         return request, ServiceInfo(request_id, sent_ns, sent_ns)
 
     def service_send_response(self, response: Any, header: RequestId) -> None:
         """Answer a request."""
+        self._tell(ServiceEvent.RESPONSE_SENT, header, response)
         header.client.deliver(copy_message(response), header)
 
 
-class Client(Awaited):
+class Client(_End):
     """As `rcl_client_t`. Raises ValueError for a wrong name."""
 
     def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
-        super().__init__(node.kernel)
-        self._node, self.kind, self.service_name = node, kind, node.resolve(name)
+        super().__init__(node, kind, name)
         self._sent = 0
         self._responses: deque[tuple[Any, RequestId, int]] = deque()
         node.graph.clients.setdefault(self.service_name, []).append(self)
 
     def destroy(self) -> None:
         """Leave the graph; responses on their way are lost."""
+        self._stop_telling()
         self._node.graph.clients[self.service_name].remove(self)
         self._responses.clear()
 
     @property
-    def node(self) -> Node:
-        """The node that asks."""
-        return self._node
+    def service_name(self) -> str:
+        """The full name of the service."""
+        return self._full_name
 
     def _servers(self) -> list[Service]:
         every = self._node.graph.services.get(self.service_name, ())
@@ -107,6 +142,7 @@ class Client(Awaited):
     def send_request(self, request: Any) -> int:
         """Ask; returns the number of the request. Without a server the request is lost, as in a middleware."""
         self._sent += 1
+        self._tell(ServiceEvent.REQUEST_SENT, RequestId(self._sent, self), request)
         for server in self._servers():
             server.deliver(copy_message(request), RequestId(self._sent, self))
         return self._sent
@@ -125,4 +161,5 @@ class Client(Awaited):
         if not self._responses:
             return None, None
         response, request_id, sent_ns = self._responses.popleft()
+        self._tell(ServiceEvent.RESPONSE_RECEIVED, request_id, response)
         return ServiceInfo(request_id, sent_ns, sent_ns), response

@@ -34,6 +34,14 @@ class Reading(_Generated):
     __slots__ = ("_points", "_range", "_ranges", "_seen")
 
 
+class _Stamp(_Generated):
+    __slots__ = ("nanosec", "sec")
+
+
+class _Info(_Generated):
+    __slots__ = ("client_gid", "event_type", "sequence_number", "stamp")
+
+
 class Grasp:
     """A service."""
 
@@ -42,6 +50,12 @@ class Grasp:
 
     class Response(_Generated):
         __slots__ = ("_held",)
+
+    class Event(_Generated):
+        __slots__ = ("info", "request", "response")
+
+        def __init__(self) -> None:
+            super().__init__(info=_Info(stamp=_Stamp()), request=[], response=[])
 
 
 def reading(value: float) -> Reading:

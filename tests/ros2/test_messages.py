@@ -10,6 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.ros2 import graph_queries
+from pytest_hricdv.ros2.clocks import Clock, ClockType
+from pytest_hricdv.ros2.introspection import IntrospectionState
 from pytest_hricdv.ros2.qos import (
     BEST_EFFORT,
     KEEP_ALL,
@@ -179,3 +181,29 @@ def test_the_graph_tells_who_does_what() -> None:
         assert graph_queries.publishers_by_node(made, False, "robot", "/cell") == []
 
     run(robot)
+
+
+def test_a_third_one_looks_on() -> None:
+    seen: list[Any] = []
+
+    def robot(kernel: Kernel) -> None:
+        made, clock = node("robot"), Clock(ClockType.SYSTEM_TIME)
+        service, client = (kind(made, Grasp, "grasp", Profile()) for kind in (Service, Client))
+        service.configure_introspection(clock, Profile(), IntrospectionState.METADATA)
+        client.configure_introspection(clock, Profile(), IntrospectionState.CONTENTS)
+        looking = Subscription(made, Grasp.Event, "grasp/_service_event", Profile())
+        client.send_request(Grasp.Request(force=2.0))
+        _, info = service.service_take_request(Grasp.Request)
+        assert info is not None
+        service.service_send_response(Grasp.Response(held=True), info.request_id)
+        client.take_response(Grasp.Response)
+        client.configure_introspection(clock, Profile(), IntrospectionState.OFF)
+        client.send_request(Grasp.Request(force=3.0))
+        while (taken := looking.take_message(Grasp.Event, False)) is not None:
+            event = taken[0]
+            assert event.info.sequence_number == 1
+            contents = [each._force for each in event.request], [each._held for each in event.response]
+            seen.append((event.info.event_type, *contents))
+
+    run(robot)
+    assert seen == [(0, [2.0], []), (1, [], []), (2, [], []), (3, [], [True])]
