@@ -11,6 +11,7 @@ from typing import Any
 from pytest_hricdv.ros2 import (
     actions,
     arguments,
+    cdr,
     clocks,
     contexts,
     events,
@@ -189,6 +190,8 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "rclpy_get_subscriptions_info_by_topic": graph_queries.subscriptions_info,
     "rclpy_qos_check_compatible": qos.check_compatible,
     "rclpy_action_get_rmw_qos_profile": lambda name: qos.ACTION_STATUS.to_dict(),
+    "rclpy_serialize": cdr.serialize,
+    "rclpy_deserialize": cdr.deserialize,
     "rclpy_assert_liveliness": Publisher.assert_liveliness,
     "rclpy_logging_initialize": logging.reset_levels,
     "rclpy_logging_shutdown": logging.reset_levels,

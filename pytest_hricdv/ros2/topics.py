@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
+from pytest_hricdv.ros2.cdr import deserialize, serialize
 from pytest_hricdv.ros2.clocks import system_ns
 from pytest_hricdv.ros2.contexts import Node
 from pytest_hricdv.ros2.events import EndpointEvents
@@ -92,6 +93,10 @@ class Publisher(_Endpoint, Destroyable):
         for subscription in self._subscriptions():
             subscription.deliver(copy_message(message), info)
 
+    def publish_raw(self, data: bytes) -> None:
+        """Publish the message that these bytes are. Raises CdrError if they are none."""
+        self.publish(deserialize(data, self.kind))
+
     def catch_up(self, subscription: Subscription) -> None:
         """Deliver what it has kept to a subscription that is new."""
         if self.matches(subscription) and subscription.profile.keeps_for_late_ones:
@@ -142,9 +147,8 @@ class Subscription(_Endpoint, Awaited):
         """The oldest message and when it was sent and came; None if there is none."""
         if not self._queue:
             return None
-        if raw:
-            raise NotImplementedError(f"{self.topic}: serialized messages are not simulated yet")
-        return self._queue.popleft()
+        message, info = self._queue.popleft()
+        return (serialize(message, kind) if raw else message), info
 
     def get_publisher_count(self) -> int:
         """How many publishers reach it."""

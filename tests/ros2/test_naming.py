@@ -169,5 +169,5 @@ def test_a_logger_has_the_level_of_the_nearest_above_it() -> None:
 
 
 def test_a_name_that_the_extension_lacks_says_so() -> None:
-    with pytest.raises(AttributeError, match="rclpy_serialize of rclpy's extension is not simulated yet"):
-        extension().rclpy_serialize  # noqa: B018
+    with pytest.raises(AttributeError, match="rclpy_fly of rclpy's extension is not simulated yet"):
+        extension().rclpy_fly  # noqa: B018
