@@ -16,9 +16,18 @@ from pytest_hricdv.ros2.wait_set import WaitSet
 class ActionClient(Destroyable):
     """As `rcl_action_client_t`. Raises ValueError for a wrong name."""
 
-    def __init__(self, node: Node, kind: Any, name: str, *profiles: Profile) -> None:
+    def __init__(
+        self,
+        node: Node,
+        kind: Any,
+        name: str,
+        goal: Profile,
+        result: Profile,
+        cancel: Profile,
+        feedback: Profile,
+        status: Profile,
+    ) -> None:
         super().__init__(node.kernel)
-        goal, result, cancel, feedback, status = profiles
         names, types = part_names(name), kind.Impl
         self._node = node
         self._goal = Client(node, types.SendGoalService, names["send_goal"], goal)

@@ -9,6 +9,7 @@ from pytest_hricdv.ros2.actions import NEXT_STATE, GoalEvent, GoalState, part_na
 from pytest_hricdv.ros2.clocks import Clock, Timer
 from pytest_hricdv.ros2.contexts import Node
 from pytest_hricdv.ros2.handles import Destroyable, RCLError
+from pytest_hricdv.ros2.qos import Profile
 from pytest_hricdv.ros2.services import RequestId, Service
 from pytest_hricdv.ros2.topics import Publisher
 from pytest_hricdv.ros2.wait_set import WaitSet
@@ -50,9 +51,20 @@ class ActionServer(Destroyable):
         ValueError: a wrong name.
     """
 
-    def __init__(self, node: Node, clock: Clock, kind: Any, name: str, *profiles_and_timeout: Any) -> None:
+    def __init__(
+        self,
+        node: Node,
+        clock: Clock,
+        kind: Any,
+        name: str,
+        goal: Profile,
+        result: Profile,
+        cancel: Profile,
+        feedback: Profile,
+        status: Profile,
+        result_timeout: float,
+    ) -> None:
         super().__init__(node.kernel)
-        goal, result, cancel, feedback, status, result_timeout = profiles_and_timeout
         names, types = part_names(name), kind.Impl
         self._types = types
         self._clock = clock

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from itertools import count
 from typing import TYPE_CHECKING
 
@@ -80,7 +81,7 @@ class Destroyable:
         """Let go of what it holds; for subclasses."""
 
 
-class Awaited(Destroyable):
+class Awaited(Destroyable, ABC):
     """A handle that a wait set can wait for."""
 
     def __init__(self, kernel: Kernel) -> None:
@@ -88,9 +89,9 @@ class Awaited(Destroyable):
         self.waiting: list[Node] = []
         """The nodes of the kernel that wait until it is ready."""
 
+    @abstractmethod
     def is_ready(self) -> bool:
         """Whether there is something to take."""
-        raise NotImplementedError
 
     def take_readiness(self) -> bool:
         """Whether it is ready, at the end of a wait; a guard condition is not any more afterwards."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Any
 
 from pytest_hricdv.ros2.clocks import system_ns
-from pytest_hricdv.ros2.contexts import Context, Node
+from pytest_hricdv.ros2.contexts import Node
 from pytest_hricdv.ros2.logging import LogEntry, log_of
 from pytest_hricdv.ros2.qos import TRANSIENT_LOCAL, Profile
 from pytest_hricdv.ros2.topics import Publisher
@@ -19,18 +19,10 @@ PROFILE = Profile(depth=1000, durability=TRANSIENT_LOCAL, lifespan_ns=10 * _NS_P
 class LoggedNode(Node):
     """A node whose log is published, unless `enable_rosout` or the arguments of its context say otherwise."""
 
-    def __init__(
-        self,
-        node_name: str,
-        namespace_: str,
-        context: Context,
-        pycli_args: Sequence[str] | None,
-        use_global_arguments: bool,
-        enable_rosout: bool,
-    ) -> None:
-        super().__init__(node_name, namespace_, context, pycli_args, use_global_arguments, enable_rosout)
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
         self._publisher: Publisher | None = None
-        if enable_rosout and context.arguments.rosout:
+        if self.enable_rosout and self.context.arguments.rosout:
             from rcl_interfaces.msg import Log  # type: ignore[import-not-found, unused-ignore]
 
             self._kind = Log
