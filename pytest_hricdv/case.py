@@ -58,7 +58,9 @@ class MonitorFeed:
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
         """See `runtime.record.Listener`. A field that is not as its class declares it is a TypeError."""
-        kinds = self._fields[topic]
+        kinds = self._fields.get(topic)
+        if kinds is None:
+            return  # a topic of ROS 2 that the testbench does not declare, so no requirement names it
         for name, kind in kinds.items():
             if not (_is_of(kind, fields[name]) or (kind is not str and isinstance(fields[name], int))):
                 raise TypeError(f"{topic}.{name} is {fields[name]!r} at {time_s:.6f} s: declared as {kind.__name__}")
@@ -186,8 +188,15 @@ def execute(
         producing=producing,
     )
     kernel.virtual = frozenset(testbench.virtual)
+    modules = VirtualModules(testbench.code)
+    if testbench.ros2 is not None:
+        from pytest_hricdv.ros2.system import Ros2Overlay  # an optional part
+
+        run.rclpy = Ros2Overlay(testbench.ros2, testbench.code)
+        modules = run.rclpy.modules
+        kernel.virtual |= Ros2Overlay.VIRTUAL
     try:
-        with VirtualModules(testbench.code).installed():
+        with modules.installed():
             outcome, verdicts, record = _finished(testbench, requirements, followers, run, known_while)
     except Exception:
         if run.ending is not None and run.ending.error is not None:

@@ -6,13 +6,17 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances, MessageDisturbance
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.message import InputError
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
+
+if TYPE_CHECKING:
+    from pytest_hricdv.ros2.launch import RosNode
+    from pytest_hricdv.ros2.system import Ros2Overlay, Ros2System
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -67,6 +71,8 @@ class Run:
     """How `go` ended; None before."""
     disturbances: Disturbances = field(default_factory=dict)
     """Those of the testbench."""
+    rclpy: Ros2Overlay | None = field(default=None, repr=False)
+    """What `ros2` starts nodes with, where the testbench declares a ROS 2 system."""
     waiting: Callable[[], None] | None = field(default=None, init=False, repr=False)
     """How the person waits, if `waits` was called."""
     _disturbed: Any = field(default=None, init=False, repr=False)
@@ -74,6 +80,22 @@ class Run:
     def disturbs(self, world: Any) -> None:
         """Hand over what the handlers of disturbances are called with; to be called before `go`."""
         self._disturbed = world
+
+    def ros2(self, *nodes: RosNode) -> Ros2System:
+        """Start nodes of ROS 2 as the code under test, each as if in a process of its own; to be called before `go`.
+
+        Returns:
+            The system, for the world's side of it: `system.node("lidar").publisher("/scan", ...)`.
+
+        Raises:
+            TestbenchError: the testbench has no `ros2=Ros2(...)`, or a node cannot be started.
+        """
+        if self.rclpy is None:
+            raise TestbenchError("run.ros2: the testbench declares no ROS 2 system; give it ros2=Ros2(...)")
+        try:
+            return self.rclpy.started(self.kernel, self.bus, self.measured, nodes)
+        except InputError as error:
+            raise TestbenchError(f"run.ros2: {error}") from None
 
     def waits(self, wait: Callable[[], None]) -> None:
         """Say how the person waits while there is nothing to do yet; to be called before `go`.

@@ -25,6 +25,8 @@ from pytest_hricdv.generate.sampler import Chance, Constant, Range
 from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.monitor.vocabulary import Kind
 from pytest_hricdv.online.declaration import Online, OnlineError
+from pytest_hricdv.ros2.declaration import Ros2
+from pytest_hricdv.ros2.launch import RosNode
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import text_of, topic_of
 from pytest_hricdv.runtime.body import Body
@@ -55,6 +57,8 @@ __all__ = [
     "Outcome",
     "QLearning",
     "Range",
+    "Ros2",
+    "RosNode",
     "Run",
     "Testbench",
     "TestbenchError",
@@ -160,6 +164,8 @@ class Testbench:
         virtual: which of Python's own ways to wait the code under test uses: "time" (`time` and `datetime`),
             "threading" (`threading`, `queue`, the thread pool of `concurrent.futures`), "asyncio". Its modules then see
             them in virtual time, and its threads are nodes. Without it, waiting in one of them is an error.
+        ros2: the ROS 2 system that the code under test is, where it is one: `Ros2(topics={...}, ...)`. Its nodes see
+            "time" and "threading" in virtual time, whatever `virtual` says.
     """
 
     __test__ = False
@@ -195,6 +201,7 @@ class Testbench:
     state: str = ""
     transitions: tuple[tuple[str, str], ...] = ()
     virtual: tuple[str, ...] = ()
+    ros2: Ros2 | None = None
 
     @cached_property
     def commands(self) -> Concretization:
@@ -215,6 +222,7 @@ class Testbench:
 
         Raises:
             ValueError: a name that no requirement can contain, values of what is no text, or a unit of an unknown name.
+            Ros2Error: a topic, service or action of ROS 2 has a wrong name or type.
         """
         topics: dict[str, dict[str, Kind]] = {}
         values: dict[str, tuple[str, ...]] = {}
@@ -227,6 +235,8 @@ class Testbench:
                     topics[topic][name] = kind
                 if texts:
                     values[f"{topic}.{name}"] = texts
+        if self.ros2 is not None:
+            topics |= self.ros2.vocabulary()
         return Vocabulary(dict(self.signals), topics, {**values, **self.values}, dict(self.units))
 
 

@@ -17,6 +17,7 @@ from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.online.declaration import Online
+from pytest_hricdv.ros2.declaration import Ros2Error
 from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime import topic_of
 from pytest_hricdv.runtime.virtual import KINDS
@@ -36,6 +37,7 @@ def checked(candidate: object, where: str) -> Testbench:
         )
     _check_kinds(candidate, where)
     try:
+        _prepare_ros2(candidate)
         topics = candidate.vocabulary().messages
         disturbance_faults = faults(candidate.disturbances, candidate.concretization.commands, topics)
         for fault in (
@@ -47,9 +49,20 @@ def checked(candidate: object, where: str) -> Testbench:
         ):
             raise TestbenchError(f"{where}: {fault}")
         _ = candidate.commands
-    except (ValueError, GenerateError) as error:
+    except (ValueError, GenerateError, Ros2Error) as error:
         raise TestbenchError(f"{where}: {error}") from None
     return candidate
+
+
+def _prepare_ros2(testbench: Testbench) -> None:
+    """Before anything imports `rclpy`."""
+    if testbench.ros2 is None:
+        return
+    try:
+        from pytest_hricdv.ros2.system import prepare
+    except ModuleNotFoundError as error:  # it needs PyYAML
+        raise Ros2Error(f'ros2: {error}; install the extra: pip install "pytest-hricdv[ros2]"') from None
+    prepare()
 
 
 def lacking(error: Exception) -> str:

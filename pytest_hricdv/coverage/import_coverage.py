@@ -19,13 +19,17 @@ from pytest_hricdv.coverage.code_map import Bits, CodeMap, CoverageError
 TIMEOUT_S = 120
 
 
-def import_bits(code: CodeMap) -> Bits:
+def import_bits(code: CodeMap, *, virtual_rclpy: bool = False) -> Bits:
     """The statements and branches that run when every module under test is imported.
+
+    Args:
+        virtual_rclpy: whether the extension of `rclpy` is to be replaced before.
 
     Raises:
         CoverageError: a module cannot be imported; the last line of its traceback is given.
     """
-    task = {"packages": code.packages, "files": [str(file.path) for file in code.files]}
+    files = [str(file.path) for file in code.files]
+    task = {"packages": code.packages, "files": files, "virtual_rclpy": virtual_rclpy}
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("COV_", "COVERAGE_"))}
     environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
     try:
@@ -60,6 +64,10 @@ def main() -> None:
     import coverage
 
     task = json.load(sys.stdin)
+    if task["virtual_rclpy"]:
+        from pytest_hricdv.ros2.overlay import replace_extension
+
+        replace_extension()
     measurement = coverage.Coverage(data_file=None, config_file=False, branch=True, include=task["files"])
     measurement.set_option("run:core", "ctrace")
     measurement.start()

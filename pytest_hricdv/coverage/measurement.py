@@ -307,7 +307,7 @@ def read(data: CoverageData, code: CodeMap, pattern: str) -> Bits:
     return code.translated(lines, arcs)
 
 
-def choose(code: CodeMap, *, contexts_by_test: bool) -> Measurement:
+def choose(code: CodeMap, *, contexts_by_test: bool, virtual_rclpy: bool = False) -> Measurement:
     """The measurement that fits the process as it is now: our own, the user's, or none (with the reason)."""
     import coverage
 
@@ -317,7 +317,7 @@ def choose(code: CodeMap, *, contexts_by_test: bool) -> Measurement:
     if current is not None and users_tracer() is None:
         return NoMeasurement("the running measurement uses sys.monitoring: set core = 'ctrace' for coverage")
     try:
-        imported = import_bits(code)
+        imported = import_bits(code, virtual_rclpy=virtual_rclpy)
     except CoverageError as error:
         return NoMeasurement(str(error))
     if current is None:

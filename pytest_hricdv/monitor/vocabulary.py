@@ -59,7 +59,7 @@ class Vocabulary:
 
     Attributes:
         signals: name -> `bool`, `float` or `str`; piecewise constant in time.
-        messages: topic -> fields, each field -> `bool`, `float` or `str`.
+        messages: topic -> fields, each field -> `bool`, `float` or `str`. A field of a nested message has dots.
         values: text signal, or text field as `topic.field` -> all values that it can have; absent if unknown. A
             comparison with any other value is an error.
         units: numeric signal, or numeric field as `topic.field` -> its unit, such as "m/s"; absent if not declared.
@@ -90,7 +90,8 @@ class Vocabulary:
         for topic, fields in self.messages.items():
             _check_declaration(f"topic {topic!r}", topic, bool)
             for name, kind in fields.items():
-                _check_declaration(f"field {name!r} of topic {topic!r}", name, kind)
+                for part in name.split("."):  # of nested messages
+                    _check_declaration(f"field {name!r} of topic {topic!r}", part, kind)
         for name, values in self.values.items():
             self._check_values(name, values)
         for name in self.units:

@@ -10,6 +10,8 @@ from pytest_hricdv.ros2 import names
 from pytest_hricdv.ros2.arguments import Arguments, parse
 from pytest_hricdv.ros2.graph import Graph, graph_of
 from pytest_hricdv.ros2.handles import Destroyable, RCLError, running_kernel
+from pytest_hricdv.ros2.messages import type_name
+from pytest_hricdv.runtime.kernel import Kernel
 
 DEFAULT_DOMAIN = 2**64 - 1
 """As `RCL_DEFAULT_DOMAIN_ID`: the domain is not said, and is 0; the environment is not asked."""
@@ -24,8 +26,8 @@ class Context(Destroyable):
         KernelError: made outside of a node of a simulated run.
     """
 
-    def __init__(self, arguments: Sequence[str], domain_id: int) -> None:
-        super().__init__(running_kernel("rclpy.init"))
+    def __init__(self, arguments: Sequence[str], domain_id: int, kernel: Kernel | None = None) -> None:
+        super().__init__(kernel or running_kernel("rclpy.init"))
         self.arguments = parse(arguments)
         self._domain = 0 if domain_id == DEFAULT_DOMAIN else domain_id
         self._is_valid = True
@@ -97,6 +99,11 @@ class Node(Destroyable):
     def graph(self) -> Graph:
         """The graph that it is in."""
         return self.context.graph
+
+    def admit(self, full_name: str, kind: type[Any]) -> None:
+        """Use a topic or service. Raises InputError where a testbench declares it with another type."""
+        if self.graph.carrier is not None:
+            self.graph.carrier.admit(self.get_fully_qualified_name(), full_name, type_name(kind))
 
     def get_node_name(self) -> str:
         """Its name."""

@@ -2,10 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol, cast
 
 from pytest_hricdv.runtime.kernel import Kernel
+
+
+class Carrier(Protocol):
+    """Sees what goes over topics and services; see `bridge.Bridge`."""
+
+    def admit(self, node: str, full_name: str, kind: str) -> None: ...
+
+    def carry(
+        self,
+        node: str,
+        full_name: str,
+        direction: str,
+        message: Any,
+        deliver: Callable[[], None],
+        is_heard: Callable[[], bool],
+    ) -> None: ...
 
 
 @dataclass
@@ -26,11 +43,22 @@ class Graph:
     clients: dict[str, list[Any]] = field(default_factory=dict)
     """Full name of a service -> its `services.Client`s."""
 
+    carrier: Carrier | None = None
+    """Carries what is sent; None: it is delivered, and nobody else sees it."""
+
+
+_GRAPHS, _CARRIER = "ros2 graphs", "ros2 carrier"
+
 
 def graph_of(kernel: Kernel, domain: int) -> Graph:
     """The graph of a domain of a run."""
-    graphs = kernel.own.setdefault("ros2 graphs", {})
+    graphs = kernel.own.setdefault(_GRAPHS, {})
     assert isinstance(graphs, dict)
-    graph = graphs.setdefault(domain, Graph())
+    graph = graphs.setdefault(domain, Graph(carrier=cast("Carrier | None", kernel.own.get(_CARRIER))))
     assert isinstance(graph, Graph)
     return graph
+
+
+def carry_with(kernel: Kernel, carrier: Carrier) -> None:
+    """Let the graphs of a run have a carrier; to be called before there are any."""
+    kernel.own[_CARRIER] = carrier

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.ros2.clocks import system_ns
@@ -32,7 +33,7 @@ class LoggedNode(Node):
     def _publish(self, entry: LogEntry) -> None:
         assert self._publisher is not None
         message = self._kind(level=int(entry.severity), name=entry.logger, msg=entry.text)
-        message.function, message.file, message.line = entry.function, entry.file, entry.line
+        message.function, message.file, message.line = entry.function, Path(entry.file).name, entry.line
         message.stamp.sec, message.stamp.nanosec = divmod(system_ns(self.kernel), _NS_PER_S)
         self._publisher.publish(message)
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from pytest_hricdv.ros2.clocks import Clock, system_ns
@@ -40,6 +42,7 @@ class _End(Awaited):
         super().__init__(node.kernel)
         self._node, self.kind, self._full_name = node, kind, node.resolve(name)
         self._introspection: Introspection | None = None
+        node.admit(self._full_name, kind)
 
     @property
     def node(self) -> Node:
@@ -57,6 +60,15 @@ class _End(Awaited):
     def _tell(self, event: ServiceEvent, request_id: RequestId, content: Any) -> None:
         if self._introspection is not None:
             self._introspection.publish(event, request_id.client.pointer, request_id.sequence_number, content)
+
+    def _send(self, direction: str, content: Any, deliver: Callable[[Any], None], is_heard: Callable[[], bool]) -> None:
+        """Deliver a request or a response, which nobody changes any more."""
+        sent, carrier = copy_message(content), self._node.graph.carrier
+        if carrier is None:
+            deliver(sent)
+            return
+        sender = self._node.get_fully_qualified_name()
+        carrier.carry(sender, self._full_name, direction, sent, partial(deliver, sent), is_heard)
 
     def _stop_telling(self) -> None:
         if self._introspection is not None:
@@ -107,7 +119,8 @@ class Service(_End):
     def service_send_response(self, response: Any, header: RequestId) -> None:
         """Answer a request."""
         self._tell(ServiceEvent.RESPONSE_SENT, header, response)
-        header.client.deliver(copy_message(response), header)
+        client = header.client
+        self._send("response", response, lambda sent: client.deliver(copy_message(sent), header), lambda: True)
 
 
 class Client(_End):
@@ -143,9 +156,15 @@ class Client(_End):
         """Ask; returns the number of the request. Without a server the request is lost, as in a middleware."""
         self._sent += 1
         self._tell(ServiceEvent.REQUEST_SENT, RequestId(self._sent, self), request)
-        for server in self._servers():
-            server.deliver(copy_message(request), RequestId(self._sent, self))
+        self._send("request", request, partial(self._deliver_request, RequestId(self._sent, self)), self._is_served)
         return self._sent
+
+    def _deliver_request(self, request_id: RequestId, request: Any) -> None:
+        for server in self._servers():
+            server.deliver(copy_message(request), request_id)
+
+    def _is_served(self) -> bool:
+        return bool(self._servers())
 
     def is_ready(self) -> bool:
         """Whether there is a response."""

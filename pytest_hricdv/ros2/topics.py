@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from functools import partial
 from typing import Any
 
 from pytest_hricdv.ros2.cdr import deserialize, serialize
@@ -58,6 +59,7 @@ class Publisher(_Endpoint, Destroyable):
     def __init__(self, node: Node, kind: type[Any], topic: str, profile: Profile) -> None:
         super().__init__(node.kernel)
         self.node, self.kind, self.topic, self.profile = node, kind, node.resolve(topic), effective(profile)
+        node.admit(self.topic, kind)
         self.events = EndpointEvents()
         self._published = 0
         self._kept: deque[tuple[Any, dict[str, int]]] = deque(maxlen=self.profile.queue_length)
@@ -88,10 +90,21 @@ class Publisher(_Endpoint, Destroyable):
         self.last_ns = self.kernel.now_us * 1000
         stamp_ns = system_ns(self.kernel)
         info = {"source_timestamp": stamp_ns, "publication_sequence_number": self._published}
+        carrier = self.node.graph.carrier
+        if carrier is None:
+            self._deliver(message, info)
+            return
+        sent, sender = copy_message(message), self.node.get_fully_qualified_name()
+        carrier.carry(sender, self.topic, "", sent, partial(self._deliver, sent, info), self._is_heard)
+
+    def _deliver(self, message: Any, info: dict[str, int]) -> None:
         if self.profile.keeps_for_late_ones:
             self._kept.append((copy_message(message), info))
         for subscription in self._subscriptions():
             subscription.deliver(copy_message(message), info)
+
+    def _is_heard(self) -> bool:
+        return bool(self._subscriptions())
 
     def publish_raw(self, data: bytes) -> None:
         """Publish the message that these bytes are. Raises CdrError if they are none."""
@@ -114,6 +127,7 @@ class Subscription(_Endpoint, Awaited):
     def __init__(self, node: Node, kind: type[Any], topic: str, profile: Profile) -> None:
         super().__init__(node.kernel)
         self.node, self.kind, self.topic, self.profile = node, kind, node.resolve(topic), effective(profile)
+        node.admit(self.topic, kind)
         self._queue: deque[tuple[Any, dict[str, int]]] = deque(maxlen=self.profile.queue_length)
         self.events = EndpointEvents()
         self._received = 0

@@ -81,6 +81,18 @@ class MessageFault:
     delays_s: tuple[float, ...] = ()
 
 
+@dataclass(frozen=True)
+class Carried:
+    """A message on its way; see `Bus.carry`."""
+
+    sender: str
+    topic: str
+    fields: Mapping[str, Value]
+    deliver: Callable[[], None]
+    is_heard: Callable[[], bool]
+    source: object
+
+
 class Bus:
     """Delivers frozen dataclass messages to all subscribers at the instant of publication, and records them.
 
@@ -136,12 +148,35 @@ class Bus:
         for name in self._fields[kind]:
             fields[name] = self._recorded(message, name)
         self.kernel.last_messages[sender] = message
-        faults = self._faults.get(topic_of(kind)) if self._faults else None
+        self.carry(sender, topic_of(kind), fields, partial(self._deliver, message), partial(self.has_subscribers, kind))
+
+    def carry(
+        self,
+        sender: str,
+        topic: str,
+        fields: Mapping[str, Value],
+        deliver: Callable[[], None],
+        is_heard: Callable[[], bool],
+        source: object = None,
+    ) -> None:
+        """Record a message and let it be delivered, unless a fault awaits it.
+
+        Args:
+            fields: of the message, as the record has them.
+            deliver: delivers it; called once for each copy that arrives.
+            is_heard: whether there is anybody to deliver it to.
+            source: what it is, where it is no message of this bus (see `RecordedMessage`).
+        """
+        message = Carried(sender, topic, fields, deliver, is_heard, source)
+        faults = self._faults.get(topic) if self._faults else None
         if faults:
-            self._publish_with_fault(faults.popleft(), sender, message, fields)
+            self._carry_with_fault(faults.popleft(), message)
             return
-        self.recorder.message(self.kernel.now_s, sender, topic_of(kind), fields)
-        self._deliver(message)
+        self._record(message)
+        deliver()
+
+    def _record(self, message: Carried) -> None:
+        self.recorder.message(self.kernel.now_s, message.sender, message.topic, message.fields, message.source)
 
     def _recorded(self, message: object, name: str) -> Value:
         """The value of a field as the record has it."""
@@ -161,29 +196,30 @@ class Bus:
         """
         self._faults.setdefault(topic, deque()).append(fault)
 
-    def _publish_with_fault(
-        self, fault: MessageFault, sender: str, message: object, fields: Mapping[str, Value]
-    ) -> None:
-        topic, by_code = topic_of(type(message)), self._by_code()
-        self.recorder.disturbance(self.kernel.now_s, sender, f"{fault.name} {topic}", fields)
+    def _carry_with_fault(self, fault: MessageFault, message: Carried) -> None:
+        by_code = self._by_code()
+        self._record_disturbance(f"{fault.name} {message.topic}", message)
         if by_code:
-            self.recorder.message(self.kernel.now_s, sender, topic, fields)
+            self._record(message)
 
         def deliver_after(delay_s: float) -> None:
             if delay_s:
                 self.kernel.sleep(delay_s)
-            if delay_s and not self.has_subscribers(type(message)):
-                self.recorder.disturbance(self.kernel.now_s, sender, f"unheard {topic}", fields)
+            if delay_s and not message.is_heard():
+                self._record_disturbance(f"unheard {message.topic}", message)
                 return
             if not by_code:
-                self.recorder.message(self.kernel.now_s, sender, topic, fields)
-            self._deliver(message)
+                self._record(message)
+            message.deliver()
 
         for delay_s in fault.delays_s:
             if delay_s:
-                self.kernel.spawn(f"{fault.name} {topic}", partial(deliver_after, delay_s))
+                self.kernel.spawn(f"{fault.name} {message.topic}", partial(deliver_after, delay_s))
             else:
                 deliver_after(delay_s)
+
+    def _record_disturbance(self, event: str, message: Carried) -> None:
+        self.recorder.disturbance(self.kernel.now_s, message.sender, event, message.fields)
 
     def _deliver(self, message: object) -> None:
         for subscription in tuple(self._subscriptions[type(message)]):

@@ -83,8 +83,8 @@ class Node:
         self.kernel = kernel
         self.name = name
         self.ended = False
-        self.leaving: Callable[[], Callable[[], None]] | None = None
-        """Called when it blocks; returns what is called when it goes on. For what Python keeps once a thread."""
+        self.leaving: list[Callable[[], Callable[[], None]]] = []
+        """Called when it blocks; each returns what is called when it goes on. For what Python keeps once a thread."""
         self.wrap_thread: Callable[[Callable[[], None], bool], Callable[[], None]] = lambda body, daemon: body
         """Wraps the body of a thread that it starts, for instance so that it is measured."""
         self.own: dict[str, object] = {}
@@ -177,11 +177,11 @@ class Kernel:
             heapq.heappush(self._due, (due_us, self._order, node, node._wait))
         assert self._hub is not None
         node._blocked = True
-        go_on = node.leaving() if node.leaving is not None else None
+        going_on = [leave() for leave in node.leaving]
         try:
             self._hub.switch()
         finally:
-            if go_on is not None:
+            for go_on in reversed(going_on):
                 go_on()
         return node._woken
 

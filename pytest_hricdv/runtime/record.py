@@ -25,12 +25,16 @@ class Listener(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class RecordedMessage:
-    """One message, or one disturbance: its time (s), sender, topic and fields."""
+    """One message, or one disturbance: its time (s), sender, topic and fields.
+
+    `source` is what the fields were made of, where this is more than they are: a message of ROS 2.
+    """
 
     time_s: float
     sender: str
     topic: str
     fields: Mapping[str, Value]
+    source: object = field(default=None, compare=False, repr=False)
 
     @property
     def is_disturbance(self) -> bool:
@@ -66,9 +70,11 @@ class Recorder:
     _texts: dict[str, tuple[array[float], list[str]]] = field(default_factory=dict)
     _last: dict[str, float | bool | str] = field(default_factory=dict)
 
-    def message(self, time_s: float, sender: str, topic: str, fields: Mapping[str, Value]) -> None:
-        """Record one message."""
-        self.messages.append(RecordedMessage(time_s, sender, topic, fields))
+    def message(
+        self, time_s: float, sender: str, topic: str, fields: Mapping[str, Value], source: object = None
+    ) -> None:
+        """Record one message; for `source` see `RecordedMessage`."""
+        self.messages.append(RecordedMessage(time_s, sender, topic, fields, source))
         for listener in self.listeners:
             listener.message(time_s, topic, fields)
 

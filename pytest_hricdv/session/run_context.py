@@ -134,7 +134,8 @@ class RunContext:
     @cached_property
     def _chosen(self) -> Measurement:
         by_test = getattr(self.collection.config.option, "cov_context", None) == "test"
-        return choose(self.code, contexts_by_test=by_test)
+        ros2 = self.collection.testbench.ros2 is not None
+        return choose(self.code, contexts_by_test=by_test, virtual_rclpy=ros2)
 
     @cached_property
     def provenance(self) -> Provenance:

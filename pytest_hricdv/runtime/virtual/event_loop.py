@@ -68,14 +68,14 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
     def run_forever(self) -> None:
         """As of asyncio's loops."""
         node = waiting_node(ASYNCIO, _WHAT)
-        before, node.leaving = node.leaving, _leave
+        node.leaving.append(_leave)
         try:
             super().run_forever()
         except (GreenletExit, KernelError):
             self._abandon_tasks()
             raise
         finally:
-            node.leaving = before
+            node.leaving.remove(_leave)
 
     def _abandon_tasks(self) -> None:
         """The run is over, at any moment: that tasks wait is no fault of theirs, so nothing is to be said of it."""

@@ -24,6 +24,7 @@ _PROVIDERS = {
     "queue": "threads",
     "concurrent.futures": "thread_pool",
     "asyncio": "event_loop",
+    "uuid": "identifiers",
 }
 """Module of the library -> the module here that has what stands for it."""
 
@@ -80,6 +81,8 @@ class VirtualModules:
         self._packages = tuple(packages)
         self._roots = {package.partition(".")[0] for package in packages}
         self._undo: list[Callable[[], object]] = []
+        self.imported: list[Callable[[], None]] = []
+        """Called when the code under test has imported modules, before it goes on."""
 
     @contextmanager
     def installed(self) -> Iterator[None]:
@@ -105,6 +108,8 @@ class VirtualModules:
             if (by_code or self._is_of_code(name)) and len(sys.modules) != loaded:
                 self._replace()  # a module of the code under test may be new
                 loaded = len(sys.modules)
+                for each in self.imported:
+                    each()
             if by_code and level == 0 and name in _PROVIDERS:
                 return _imported(name, found, bool(fromlist))
             return found

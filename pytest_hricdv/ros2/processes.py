@@ -1,0 +1,113 @@
+"""Processes of a ROS 2 system: each has variables of modules of its own, in one process of the machine.
+
+`rclpy.init()` keeps its context in a variable of a module, and so does code that is written for a process of its own.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from pytest_hricdv.runtime.kernel import Kernel
+
+Body = Callable[[], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Variable:
+    """A variable of a module, which functions of the module set; and what it is when the module has been imported."""
+
+    module: dict[str, Any]
+    name: str
+    initial: Any
+
+
+@cache
+def _set_by_functions(file: str) -> frozenset[str]:
+    """The names that functions of a file declare as `global`."""
+    try:
+        source = Path(file).read_text(encoding="utf-8")
+    except (OSError, ValueError):
+        return frozenset()  # an extension module, or one without a source
+    if "global " not in source:
+        return frozenset()
+    declared = [each for each in ast.walk(ast.parse(source)) if isinstance(each, ast.Global)]
+    return frozenset(name for each in declared for name in each.names)
+
+
+class ModuleVariables:
+    """The variables that functions of some packages set, each with its value after the import.
+
+    Args:
+        packages: by name.
+    """
+
+    def __init__(self, packages: Iterable[str]) -> None:
+        self._packages = frozenset(package.partition(".")[0] for package in packages)
+        self._known: set[str] = set()
+        self._variables = [Variable(vars(sys), "argv", sys.argv)]
+
+    def __iter__(self) -> Iterator[Variable]:
+        return iter(self._variables)
+
+    def update(self) -> None:
+        """Know those of the modules that were imported since; to be called before a function of them is."""
+        for name, module in list(sys.modules.items()):
+            if name not in self._known and name.partition(".")[0] in self._packages:
+                self._known.add(name)
+                self._add(module)
+
+    def _add(self, module: ModuleType) -> None:
+        names = vars(module)
+        file = names.get("__file__") or ""
+        for name in sorted(_set_by_functions(str(file)) & names.keys()):
+            self._variables.append(Variable(names, name, names[name]))
+
+
+class Process:
+    """One process of a system: while its nodes of the kernel run, and only then, the variables have its values.
+
+    Args:
+        variables: that it has values of its own of.
+        arguments: its command line, `sys.argv`.
+    """
+
+    def __init__(self, kernel: Kernel, variables: ModuleVariables, arguments: Iterable[str]) -> None:
+        self._kernel = kernel
+        self._variables = variables
+        self._values: dict[Variable, Any] = {each: list(arguments) for each in variables if each.name == "argv"}
+
+    def running(self, body: Body) -> Body:
+        """A body of a node of the kernel that runs in this process; its threads do, too."""
+
+        def within() -> None:
+            node = self._kernel.current()
+            wrap_thread = node.wrap_thread
+            node.wrap_thread = lambda thread, daemon: wrap_thread(self.running(thread), daemon)
+            node.leaving.append(self._leave)
+            self._enter()
+            try:
+                body()
+            finally:
+                self._leave()
+                node.leaving.remove(self._leave)
+
+        return within
+
+    def _enter(self) -> None:
+        for each, value in self._values.items():
+            each.module[each.name] = value
+
+    def _leave(self) -> Body:
+        for each in self._variables:
+            value = each.module[each.name]
+            if value is not each.initial or each in self._values:
+                self._values[each] = value
+                each.module[each.name] = each.initial
+        return self._enter

@@ -1,0 +1,133 @@
+"""A ROS 2 system in a run: its nodes are started as the code under test, and the world gets its side of the graph."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Sequence
+from importlib import metadata
+
+from pytest_hricdv.ros2.bridge import Bridge
+from pytest_hricdv.ros2.declaration import Ros2, Ros2Error
+from pytest_hricdv.ros2.graph import carry_with
+from pytest_hricdv.ros2.launch import RosNode
+from pytest_hricdv.ros2.ordered_set import order_sets_of_rclpy
+from pytest_hricdv.ros2.overlay import replace_extension
+from pytest_hricdv.ros2.processes import ModuleVariables, Process
+from pytest_hricdv.ros2.world import WorldNode
+from pytest_hricdv.runtime import Bus, Kernel
+from pytest_hricdv.runtime.kernel import KernelError
+from pytest_hricdv.runtime.virtual import VirtualModules
+
+_OLDEST = (7, 1)
+"""The version of `rclpy` of the distribution jazzy."""
+
+_USED = ("rclpy", "rclpy.executors", "rclpy.lifecycle.node", "rclpy.time_source", "rclpy.action")
+"""Imported before any node runs, so that what they set is known as it is after the import."""
+
+Wrapper = Callable[[Callable[[], None]], Callable[[], None]]
+
+
+class Ros2System:
+    """The world's side of a system that was started."""
+
+    def __init__(self, kernel: Kernel) -> None:
+        self._kernel = kernel
+
+    def node(self, name: str, namespace: str = "/") -> WorldNode:
+        """A node of the world in the ROS graph, such as a simulated sensor."""
+        return WorldNode(self._kernel, name, namespace)
+
+
+class Ros2Overlay:
+    """`rclpy` in virtual time, for one run.
+
+    Args:
+        declared: by the testbench.
+        code: the packages under test.
+
+    Raises:
+        Ros2Error: as of `prepare`.
+    """
+
+    VIRTUAL = frozenset({"time", "threading"})
+    """What nodes of ROS 2 wait with."""
+
+    def __init__(self, declared: Ros2, code: Sequence[str]) -> None:
+        prepare()
+        self._declared = declared
+        self._packages = ("rclpy", *code, *declared.packages)
+        self.modules = VirtualModules(self._packages)
+
+    def started(self, kernel: Kernel, bus: Bus, measured: Wrapper, nodes: Sequence[RosNode]) -> Ros2System:
+        """Start nodes, each in a process of its own.
+
+        Raises:
+            Ros2Error: a node is in none of the packages.
+            LaunchError: the code of a node is not found.
+        """
+        for name in _USED:
+            importlib.import_module(name)
+        carry_with(kernel, Bridge(bus, self._declared))
+        mains = [self._loaded(node) for node in nodes]
+        variables = ModuleVariables(self._packages)
+        self._know(variables)
+        self.modules.imported.append(lambda: self._know(variables))
+        for node, main in zip(nodes, mains, strict=True):
+            process = Process(kernel, variables, node.command_line())
+            kernel.spawn(node.label, measured(process.running(_until_exit(main))))
+        return Ros2System(kernel)
+
+    @staticmethod
+    def _know(variables: ModuleVariables) -> None:
+        variables.update()
+        order_sets_of_rclpy()
+
+    def _loaded(self, node: RosNode) -> Callable[[], object]:
+        package = node.entry_point().partition(":")[0].partition(".")[0]
+        if package not in self._packages:
+            raise Ros2Error(
+                f"{node}: its package {package!r} is neither in the testbench's code nor in Ros2(packages=...); add it "
+                "there, so that it sees virtual time"
+            )
+        return node.load()
+
+
+def _until_exit(main: Callable[[], object]) -> Callable[[], None]:
+    """A process that ends with `sys.exit()` has not failed."""
+
+    def body() -> None:
+        try:
+            main()
+        except SystemExit as error:
+            if error.code not in (None, 0):
+                raise
+
+    return body
+
+
+def prepare() -> None:
+    """Let this process be one in which `rclpy` runs in virtual time.
+
+    Raises:
+        Ros2Error: there is no `rclpy`, it is too old, or it was imported with its real extension.
+    """
+    _require_rclpy()
+    try:
+        replace_extension()
+    except KernelError as error:
+        raise Ros2Error(str(error)) from None
+
+
+def _require_rclpy() -> None:
+    if importlib.util.find_spec("rclpy") is None:
+        raise Ros2Error(
+            "rclpy cannot be imported: it is not on PyPI, but part of a ROS 2 distribution (jazzy or later); run "
+            "`source /opt/ros/DISTRIBUTION/setup.bash` before pytest, in a Python of the distribution's version"
+        )
+    try:
+        version = metadata.version("rclpy")
+    except metadata.PackageNotFoundError:
+        return  # a checkout; what it lacks says so itself
+    if tuple(int(part) for part in version.split(".")[:2] if part.isdigit()) < _OLDEST:
+        oldest = ".".join(map(str, _OLDEST))
+        raise Ros2Error(f"rclpy {version} is not supported: expected {oldest} (ROS 2 jazzy) or later")
