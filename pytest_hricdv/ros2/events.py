@@ -44,7 +44,8 @@ class _Status:
     """What happened, and how much of it since it was last taken: in fields that end with `_change`."""
 
     def changed(self) -> bool:
-        return any(getattr(self, each.name) for each in fields(self) if each.name.endswith("_change"))
+        """Whether one of these fields is not 0."""
+        raise NotImplementedError
 
     def taken(self) -> Any:
         """A copy; what changes is counted anew."""
@@ -61,6 +62,10 @@ class CountStatus(_Status):
 
     total_count: int = 0
     total_count_change: int = 0
+
+    def changed(self) -> bool:
+        """Whether it happened since it was taken."""
+        return self.total_count_change != 0
 
     def count(self) -> None:
         """It happened once more."""
@@ -84,6 +89,10 @@ class LivelinessChangedStatus(_Status):
     alive_count_change: int = 0
     not_alive_count_change: int = 0
 
+    def changed(self) -> bool:
+        """Whether one of them has changed since it was taken."""
+        return self.alive_count_change != 0 or self.not_alive_count_change != 0
+
 
 @dataclass
 class MatchedStatus(CountStatus):
@@ -91,6 +100,10 @@ class MatchedStatus(CountStatus):
 
     current_count: int = 0
     current_count_change: int = 0
+
+    def changed(self) -> bool:
+        """Whether one of them has changed since it was taken."""
+        return self.total_count_change != 0 or self.current_count_change != 0
 
 
 @dataclass
@@ -197,12 +210,16 @@ class EventHandle(Awaited):
 
     def is_ready(self) -> bool:
         """Whether something has changed since it was taken."""
+        if self._limit_ns:
+            self._count_delays()
+        return self._status.changed()
+
+    def _count_delays(self) -> None:
         now_ns = self.kernel.now_us * 1000
         while (due_ns := self.due_ns()) is not None and due_ns <= now_ns:
             assert isinstance(self._status, CountStatus)
             self._status.count()
             self._counted_ns = due_ns
-        return self._status.changed()
 
     def take_event(self) -> Any:
         """What has happened."""

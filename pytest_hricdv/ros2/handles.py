@@ -52,7 +52,8 @@ class Destroyable:
         self.pointer = 0 if kernel is None else next(_numbers(kernel))
         """Tells handles of one run apart, as the address of the extension's: the same in each repeat."""
         self._uses = 0
-        self._to_destroy = False
+        self.is_destroyed = False
+        """Whether it is to be destroyed; it is, unless it is in use."""
 
     @property
     def kernel(self) -> Kernel:
@@ -60,20 +61,20 @@ class Destroyable:
         return self._kernel if self._kernel is not None else running_kernel("rclpy")
 
     def __enter__(self) -> None:
-        if self._to_destroy:
+        if self.is_destroyed:
             raise InvalidHandle("cannot use Destroyable because destruction was requested")
         self._uses += 1
 
     def __exit__(self, *_: object) -> None:
         self._uses -= 1
-        if self._to_destroy and not self._uses:
+        if self.is_destroyed and not self._uses:
             self.destroy()
 
     def destroy_when_not_in_use(self) -> None:
         """Destroy it now, or when the last block that uses it ends."""
-        if self._to_destroy:
+        if self.is_destroyed:
             return
-        self._to_destroy = True
+        self.is_destroyed = True
         if not self._uses:
             self.destroy()
 

@@ -7,7 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import ModuleType
 
+from pytest_hricdv.ros2.executor import look_instead_of_waiting
 from pytest_hricdv.ros2.extension import NAME, extension
+from pytest_hricdv.ros2.ordered_set import order_sets_of_rclpy
 from pytest_hricdv.runtime.kernel import KernelError
 from pytest_hricdv.runtime.virtual.modules import VirtualModules
 
@@ -48,5 +50,14 @@ def virtual_rclpy(*packages: str) -> Iterator[None]:
     Nodes of the kernel that use them need `Kernel.virtual` with "time" and "threading".
     """
     replace_extension()
-    with VirtualModules(["rclpy", *packages]).installed():
+    modules = VirtualModules(["rclpy", *packages])
+    modules.imported.append(adapt_rclpy)
+    with modules.installed():
         yield
+
+
+def adapt_rclpy() -> None:
+    """Adapt what is loaded of `rclpy`: the order of its sets, and how its executors wait."""
+    order_sets_of_rclpy()
+    if "rclpy.executors" in sys.modules:
+        look_instead_of_waiting(sys.modules["rclpy.executors"])

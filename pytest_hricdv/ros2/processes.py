@@ -59,7 +59,9 @@ class ModuleVariables:
     def update(self) -> None:
         """Know those of the modules that were imported since; to be called before a function of them is."""
         for name, module in list(sys.modules.items()):
-            if name not in self._known and name.partition(".")[0] in self._packages:
+            if name in self._known or name.partition(".")[0] not in self._packages:
+                continue
+            if not getattr(module.__spec__, "_initializing", False):  # else it is in the middle of its import
                 self._known.add(name)
                 self._add(module)
 

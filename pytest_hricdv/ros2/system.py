@@ -10,8 +10,7 @@ from pytest_hricdv.ros2.bridge import Bridge
 from pytest_hricdv.ros2.declaration import Ros2, Ros2Error
 from pytest_hricdv.ros2.graph import carry_with
 from pytest_hricdv.ros2.launch import RosNode
-from pytest_hricdv.ros2.ordered_set import order_sets_of_rclpy
-from pytest_hricdv.ros2.overlay import replace_extension
+from pytest_hricdv.ros2.overlay import adapt_rclpy, replace_extension
 from pytest_hricdv.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.ros2.world import WorldNode
 from pytest_hricdv.runtime import Bus, Kernel
@@ -80,7 +79,7 @@ class Ros2Overlay:
     @staticmethod
     def _know(variables: ModuleVariables) -> None:
         variables.update()
-        order_sets_of_rclpy()
+        adapt_rclpy()
 
     def _loaded(self, node: RosNode) -> Callable[[], object]:
         package = node.entry_point().partition(":")[0].partition(".")[0]

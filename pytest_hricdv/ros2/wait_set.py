@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from pytest_hricdv.ros2.clocks import Timer
 from pytest_hricdv.ros2.handles import Awaited, Destroyable, running_kernel
-from pytest_hricdv.runtime.kernel import US_PER_S
+from pytest_hricdv.runtime.kernel import US_PER_S, Kernel
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -92,36 +94,50 @@ class WaitSet(Destroyable):
         flags = zip(self._entities[entity_type], self._ready[entity_type], strict=False)
         return [entity.pointer for entity, ready in flags if ready]
 
+    @property
+    def entities(self) -> list[Awaited]:
+        """All that it waits for."""
+        return [entity for kind in _KINDS for entity in self._entities[kind]]
+
+    def any_is_ready(self) -> bool:
+        """Whether any of it is ready."""
+        return any(entity.is_ready() for entities in self._entities.values() for entity in entities)
+
     def wait(self, timeout: int) -> None:
         """Block until a handle is ready, at most `timeout` (ns; negative: as long as it takes; 0: not at all)."""
-        entities = [entity for kind in _KINDS for entity in self._entities[kind]]
+        entities = self.entities
         kernel = self.kernel
         end_ns = None if timeout < 0 else kernel.now_us * 1000 + timeout
         if timeout == 0:
             kernel.count_poll()
-        while not any(entity.is_ready() for entity in entities):
+        while not self.any_is_ready():
             due_ns = [due for entity in entities if (due := entity.due_ns()) is not None]
             until_ns = min(due_ns if end_ns is None else [*due_ns, end_ns], default=None)
             if end_ns is not None and end_ns <= kernel.now_us * 1000:
                 break
-            self._block(entities, until_ns)
-        self._ready = {kind: [entity.take_readiness() for entity in self._entities[kind]] for kind in _KINDS}
+            block_until_woken(kernel, entities, until_ns)
+        self.take()
 
-    def _block(self, entities: list[Awaited], until_ns: int | None) -> None:
-        """Wait until a handle is woken, or the kernel's time is `until_ns`, rounded up to its resolution."""
-        node = self.kernel.current()
-        queues = [entity.waiting for entity in entities]
-        queues += [entity.clock.waiting for entity in entities if isinstance(entity, Timer)]
-        for queue in queues:
-            queue.append(node)
-        try:
-            # Rounded up, so that what is due then is due when the node goes on.
-            wait_us = None if until_ns is None else max(-(-until_ns // 1000) - self.kernel.now_us, 0)
-            self.kernel.block(None if wait_us is None else wait_us / US_PER_S)
-        finally:
-            for queue in queues:
-                queue.remove(node)
+    def take(self) -> None:
+        """Note what is ready now; triggered guard conditions are not any more."""
+        self._ready = {kind: [entity.take_readiness() for entity in self._entities[kind]] for kind in _KINDS}
 
     def _require_kind(self, kind: str) -> None:
         if kind not in _KINDS:
             raise RuntimeError(f"'{kind}' is not a known entity")
+
+
+def block_until_woken(kernel: Kernel, entities: Sequence[Awaited], until_ns: int | None) -> None:
+    """Block until a handle is woken, or the kernel's time is `until_ns`, rounded up to its resolution."""
+    node = kernel.current()
+    queues = [entity.waiting for entity in entities]
+    queues += [entity.clock.waiting for entity in entities if isinstance(entity, Timer)]
+    for queue in queues:
+        queue.append(node)
+    try:
+        # Rounded up, so that what is due then is due when the node goes on.
+        wait_us = None if until_ns is None else max(-(-until_ns // 1000) - kernel.now_us, 0)
+        kernel.block(None if wait_us is None else wait_us / US_PER_S)
+    finally:
+        for queue in queues:
+            queue.remove(node)

@@ -29,26 +29,27 @@ class Waiting:
     def __init__(self, kind: str, name: str) -> None:
         self._kind = kind
         self._name = name
-        self._nodes: deque[Node] = deque()
+        self.nodes: deque[Node] = deque()
+        """To be read only."""
 
     def __len__(self) -> int:
-        return len(self._nodes)
+        return len(self.nodes)
 
     def wait(self, timeout_s: float | None = None) -> bool:
         """Block the running node until it is woken, at most `timeout_s`; whether it was woken."""
         node = waiting_node(self._kind, self._name)
-        self._nodes.append(node)
+        self.nodes.append(node)
         try:
             return node.kernel.block(timeout_s)
         finally:
-            if node in self._nodes:
-                self._nodes.remove(node)
+            if node in self.nodes:
+                self.nodes.remove(node)
 
     def wake(self, count: int = 1) -> int:
         """Wake the first `count` of them; returns how many there were."""
-        woken = min(count, len(self._nodes))
+        woken = min(count, len(self.nodes))
         for _ in range(woken):
-            node = self._nodes.popleft()
+            node = self.nodes.popleft()
             node.kernel.wake(node)
         return woken
 
@@ -80,7 +81,7 @@ class Lock:
         """Hand it to the first that waits. Raises RuntimeError if nobody has it."""
         if not self._locked:
             raise RuntimeError("release unlocked lock")
-        self._locked = bool(self._waiting.wake())
+        self._locked = bool(self._waiting.nodes) and bool(self._waiting.wake())
 
     def locked(self) -> bool:
         """Whether somebody has it."""
