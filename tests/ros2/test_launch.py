@@ -1,0 +1,198 @@
+"""What is started, and processes that have variables of modules of their own."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import sys
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.ros2 import launch
+from pytest_hricdv.ros2.arguments import parse
+from pytest_hricdv.ros2.launch import LaunchError, RosNode
+from pytest_hricdv.ros2.ordered_set import OrderedSet
+from pytest_hricdv.ros2.processes import ModuleVariables, Process
+from pytest_hricdv.runtime import Kernel
+from pytest_hricdv.runtime.virtual import VirtualModules
+
+ARM = RosNode(
+    entry="cell.arm:main",
+    name="left",
+    namespace="/cell",
+    remappings=[("scan", "/front/scan")],
+    parameters=[{"speed": 0.5, "names": ["a", "b's"], "limits": {"force": 1e-7, "on": True}}, "more.yaml"],
+    arguments=["--fast"],
+)
+
+
+def test_the_command_line_is_that_of_a_launch_description() -> None:
+    assert ARM.command_line() == [
+        *("left", "--fast", "--ros-args", "-r", "__node:=left", "-r", "__ns:=/cell", "-r", "scan:=/front/scan"),
+        *("-p", "speed:=0.5", "-p", "names:=['a', 'b''s']", "-p", "limits.force:=1.0e-07", "-p", "limits.on:=true"),
+        *("--params-file", "more.yaml"),
+    ]
+    assert RosNode(entry="cell.arm:main").command_line() == ["main"]
+
+
+_TEXTS = st.text(st.characters(codec="ascii", min_codepoint=32, max_codepoint=126))
+_SCALARS = st.booleans() | st.integers() | st.floats(allow_nan=False) | _TEXTS
+_NAMES = st.from_regex(r"[a-z]{1,5}", fullmatch=True)
+
+
+@given(st.dictionaries(_NAMES, _SCALARS | st.lists(st.floats(allow_nan=False)) | st.lists(_TEXTS)))
+def test_parameters_arrive_as_they_were_given(parameters: dict[str, Any]) -> None:
+    node = RosNode(entry="cell.arm:main", parameters=[parameters])
+    assert {name: value for _, name, value in parse(node.command_line()).parameters} == parameters
+
+
+@pytest.mark.parametrize("value", [math.inf, -math.inf, 1e22, 5e-324])
+def test_extreme_floats_stay_floats(value: float) -> None:
+    node = RosNode(entry="cell.arm:main", parameters=[{"speed": value}])
+    assert parse(node.command_line()).parameters == [("/**", "speed", value)]
+
+
+@pytest.mark.parametrize("given_", [{}, {"package": "cell"}, {"entry": "a:b", "package": "cell", "executable": "arm"}])
+def test_a_node_is_an_executable_or_an_entry(given_: dict[str, str]) -> None:
+    with pytest.raises(LaunchError, match=r'expected package="\.\.\." and executable="\.\.\.", or entry='):
+        RosNode(**given_)
+
+
+def test_a_parameter_that_ros_has_no_type_for_is_an_error() -> None:
+    with pytest.raises(LaunchError, match="parameter 'at' is None; expected a bool, a number, a text, or a list"):
+        RosNode(entry="cell.arm:main", parameters=[{"at": None}]).command_line()
+
+
+def _installed(folder: Path) -> None:
+    """A package `cell_robot` with a console script, as colcon installs it."""
+    info = folder / "cell_robot-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: cell-robot\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[console_scripts]\ngrasper = cell_robot.grasper:main\n")
+    package = folder / "cell_robot"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "grasper.py").write_text("def main():\n    return 'grasped'\n")
+
+
+def test_a_console_script_is_found_by_package_and_executable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    _installed(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert RosNode(package="cell_robot", executable="grasper").load()() == "grasped"
+    with pytest.raises(LaunchError, match=r"package 'cell_robot' has grasper; nearest: grasper"):
+        RosNode(package="cell_robot", executable="graspr").load()
+    with pytest.raises(LaunchError, match=r"cell_robot\.grasper has no 'man'; nearest: main"):
+        RosNode(entry="cell_robot.grasper:man").load()
+    with pytest.raises(LaunchError, match=r"there is no module 'cell_robot\.graspr'; is its folder on the path"):
+        RosNode(entry="cell_robot.graspr:main").load()
+    with pytest.raises(LaunchError, match="package 'no_robot' is not installed, or has none"):
+        RosNode(package="no_robot", executable="arm").load()
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [(b"\x7fELF\x02", r"compiled program, as of C\+\+"), (b"#!/usr/bin/env python3", "no entry point")],
+)
+def test_another_executable_is_said_to_be_one(
+    content: bytes, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "driver"
+    file.write_bytes(content)
+    monkeypatch.setattr(launch, "_installed_executable", lambda package, executable: file)
+    with pytest.raises(LaunchError, match=message):
+        RosNode(package="cell_driver", executable="driver").load()
+
+
+MODULE = """
+import sys
+import threading
+
+context = None
+made = 0
+
+def init(log, sleep):
+    global context, made
+    made += 1
+    assert context is None
+    context = sys.argv[0]
+    sleep(1.0)
+    log.append((context, made))
+    thread = threading.Thread(target=lambda: (sleep(1.0), log.append(("thread of", context))))
+    thread.start()
+    thread.join()
+"""
+
+
+def _processes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, ModuleVariables]:
+    (folder / "one_context.py").write_text(MODULE)
+    monkeypatch.syspath_prepend(folder)
+    sys.modules.pop("one_context", None)
+    module = importlib.import_module("one_context")
+    variables = ModuleVariables(["one_context"])
+    variables.update()
+    return module, variables
+
+
+def test_each_process_has_variables_of_its_own_and_so_do_its_threads(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module, variables = _processes(tmp_path, monkeypatch)
+    argv = sys.argv
+    for _ in range(2):
+        assert _log_of_two(module, variables) == [
+            ("left", 1),
+            ("right", 1),
+            None,
+            ("thread of", "left"),
+            ("thread of", "right"),
+        ]
+        assert (module.context, module.made, sys.argv) == (None, 0, argv)
+
+
+def _log_of_two(module: Any, variables: ModuleVariables) -> list[Any]:
+    """What two processes and the world find in the variables of the module."""
+    kernel = Kernel()
+    kernel.virtual = frozenset({"threading"})
+    log: list[Any] = []
+    with VirtualModules(["one_context"]).installed():
+        for name in ("left", "right"):
+            body = Process(kernel, variables, [name]).running(partial(module.init, log, kernel.sleep))
+            kernel.spawn(name, body)
+
+        def world() -> None:
+            kernel.sleep(1.0)
+            log.append(module.context)
+
+        kernel.spawn("world", world)
+        assert kernel.run(10.0) == "idle"
+        kernel.close()
+    return log
+
+
+def test_a_process_that_the_run_ends_in_the_middle_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module, variables = _processes(tmp_path, monkeypatch)
+    kernel = Kernel()
+    kernel.spawn("left", Process(kernel, variables, ["left"]).running(lambda: module.init([], kernel.sleep)))
+    assert kernel.run(0.5) == "limit"
+    assert module.context is None
+    kernel.close()
+    assert (module.context, module.made) == (None, 0)
+
+
+@given(st.lists(st.tuples(st.sampled_from(["add", "discard"]), st.integers(0, 5))))
+def test_an_ordered_set_has_what_a_set_has_in_the_order_of_insertion(steps: list[tuple[str, int]]) -> None:
+    ordered, plain, order = OrderedSet[int](), set[int](), list[int]()
+    for step, value in steps:
+        getattr(ordered, step)(value)
+        getattr(plain, step)(value)
+        order = [each for each in [*order, *({value} - set(order))] if each in plain]
+    assert set(ordered) == plain
+    assert list(ordered) == order
+    assert list(ordered.copy()) == order
