@@ -204,7 +204,8 @@ def execute(
         raise
     cross, bin_faults = faults.of_bins(testbench, outcome, verdicts)
     covered = measurement.take(context)
-    ended = faults.of_ending(run.ending, code, testbench.may_end) if run.ending else ()
+    ended = [*faults.of_ending(run.ending, code, testbench.may_end)] if run.ending else []
+    ended += run.rclpy.stuck_nodes if run.rclpy is not None else []
     return CaseResult(
         test=run.enacted,
         outcome=outcome,

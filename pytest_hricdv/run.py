@@ -172,6 +172,7 @@ class Run:
             Why it ended: what was given to `kernel.stop`, "idle", "limit", or which node failed. A failed node is a
             fault of the run, which has verdicts up to then; `ending` keeps it.
         """
+        why = ""
         with nullcontext() if self.filming is None else self.filming(self):
             try:
                 why = self.kernel.run(limit_s)
@@ -189,6 +190,8 @@ class Run:
                     raise  # by the requirements or the testbench, in whichever node it was noticed
                 why, self.ending = f"{error.node} failed", Ending("failed", error.time_s, error)
             finally:
+                if self.rclpy is not None:
+                    self.rclpy.notice_stuck_nodes(self.kernel, is_idle=why == "idle")
                 self.kernel.close()
         return why
 

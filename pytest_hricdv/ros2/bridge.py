@@ -11,6 +11,8 @@ from pytest_hricdv.ros2.fields import fields_of
 from pytest_hricdv.runtime import Bus
 from pytest_hricdv.runtime.plain import Value
 
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
 _PARAMETER_EVENTS = "/parameter_events"
 
 

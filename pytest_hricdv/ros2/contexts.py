@@ -13,6 +13,8 @@ from pytest_hricdv.ros2.handles import Destroyable, RCLError, running_kernel
 from pytest_hricdv.ros2.messages import type_name
 from pytest_hricdv.runtime.kernel import Kernel
 
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
 DEFAULT_DOMAIN = 2**64 - 1
 """As `RCL_DEFAULT_DOMAIN_ID`: the domain is not said, and is 0; the environment is not asked."""
 

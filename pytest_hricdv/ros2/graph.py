@@ -59,6 +59,11 @@ def graph_of(kernel: Kernel, domain: int) -> Graph:
     return graph
 
 
+def all_graphs(kernel: Kernel) -> list[Graph]:
+    """Those of all domains of a run."""
+    return list(cast("dict[int, Graph]", kernel.own.get(_GRAPHS, {})).values())
+
+
 def carry_with(kernel: Kernel, carrier: Carrier) -> None:
     """Let the graphs of a run have a carrier; to be called before there are any."""
     kernel.own[_CARRIER] = carrier

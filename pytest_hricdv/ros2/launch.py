@@ -13,6 +13,8 @@ from typing import Any
 from pytest_hricdv.message import InputError
 from pytest_hricdv.suggestion import nearest
 
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
 _ELF = b"\x7fELF"
 
 
@@ -58,7 +60,8 @@ class RosNode:
     @property
     def label(self) -> str:
         """What its process is called in messages."""
-        return self.name or self.executable or self.entry.rpartition(":")[2]
+        module, _, function = self.entry.partition(":")
+        return self.name or self.executable or (module.rpartition(".")[2] if function == "main" else function)
 
     def command_line(self) -> list[str]:
         """`sys.argv` of its process.
@@ -181,7 +184,7 @@ def _installed_executable(package: str, executable: str) -> Path | None:
         from ament_index_python import get_package_prefix  # type: ignore[import-not-found, unused-ignore]
 
         file = Path(get_package_prefix(package)) / "lib" / package / executable
-    except (ImportError, LookupError, ValueError):
+    except (ImportError, LookupError, OSError, ValueError):  # it wants a variable of the environment
         return None
     return file if file.is_file() else None
 

@@ -13,6 +13,8 @@ from pytest_hricdv.ros2.ordered_set import order_sets_of_rclpy
 from pytest_hricdv.runtime.kernel import KernelError
 from pytest_hricdv.runtime.virtual.modules import VirtualModules
 
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
 _TYPE_SUPPORTS = "rosidl_generator_py"
 
 
@@ -57,7 +59,9 @@ def virtual_rclpy(*packages: str) -> Iterator[None]:
 
 
 def adapt_rclpy() -> None:
-    """Adapt what is loaded of `rclpy`: the order of its sets, and how its executors wait."""
+    """Adapt what is loaded of `rclpy`: the order of its sets, how its executors wait, and what pytest shows of it."""
     order_sets_of_rclpy()
+    for name in [each for each in sys.modules if each.partition(".")[0] == "rclpy"]:
+        vars(sys.modules[name])["__tracebackhide__"] = True
     if "rclpy.executors" in sys.modules:
         look_instead_of_waiting(sys.modules["rclpy.executors"])

@@ -14,9 +14,18 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from pytest_hricdv.runtime.kernel import Kernel
+from pytest_hricdv.runtime.kernel import Kernel, Node
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 Body = Callable[[], None]
+
+_PROCESS = "ros2 process"
+
+
+def is_of_process(node: Node) -> bool:
+    """Whether a node of the kernel runs in a process of a ROS 2 system."""
+    return _PROCESS in node.own
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +102,7 @@ class Process:
             wrap_thread = node.wrap_thread
             node.wrap_thread = lambda thread, daemon: wrap_thread(self.running(thread), daemon)
             node.leaving.append(self._leave)
+            node.own[_PROCESS] = self
             self._enter()
             try:
                 body()

@@ -14,6 +14,9 @@ from pytest_hricdv.ros2.handles import Awaited
 from pytest_hricdv.ros2.introspection import Introspection, IntrospectionState, ServiceEvent
 from pytest_hricdv.ros2.messages import copy_message, type_name
 from pytest_hricdv.ros2.qos import Profile, effective
+from pytest_hricdv.runtime.kernel import Node as KernelNode
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
 @dataclass(frozen=True)
@@ -129,6 +132,8 @@ class Client(_End):
     def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
         super().__init__(node, kind, name)
         self._sent = 0
+        self.asked_by: KernelNode | None = None
+        """The node of the kernel that asked last."""
         self._responses: deque[tuple[Any, RequestId, int]] = deque()
         node.graph.clients.setdefault(self.service_name, []).append(self)
 
@@ -143,28 +148,30 @@ class Client(_End):
         """The full name of the service."""
         return self._full_name
 
-    def _servers(self) -> list[Service]:
+    def servers(self) -> list[Service]:
+        """Who serves it."""
         every = self._node.graph.services.get(self.service_name, ())
         return [each for each in every if type_name(each.kind) == type_name(self.kind)]
 
     def service_server_is_available(self) -> bool:
         """Whether somebody serves it; counts as a poll."""
         self.kernel.count_poll()
-        return bool(self._servers())
+        return bool(self.servers())
 
     def send_request(self, request: Any) -> int:
         """Ask; returns the number of the request. Without a server the request is lost, as in a middleware."""
         self._sent += 1
+        self.asked_by = self.kernel.running()
         self._tell(ServiceEvent.REQUEST_SENT, RequestId(self._sent, self), request)
         self._send("request", request, partial(self._deliver_request, RequestId(self._sent, self)), self._is_served)
         return self._sent
 
     def _deliver_request(self, request_id: RequestId, request: Any) -> None:
-        for server in self._servers():
+        for server in self.servers():
             server.deliver(copy_message(request), request_id)
 
     def _is_served(self) -> bool:
-        return bool(self._servers())
+        return bool(self.servers())
 
     def is_ready(self) -> bool:
         """Whether there is a response."""

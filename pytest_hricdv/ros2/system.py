@@ -12,10 +12,13 @@ from pytest_hricdv.ros2.graph import carry_with
 from pytest_hricdv.ros2.launch import RosNode
 from pytest_hricdv.ros2.overlay import adapt_rclpy, replace_extension
 from pytest_hricdv.ros2.processes import ModuleVariables, Process
+from pytest_hricdv.ros2.stuck import stuck_nodes
 from pytest_hricdv.ros2.world import WorldNode
 from pytest_hricdv.runtime import Bus, Kernel
 from pytest_hricdv.runtime.kernel import KernelError
 from pytest_hricdv.runtime.virtual import VirtualModules
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 _OLDEST = (7, 1)
 """The version of `rclpy` of the distribution jazzy."""
@@ -56,6 +59,8 @@ class Ros2Overlay:
         self._declared = declared
         self._packages = ("rclpy", *code, *declared.packages)
         self.modules = VirtualModules(self._packages)
+        self.stuck_nodes: list[str] = []
+        """Nodes that wait for what never comes, a sentence each."""
 
     def started(self, kernel: Kernel, bus: Bus, measured: Wrapper, nodes: Sequence[RosNode]) -> Ros2System:
         """Start nodes, each in a process of its own.
@@ -75,6 +80,10 @@ class Ros2Overlay:
             process = Process(kernel, variables, node.command_line())
             kernel.spawn(node.label, measured(process.running(_until_exit(main))))
         return Ros2System(kernel)
+
+    def notice_stuck_nodes(self, kernel: Kernel, *, is_idle: bool) -> None:
+        """To be called when a run is over, before its nodes are ended; `is_idle` where nothing could go on."""
+        self.stuck_nodes = stuck_nodes(kernel, is_idle=is_idle)
 
     @staticmethod
     def _know(variables: ModuleVariables) -> None:

@@ -14,6 +14,8 @@ from pytest_hricdv.ros2.handles import Awaited, Destroyable
 from pytest_hricdv.ros2.messages import copy_message, type_name
 from pytest_hricdv.ros2.qos import Profile, effective, mismatches
 
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
 
 class _Endpoint:
     """What publishers and subscriptions have in common."""

@@ -257,6 +257,15 @@ class Kernel:
                 node._greenlet.throw(GreenletExit)
             node.ended = True
 
+    def waits_for_ever(self, node: Node) -> bool:
+        """Whether a node is blocked without a time-out: only another one can wake it."""
+        return node._blocked and not any(due is node and wait == node._wait for _, _, due, wait in self._due)
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """All that were started, in this order."""
+        return tuple(self._nodes)
+
     def _stuck(self) -> KernelError:
         return KernelError(f"no time has passed for {self._stuck_after_s:g} s of work{self._node_info()}")
 

@@ -37,7 +37,7 @@ def test_the_command_line_is_that_of_a_launch_description() -> None:
         *("-p", "speed:=0.5", "-p", "names:=['a', 'b''s']", "-p", "limits.force:=1.0e-07", "-p", "limits.on:=true"),
         *("--params-file", "more.yaml"),
     ]
-    assert RosNode(entry="cell.arm:main").command_line() == ["main"]
+    assert RosNode(entry="cell.arm:main").command_line() == ["arm"]
 
 
 _TEXTS = st.text(st.characters(codec="ascii", min_codepoint=32, max_codepoint=126))

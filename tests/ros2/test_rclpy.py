@@ -1,7 +1,8 @@
-"""docs/ros2.md with the real `rclpy`, where there is one: it is not on PyPI."""
+"""With the real `rclpy`, where there is one: it is not on PyPI, but comes with a ROS 2 distribution."""
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -10,18 +11,97 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.page import DOCS
+from tests.docs.page import blocks, follow, run, write_files
 
 pytestmark = pytest.mark.skipif(find_spec("rclpy") is None, reason="needs rclpy, of a ROS 2 distribution")
 
 
-def test_the_example_prints_what_the_page_shows(tmp_path: Path) -> None:
-    text = (DOCS / "ros2.md").read_text(encoding="utf-8")
-    script, shown = text.split("```python\n")[1].split("```", 1)
-    expected = shown.split("$ python talker_and_listener.py\n")[1].split("```")[0]
-    file = tmp_path / "talker_and_listener.py"
-    file.write_text(script)
-    for seed in ("0", "7"):
+def test_the_page_leads_from_a_package_to_a_generated_test(tmp_path: Path) -> None:
+    assert follow("ros2.md", tmp_path) == 2
+
+
+@pytest.fixture
+def cell(tmp_path: Path) -> Path:
+    """The project of docs/ros2.md."""
+    run("python -m pytest_hricdv init . --robot=cell", tmp_path)
+    write_files(blocks("ros2.md"), tmp_path)
+    return tmp_path
+
+
+def _edit(file: Path, *replacements: tuple[str, str]) -> None:
+    text = file.read_text(encoding="utf-8")
+    for old, new in replacements:
+        assert old in text
+        text = text.replace(old, new)
+    file.write_text(text, encoding="utf-8")
+
+
+def _hashes(folder: Path) -> list[str]:
+    report = json.loads((folder / "hri-report" / "report.json").read_text(encoding="utf-8"))
+    return sorted(test["record_sha256"] for test in report["tests"])
+
+
+def test_a_run_is_the_same_in_each_repeat_worker_process_and_hash_seed(cell: Path) -> None:
+    found = []
+    for seed, options in (("0", []), ("1", []), ("2", ["-n", "2"])):
         environment = {**os.environ, "PYTHONHASHSEED": seed}
-        done = subprocess.run([sys.executable, str(file)], capture_output=True, text=True, env=environment, check=False)
-        assert (done.stdout, done.stderr) == (expected, "")
+        subprocess.run([sys.executable, "-m", "pytest", *options], cwd=cell, env=environment, check=True)
+        found.append(_hashes(cell))
+    assert len(found[0]) == 6
+    assert found[0] == found[1] == found[2]
+
+
+def test_a_slower_node_violates_a_requirement(cell: Path) -> None:
+    _edit(cell / "conftest.py", ('"period_s": 0.1', '"period_s": 0.4'))
+    status, printed = run("pytest", cell)
+    assert status == 1
+    assert "R2 Failed: The arm rests within 0.2 s when a person is near" in printed
+
+
+_CALL = (
+    (
+        "from std_msgs.msg import Bool, Empty\n",
+        "from std_msgs.msg import Bool, Empty\nfrom std_srvs.srv import Trigger\n",
+    ),
+    ("        self.left_s = 2.0\n", '        self.create_client(Trigger, "grasp").call(Trigger.Request())\n'),
+)
+_SERVER = "ros.node('gripper').serve('/grasp', 'std_srvs/srv/Trigger', lambda request, response: response)\n    "
+
+
+@pytest.mark.parametrize(
+    ("file", "edits", "message"),
+    [
+        (
+            "arm_control/arm_node.py",
+            (*_CALL,),
+            "arm_node waits for ever at arm_node.py:22: for the answer of the service /grasp, which nobody serves",
+        ),
+        (
+            "arm_control/arm_node.py",
+            (('Bool, "arm/moving"', 'Bool, "done"'), ('Empty, "done"', 'Empty, "over"')),
+            "/done: /arm uses it with the type std_msgs/msg/Bool, but the testbench declares std_msgs/msg/Empty",
+        ),
+        (
+            "conftest.py",
+            (('entry="arm_control.arm_node:main"', 'package="arm_controll", executable="arm"'),),
+            "package 'arm_controll' is not installed, or has none. Source the workspace's setup file",
+        ),
+        (
+            "conftest.py",
+            (('code=("arm_control",)', 'code=("world",)'),),
+            "its package 'arm_control' is neither in the testbench's code nor in Ros2(packages=...)",
+        ),
+        ("conftest.py", (("std_msgs/msg/Empty", "std_msgs/msg/Emty"),), "std_msgs has no msg 'Emty'; nearest: Empty"),
+    ],
+)
+def test_a_mistake_is_said_in_a_line(cell: Path, file: str, edits: tuple[tuple[str, str], ...], message: str) -> None:
+    _edit(cell / file, *edits)
+    status, printed = run("pytest -x", cell)
+    assert status in (1, 4)
+    assert message in " ".join(printed.split())
+
+
+def test_an_answer_that_only_the_waiting_executor_could_take_is_a_deadlock(cell: Path) -> None:
+    _edit(cell / "arm_control" / "arm_node.py", *_CALL)
+    _edit(cell / "conftest.py", ("for each in (scanner", f"{_SERVER}for each in (scanner"))
+    assert "the executor that could take it is the one that waits" in run("pytest -x", cell)[1]
