@@ -1,6 +1,7 @@
-"""How many times as fast as real time two nodes of ROS 2 run, a talker and a listener: `python -m benchmarks.ros2_nodes`.
+"""How many times as fast as real time two nodes of ROS 2 run: `python -m benchmarks.ros2_nodes`.
 
-It needs `rclpy` and `std_msgs`, of a ROS 2 distribution that is sourced. Each figure is the median of several tries.
+A talker and a listener. It needs `rclpy` and `std_msgs`, of a ROS 2 distribution that is sourced. Each figure is the
+median of several tries.
 """
 
 from __future__ import annotations

@@ -87,7 +87,8 @@ class _Names:
         return replace(
             test,
             film=film,
-            trace=test.trace and replace(test.trace, file=self._file(2, test.trace.file)),
+            trace=test.trace
+            and replace(test.trace, file=self._file(2, test.trace.file), bag=self._file(2, test.trace.bag)),
             replay=self._replay(test.replay),
             shrunk={name: self._of_shrunk(each) for name, each in test.shrunk.items()},
             repeats=tuple(map(self.of_test, test.repeats)),

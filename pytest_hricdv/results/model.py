@@ -111,10 +111,14 @@ class FilmResult(Record, frozen=True, kw_only=True):
 
 
 class TraceResult(Record, frozen=True, kw_only=True):
-    """The MCAP file of a run, relative to the report; `note` says why there is none, or what is wrong with it."""
+    """The MCAP file of a run, relative to the report; `note` says why there is none, or what is wrong with it.
+
+    `bag` is a second one, with the messages of ROS 2 as `ros2 bag` has them; None where there are none.
+    """
 
     file: str | None
     note: str = ""
+    bag: str | None = None
 
 
 class TestResult(Record, frozen=True, kw_only=True):

@@ -8,6 +8,7 @@ from typing import Any
 
 from pytest_hricdv.ros2.declaration import ROSOUT, Ros2, Ros2Error, requirement_name
 from pytest_hricdv.ros2.fields import fields_of
+from pytest_hricdv.ros2.messages import RosMessage
 from pytest_hricdv.runtime import Bus
 from pytest_hricdv.runtime.plain import Value
 
@@ -98,7 +99,8 @@ class Bridge:
         if route is None:
             deliver()
             return
-        self._bus.carry(node[1:], route.name, route.fields(message), deliver, is_heard, message)
+        source = RosMessage(full_name, direction, message)
+        self._bus.carry(node[1:], route.name, route.fields(message), deliver, is_heard, source)
 
     def _undeclared(self, full_name: str, direction: str) -> Route | None:
         """Of what is none of an action that the testbench declares."""

@@ -146,12 +146,12 @@ class _Reader:
         if hasattr(type_, "typename"):
             return self._unpack(_format(type_.typename))
         if hasattr(type_, "namespaces"):
-            return self.message(type(default) if default is not None else _class_of(type_))
+            return self.message(type(default) if default is not None else class_of(type_))
         if _is_wide(type_):
             return self._take(2 * self._unpack("I")).decode("utf-16-le")
         return self._take(self._unpack("I"))[:-1].decode()
 
 
-def _class_of(type_: Any) -> Any:
+def class_of(type_: Any) -> Any:
     """The class of the messages in a sequence, which the default of the field does not show."""
     return getattr(importlib.import_module(".".join(type_.namespaces)), type_.name)

@@ -4,7 +4,29 @@ from __future__ import annotations
 
 import array
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
+
+
+@dataclass(frozen=True)
+class RosMessage:
+    """A message as it was sent.
+
+    Args:
+        name: full name of the topic or service.
+        direction: "request" or "response" of a service, "" of a topic.
+        message: nobody changes it any more.
+    """
+
+    name: str
+    direction: str
+    message: Any
+
+    @property
+    def type(self) -> str:
+        """The name of its type, such as "std_msgs/msg/String"."""
+        return type_name(type(self.message))
+
 
 _IMMUTABLE = (bool, int, float, str, bytes, type(None))
 

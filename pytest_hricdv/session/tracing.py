@@ -55,17 +55,19 @@ class Tracing:
         """
         if not (self._every or test.outcome in FAILED):
             return None
-        from pytest_hricdv.traces import mcap_file  # its library is not needed by all
+        from pytest_hricdv.traces import mcap_file, ros2_bag  # their library is not needed by all
         from pytest_hricdv.traces.trace import Trace
 
-        name = f"{FOLDER}/{re.sub(r'[^A-Za-z0-9._-]', '_', test.id)}.mcap"
+        stem = f"{FOLDER}/{re.sub(r'[^A-Za-z0-9._-]', '_', test.id)}"
+        name, bag = f"{stem}.mcap", f"{stem}.ros2.mcap"
         try:
             with contextlib.redirect_stdout(io.StringIO()):
                 scene, note = self._scene(run)
             mcap_file.write(self._folder / name, Trace(test, run.record, self._testbench, scene))
+            has_bag = ros2_bag.write(self._folder / bag, run.record)
         except Exception as error:
             return TraceResult(file=None, note=f"not written: {type(error).__name__}: {error}")
-        return TraceResult(file=name, note=note)
+        return TraceResult(file=name, note=note, bag=bag if has_bag else None)
 
     def _scene(self, run: CaseResult) -> tuple[Sequence[SceneChange], str]:
         """How the shapes of the world moved, from a replay; nothing where the testbench cannot tell."""

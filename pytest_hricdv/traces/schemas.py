@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from pytest_hricdv.runtime.plain import Value
 from pytest_hricdv.testbench import Testbench
 
 Schema = tuple[str, Mapping[str, Any]]
@@ -29,6 +30,12 @@ def of_messages(testbench: Testbench) -> dict[str, Schema]:
         }
         found[topic] = (f"{testbench.name}.{topic}", _object(properties))
     return found
+
+
+def of_fields(name: str, fields: Mapping[str, Value]) -> Schema:
+    """The schema of messages like this one, of a topic that the testbench does not declare."""
+    kinds = {field: type(value) if isinstance(value, bool | str) else float for field, value in fields.items()}
+    return name, _object({field: _property(kind, "") for field, kind in kinds.items()})
 
 
 def of_signal(name: str, kind: type, unit: str) -> Schema:

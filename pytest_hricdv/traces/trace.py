@@ -15,6 +15,7 @@ from msgspec import to_builtins
 
 from pytest_hricdv.film.scene import SceneChange
 from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.ros2.messages import RosMessage
 from pytest_hricdv.runtime import Record
 from pytest_hricdv.runtime.body import Body
 from pytest_hricdv.testbench import Testbench
@@ -95,7 +96,11 @@ class Trace:
                 content = {"event": message.topic, "fields": dict(message.fields)}
                 yield Event(channel, ns(message.time_s), content)
                 continue
-            channel = Channel(f"/{message.topic}", described[message.topic], (("sender", message.sender),))
+            schema = described.get(message.topic) or schemas.of_fields(
+                f"{self.testbench.name}.{message.topic}", message.fields
+            )
+            ros = (("ros_type", message.source.type),) if isinstance(message.source, RosMessage) else ()
+            channel = Channel(f"/{message.topic}", schema, (("sender", message.sender), *ros))
             yield Event(channel, ns(message.time_s), dict(message.fields))
 
     def _signals(self) -> Iterator[Event]:
