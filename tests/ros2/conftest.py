@@ -14,3 +14,6 @@ def cell_msgs(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     yield
     for name in [each for each in sys.modules if each.partition(".")[0] == "cell_msgs"]:
         del sys.modules[name]
+
+
+collect_ignore = ["table"]  # a project of its own, which test_table.py runs
