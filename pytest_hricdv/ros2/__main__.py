@@ -19,10 +19,11 @@ def _parser() -> argparse.ArgumentParser:
         "conformance",
         help="run rclpy's own tests in virtual time",
         description="Runs the tests of a checkout of ros2/rclpy on the installed rclpy, in virtual time, and prints a "
-        "table. Exit code: 0 if all passed or were skipped, 1 otherwise.",
+        "table. Exit code: 0 if no more fail than --may-fail says, 1 otherwise.",
     )
     check.add_argument("source", type=Path, metavar="RCLPY_SOURCE", help="a checkout of ros2/rclpy of that version")
     check.add_argument("-k", default="", metavar="TEXT", help="only files with this text in their name")
+    check.add_argument("--may-fail", type=int, default=0, metavar="N", help="how many may fail (0)")
     one = commands.add_parser("run-file")  # what "conformance" starts a process of for each file
     one.add_argument("file", type=Path)
     one.add_argument("result", type=Path)
@@ -63,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"{number}/{len(files)} {file.name}", file=sys.stderr)
         results.append(conformance(file))
     _print_table(results)
-    return 1 if any(each.count("failed", "stopped the run") for each in results) else 0
+    return int(sum(each.count("failed", "stopped the run") for each in results) > given.may_fail)
 
 
 if __name__ == "__main__":
