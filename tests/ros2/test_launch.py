@@ -6,6 +6,7 @@ import importlib
 import math
 import sys
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.ros2 import launch
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.monitor import MonitorSet
+from pytest_hricdv.ros2 import launch, system
 from pytest_hricdv.ros2.arguments import parse
+from pytest_hricdv.ros2.declaration import Ros2Error
 from pytest_hricdv.ros2.launch import LaunchError, RosNode
 from pytest_hricdv.ros2.ordered_set import OrderedSet
 from pytest_hricdv.ros2.processes import ModuleVariables, Process
-from pytest_hricdv.runtime import Kernel
+from pytest_hricdv.ros2.system import prepare
+from pytest_hricdv.run import Run, TestbenchError
+from pytest_hricdv.runtime import Bus, Kernel, Recorder
 from pytest_hricdv.runtime.virtual import VirtualModules
 
 ARM = RosNode(
@@ -196,3 +202,34 @@ def test_an_ordered_set_has_what_a_set_has_in_the_order_of_insertion(steps: list
     assert set(ordered) == plain
     assert list(ordered) == order
     assert list(ordered.copy()) == order
+
+
+@pytest.mark.skipif(find_spec("rclpy") is not None, reason="there is rclpy")
+def test_without_rclpy_it_says_how_to_get_it() -> None:
+    with pytest.raises(Ros2Error, match="rclpy cannot be imported: it is not on PyPI, but part of a ROS 2"):
+        prepare()
+
+
+@pytest.mark.parametrize(
+    ("version", "is_refused"), [("3.3.11", True), ("7.0.1", True), ("7.1.3", False), ("10.0.0", False)]
+)
+def test_a_version_that_is_too_old_is_refused(
+    version: str, is_refused: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "rclpy.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(system.metadata, "version", lambda package: version)
+    monkeypatch.setattr(system, "replace_extension", lambda: None)
+    if is_refused:
+        with pytest.raises(Ros2Error, match=f"rclpy {version} is not supported: expected 7.1 "):
+            prepare()
+    else:
+        prepare()
+
+
+def test_a_testbench_without_a_declaration_cannot_start_nodes() -> None:
+    kernel, recorder = Kernel(), Recorder()
+    test = ConcreteTest(id="t", suite="by-hand", seed=0, actions=())
+    run = Run(test, kernel, Bus(kernel, (), recorder), recorder, lambda body: body, MonitorSet(()))
+    with pytest.raises(TestbenchError, match=r"the testbench declares no ROS 2 system; give it ros2=Ros2\(\.\.\.\)"):
+        run.ros2(RosNode(entry="cell.arm:main"))
