@@ -15,12 +15,13 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.ros2.overlay import virtual_rclpy
+from pytest_hricdv.ros2.overlay import replace_extension, virtual_rclpy
 from pytest_hricdv.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.runtime import Kernel
 
 pytestmark = [
     pytest.mark.slow,
+    pytest.mark.filterwarnings("ignore::DeprecationWarning"),  # of rclpy itself
     pytest.mark.skipif(find_spec("rclpy") is None, reason="needs rclpy, of a ROS 2 distribution"),
 ]
 
@@ -81,6 +82,7 @@ def _virtual(name: str) -> tuple[Logs, str]:
 
 def _real(name: str, folder: Path) -> Logs:
     """The logs on the real middleware, each process one of the machine, in a domain of its own."""
+    replace_extension()  # this process runs systems in virtual time, too
     from tests.ros2.differential.systems import SYSTEMS
 
     system = SYSTEMS[name]
