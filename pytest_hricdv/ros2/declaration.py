@@ -33,12 +33,14 @@ class Ros2:
         services: full name -> type.
         actions: full name -> type.
         packages: of nodes that are not under test; they see virtual time, too.
+        patience_s: how long a node may wait in a callback without a time-out, at the end of a run.
     """
 
     topics: Mapping[str, str] = field(default_factory=dict, hash=False)
     services: Mapping[str, str] = field(default_factory=dict, hash=False)
     actions: Mapping[str, str] = field(default_factory=dict, hash=False)
     packages: tuple[str, ...] = ()
+    patience_s: float = 30.0
 
     def vocabulary(self) -> dict[str, dict[str, Kind]]:
         """Name in requirements -> its fields with their types.

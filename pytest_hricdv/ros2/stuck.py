@@ -18,14 +18,15 @@ _CALLING_BACK = {("rclpy.executors", "handler")}
 _LIBRARIES = ("rclpy", "pytest_hricdv", "threading", "queue", "asyncio", "concurrent", "contextlib")
 
 
-def stuck_nodes(kernel: Kernel, *, is_idle: bool) -> list[str]:
+def stuck_nodes(kernel: Kernel, patience_s: float, *, is_idle: bool) -> list[str]:
     """What is wrong with nodes that wait for ever, a sentence each.
 
     It is certain of those that wait for the answer of a service that nobody serves, or for one that waits for them;
-    and, of a run that is idle, of those that wait in a callback.
+    and, of a run that is idle, of those that wait in a callback. Of others, it is a matter of patience.
 
     Args:
         kernel: of a run that is over, and whose nodes were not ended.
+        patience_s: how long a node may wait in a callback without a time-out.
         is_idle: whether no node could go on.
     """
     found = []
@@ -35,10 +36,11 @@ def stuck_nodes(kernel: Kernel, *, is_idle: bool) -> list[str]:
             continue
         names = {(frame.f_globals.get("__name__"), frame.f_code.co_name) for frame in frames}
         why = _unanswered(kernel, node) if names & _WAITING_FOR_ANSWERS else ""
-        if not why and is_idle and names & _CALLING_BACK:
-            why = "in a callback, for what nobody does"
+        waited_s = kernel.now_s - node.blocked_s
+        if not why and names & _CALLING_BACK and (is_idle or waited_s >= patience_s):
+            why = f"in a callback, for {waited_s:.1f} s so far, without a time-out"
         if why:
-            found.append(f"{node.name} waits for ever {_place(frames)}: {why}")
+            found.append(f"{node.name} waits {_place(frames)} since {node.blocked_s:.3f} s: {why}")
     return found
 
 
@@ -70,9 +72,7 @@ def _unanswered(kernel: Kernel, node: Node) -> str:
     for client in asked:
         name = client.service_name
         if not client.servers():
-            return f"for the answer of the service {name}, which nobody serves"
+            return f"for an answer of the service {name}, which nobody serves"
         if client.is_ready():
-            return (
-                f"the answer of the service {name} is there, but the executor that could take it is the one that waits"
-            )
+            return f"for an answer of the service {name}, which only the executor that waits here could take"
     return ""

@@ -83,7 +83,7 @@ class Ros2Overlay:
 
     def notice_stuck_nodes(self, kernel: Kernel, *, is_idle: bool) -> None:
         """To be called when a run is over, before its nodes are ended; `is_idle` where nothing could go on."""
-        self.stuck_nodes = stuck_nodes(kernel, is_idle=is_idle)
+        self.stuck_nodes = stuck_nodes(kernel, self._declared.patience_s, is_idle=is_idle)
 
     @staticmethod
     def _know(variables: ModuleVariables) -> None:

@@ -93,6 +93,8 @@ class Node:
         self._greenlet.node = self
         self._wait = 0  # number of the current wait; heap entries of earlier waits are stale
         self._woken = False
+        self.blocked_s = 0.0
+        """When it began to wait (s of simulated time), of a node that waits."""
         self._blocked = False  # it waits, and is not among those that go on at this instant
 
     @property
@@ -177,6 +179,7 @@ class Kernel:
             heapq.heappush(self._due, (due_us, self._order, node, node._wait))
         assert self._hub is not None
         node._blocked = True
+        node.blocked_s = self.now_s
         going_on = [leave() for leave in node.leaving]
         try:
             self._hub.switch()

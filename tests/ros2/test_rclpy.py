@@ -74,7 +74,15 @@ _SERVER = "ros.node('gripper').serve('/grasp', 'std_srvs/srv/Trigger', lambda re
         (
             "arm_control/arm_node.py",
             (*_CALL,),
-            "arm_node waits for ever at arm_node.py:22: for the answer of the service /grasp, which nobody serves",
+            "arm_node waits at arm_node.py:22 since 0.645 s: for an answer of the service /grasp, which nobody serves",
+        ),
+        (
+            "arm_control/arm_node.py",
+            (
+                ("import rclpy\nfrom", "import threading\n\nimport rclpy\nfrom"),
+                ("        self.left_s = 2.0\n", "        threading.Event().wait()\n"),
+            ),
+            "arm_node waits at arm_node.py:23 since 0.645 s: in a callback, for 30.0 s so far, without a time-out",
         ),
         (
             "arm_control/arm_node.py",
@@ -104,4 +112,4 @@ def test_a_mistake_is_said_in_a_line(cell: Path, file: str, edits: tuple[tuple[s
 def test_an_answer_that_only_the_waiting_executor_could_take_is_a_deadlock(cell: Path) -> None:
     _edit(cell / "arm_control" / "arm_node.py", *_CALL)
     _edit(cell / "conftest.py", ("for each in (scanner", f"{_SERVER}for each in (scanner"))
-    assert "the executor that could take it is the one that waits" in run("pytest -x", cell)[1]
+    assert "which only the executor that waits here could take" in run("pytest -x", cell)[1]
