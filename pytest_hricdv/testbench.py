@@ -221,7 +221,8 @@ class Testbench:
         """The names that requirements may use: signals, topics, and those fields of messages that can be compared.
 
         Raises:
-            ValueError: a name that no requirement can contain, values of what is no text, or a unit of an unknown name.
+            ValueError: a name that no requirement can contain, or that both the bus and ROS 2 have; values of what is
+                no text, or a unit of an unknown name.
             Ros2Error: a topic, service or action of ROS 2 has a wrong name or type.
         """
         topics: dict[str, dict[str, Kind]] = {}
@@ -235,8 +236,10 @@ class Testbench:
                     topics[topic][name] = kind
                 if texts:
                     values[f"{topic}.{name}"] = texts
-        if self.ros2 is not None:
-            topics |= self.ros2.vocabulary()
+        for name, fields in (self.ros2.vocabulary() if self.ros2 is not None else {}).items():
+            if name in topics:
+                raise ValueError(f"{name!r} is a message of the bus, and a topic of ROS 2; rename one of them")
+            topics[name] = fields
         return Vocabulary(dict(self.signals), topics, {**values, **self.values}, dict(self.units))
 
 

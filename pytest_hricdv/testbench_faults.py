@@ -17,7 +17,7 @@ from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.online.declaration import Online
-from pytest_hricdv.ros2.declaration import Ros2Error
+from pytest_hricdv.ros2.declaration import Ros2, Ros2Error
 from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime import topic_of
 from pytest_hricdv.runtime.virtual import KINDS
@@ -86,10 +86,11 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, product in testbench.cross.items():
         if not isinstance(product, CrossProduct):
             raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
-    if not isinstance(testbench.conformance, Conformance | None):
-        raise TestbenchError(f"{where}: conformance is {testbench.conformance!r}; expected Conformance(...) or None")
-    if not isinstance(testbench.online, Online | None):
-        raise TestbenchError(f"{where}: online is {testbench.online!r}; expected Online(...) or None")
+    optional: Mapping[str, type[Any]] = {"conformance": Conformance, "online": Online, "ros2": Ros2}
+    for name, kind in optional.items():
+        given = getattr(testbench, name)
+        if not isinstance(given, kind | None):
+            raise TestbenchError(f"{where}: {name} is {given!r}; expected {kind.__name__}(...) or None")
     if not callable(testbench.run):
         raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
     for end in testbench.may_end:

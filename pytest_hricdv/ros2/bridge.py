@@ -107,6 +107,10 @@ class Bridge:
         if "/_" in full_name or full_name == _PARAMETER_EVENTS:
             return None
         name = requirement_name(full_name) + (f"_{direction}" if direction else "")
+        if name in self._bus.topics:
+            raise Ros2Error(
+                f"{full_name} is called {name!r} in the record, as a message of the bus is; rename one of them"
+            )
         other = self._full_names.setdefault(name, (full_name, direction))
         if other != (full_name, direction):
             raise Ros2Error(f"{full_name} and {other[0]} are both called {name!r} in the record; rename one of them")

@@ -118,6 +118,11 @@ class Bus:
         self._subscriptions: dict[type[Any], list[Subscription[Any]]] = {kind: [] for kind in self._fields}
         self._waiting_publishers: dict[type[Any], list[Node]] = {kind: [] for kind in self._fields}
 
+    @property
+    def topics(self) -> frozenset[str]:
+        """The names of the topics of its messages."""
+        return frozenset(map(topic_of, self._fields))
+
     def port(self, sender: str) -> NodeBus:
         """The bus bound to one sender."""
         return NodeBus(self, sender)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import pytest
@@ -36,9 +37,9 @@ def scan(**fields: Any) -> Any:
 class Cell:
     """A run with the graph of a cell."""
 
-    def __init__(self, declared: Ros2 = CELL) -> None:
+    def __init__(self, declared: Ros2 = CELL, kinds: tuple[type[Any], ...] = ()) -> None:
         self.kernel, self.recorder = Kernel(), Recorder()
-        self.bus = Bus(self.kernel, (), self.recorder)
+        self.bus = Bus(self.kernel, kinds, self.recorder)
         carry_with(self.kernel, Bridge(self.bus, declared))
 
     def node(self, name: str) -> WorldNode:
@@ -266,3 +267,18 @@ def test_two_names_that_are_one_in_the_record_are_an_error() -> None:
 def test_a_wrong_declaration_is_a_located_error(declared: Ros2, message: str) -> None:
     with pytest.raises(Ros2Error, match=message):
         declared.vocabulary()
+
+
+@dataclass(frozen=True)
+class Ab:
+    """A message of the bus."""
+
+
+def test_a_topic_that_is_called_as_a_message_of_the_bus_is_an_error() -> None:
+    cell = Cell(Ros2(), (Ab,))
+
+    def body() -> None:
+        cell.node("lidar").publisher("/ab", "cell_msgs/msg/Other").publish(_other())
+
+    with pytest.raises(NodeError, match="/ab is called 'ab' in the record, as a message of the bus is"):
+        cell.run(body)
