@@ -182,6 +182,10 @@ class Client(_End):
         self._responses.append((response, request_id, system_ns(self.kernel)))
         self.wake()
 
+    def was_answered_before(self) -> bool:
+        """Whether a response has been there since before the present instant."""
+        return bool(self._responses) and self._responses[0][2] < system_ns(self.kernel)
+
     def take_response(self, kind: type[Any]) -> tuple[ServiceInfo, Any] | tuple[None, None]:
         """To which request the oldest response is, and the response; (None, None) if there is none."""
         if not self._responses:

@@ -73,6 +73,6 @@ def _unanswered(kernel: Kernel, node: Node) -> str:
         name = client.service_name
         if not client.servers():
             return f"for an answer of the service {name}, which nobody serves"
-        if client.is_ready():
+        if client.was_answered_before():
             return f"for an answer of the service {name}, which only the executor that waits here could take"
     return ""
