@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import math
-from collections.abc import Callable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -146,7 +150,8 @@ class RosNode:
         if not colon:
             raise LaunchError(f'{self}: expected "package.module:function", not {entry!r}')
         try:
-            module = importlib.import_module(module_name)
+            with _stand_ins_as_arguments():
+                module = importlib.import_module(module_name)
         except ModuleNotFoundError as error:
             if error.name is None or not (module_name == error.name or module_name.startswith(f"{error.name}.")):
                 raise
@@ -155,7 +160,31 @@ class RosNode:
         if not callable(found):
             known = [each for each, value in vars(module).items() if callable(value) and not each.startswith("_")]
             raise LaunchError(f"{self}: {module_name} has no {name!r}{nearest(name, known)}")
-        return _spinning(found) if isinstance(found, type) else found
+        return _spinning(found) if isinstance(found, type) else _with_arguments(found, self.command_line())
+
+
+_STAND_INS = ["program", "arguments of its process"]
+"""`sys.argv` while nodes are imported, so that defaults made of it are known: `def main(args=sys.argv[1:])`."""
+
+
+@contextmanager
+def _stand_ins_as_arguments() -> Iterator[None]:
+    before, sys.argv = sys.argv, list(_STAND_INS)
+    try:
+        yield
+    finally:
+        sys.argv = before
+
+
+def _with_arguments(main: Callable[..., object], command_line: list[str]) -> Callable[[], object]:
+    """A main function, called with the arguments of its process where its defaults were made of `sys.argv`."""
+    given = {}
+    for name, parameter in inspect.signature(main).parameters.items():
+        if parameter.default == _STAND_INS:
+            given[name] = command_line
+        elif parameter.default == _STAND_INS[1:]:
+            given[name] = command_line[1:]
+    return partial(main, **given)
 
 
 def _spinning(kind: Callable[[], Any]) -> Callable[[], object]:

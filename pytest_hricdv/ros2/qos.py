@@ -69,6 +69,11 @@ class Profile:
         return self.deadline_ns if self.deadline_ns < BEST_AVAILABLE_NS else 0
 
     @property
+    def finite_lifespan_ns(self) -> int:
+        """How long a message is worth anything (ns); 0: for ever."""
+        return self.lifespan_ns if self.lifespan_ns < BEST_AVAILABLE_NS else 0
+
+    @property
     def finite_lease_ns(self) -> int:
         """The lease of the liveliness (ns); 0: for ever."""
         return self.lease_ns if self.lease_ns < BEST_AVAILABLE_NS else 0

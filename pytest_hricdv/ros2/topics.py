@@ -103,7 +103,7 @@ class Publisher(_Endpoint, Destroyable):
         if self.profile.keeps_for_late_ones:
             self._kept.append((copy_message(message), info))
         for subscription in self._subscriptions():
-            subscription.deliver(copy_message(message), info)
+            subscription.deliver(copy_message(message), info, self.profile.finite_lifespan_ns)
 
     def _is_heard(self) -> bool:
         return bool(self._subscriptions())
@@ -116,7 +116,7 @@ class Publisher(_Endpoint, Destroyable):
         """Deliver what it has kept to a subscription that is new."""
         if self.matches(subscription) and subscription.profile.keeps_for_late_ones:
             for message, info in self._kept:
-                subscription.deliver(copy_message(message), info)
+                subscription.deliver(copy_message(message), info, self.profile.finite_lifespan_ns)
 
     def wait_for_all_acked(self, timeout: object) -> bool:
         """Whether all has arrived: it has, at once."""
@@ -130,7 +130,7 @@ class Subscription(_Endpoint, Awaited):
         super().__init__(node.kernel)
         self.node, self.kind, self.topic, self.profile = node, kind, node.resolve(topic), effective(profile)
         node.admit(self.topic, kind)
-        self._queue: deque[tuple[Any, dict[str, int]]] = deque(maxlen=self.profile.queue_length)
+        self._queue: deque[tuple[Any, dict[str, int], int]] = deque(maxlen=self.profile.queue_length)
         self.events = EndpointEvents()
         self._received = 0
         node.graph.subscriptions.setdefault(self.topic, []).append(self)
@@ -147,23 +147,30 @@ class Subscription(_Endpoint, Awaited):
 
     def is_ready(self) -> bool:
         """Whether there is a message."""
+        while self._queue and self._is_stale(*self._queue[0][1:]):
+            self._queue.popleft()
         return bool(self._queue)
 
-    def deliver(self, message: Any, info: dict[str, int]) -> None:
-        """Add a message to the queue; the oldest one goes if there are too many."""
+    def _is_stale(self, info: dict[str, int], lifespan_ns: int) -> bool:
+        """Whether the lifespan of a message is over (DDS 1.4, 2.2.3.16)."""
+        return lifespan_ns > 0 and info["source_timestamp"] + lifespan_ns <= system_ns(self.kernel)
+
+    def deliver(self, message: Any, info: dict[str, int], lifespan_ns: int = 0) -> None:
+        """Add a message to the queue, unless its lifespan is over; the oldest one goes if there are too many."""
+        if self._is_stale(info, lifespan_ns):
+            return
         self._received += 1
         self.last_ns = self.kernel.now_us * 1000
         stamp_ns = system_ns(self.kernel)
-        self._queue.append(
-            (message, {**info, "received_timestamp": stamp_ns, "reception_sequence_number": self._received})
-        )
+        received = {"received_timestamp": stamp_ns, "reception_sequence_number": self._received}
+        self._queue.append((message, {**info, **received}, lifespan_ns))
         self.wake()
 
     def take_message(self, kind: type[Any], raw: bool) -> tuple[Any, dict[str, int]] | None:
         """The oldest message and when it was sent and came; None if there is none."""
-        if not self._queue:
+        if not self.is_ready():
             return None
-        message, info = self._queue.popleft()
+        message, info, _ = self._queue.popleft()
         return (serialize(message, kind) if raw else message), info
 
     def get_publisher_count(self) -> int:

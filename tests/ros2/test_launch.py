@@ -69,6 +69,33 @@ def test_a_node_is_an_executable_or_an_entry(given_: dict[str, str]) -> None:
         RosNode(**given_)
 
 
+_MAIN = """
+import sys
+
+
+def main({parameter}):
+    return {value}
+"""
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "expected"),
+    [
+        ("args=None", "args, sys.argv", (None, sys.argv)),  # it reads it itself, in its process
+        ("argv=sys.argv", "argv", ["left", "--ros-args", "-r", "__node:=left"]),
+        ("*, argv=sys.argv[1:]", "argv", ["--ros-args", "-r", "__node:=left"]),
+        ("args=[]", "args", []),
+    ],
+)
+def test_a_main_function_gets_its_arguments_by_its_default(
+    parameter: str, value: str, expected: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "with_default.py").write_text(_MAIN.format(parameter=parameter, value=value))
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "with_default", raising=False)
+    assert RosNode(entry="with_default:main", name="left").load()() == expected
+
+
 def test_a_parameter_that_ros_has_no_type_for_is_an_error() -> None:
     with pytest.raises(LaunchError, match="parameter 'at' is None; expected a bool, a number, a text, or a list"):
         RosNode(entry="cell.arm:main", parameters=[{"at": None}]).command_line()

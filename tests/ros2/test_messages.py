@@ -207,3 +207,24 @@ def test_a_third_one_looks_on() -> None:
 
     run(robot)
     assert seen == [(0, [2.0], []), (1, [], []), (2, [], []), (3, [], [True])]
+
+
+def test_a_message_whose_lifespan_is_over_is_heard_by_nobody() -> None:
+    """Neither by who comes late, nor by who has not looked in time."""
+    profile = Profile(durability=TRANSIENT_LOCAL, lifespan_ns=1_000_000_000)
+    heard: list[list[float]] = []
+
+    def system(kernel: Kernel) -> None:
+        made = node("lidar")
+        publisher, slow = Publisher(made, Reading, "scan", profile), Subscription(made, Reading, "scan", profile)
+        for value in (1.0, 2.0, 3.0):
+            publisher.publish(reading(value))
+            kernel.sleep(0.6)
+        late = Subscription(made, Reading, "scan", profile)
+        for subscription in (slow, late):
+            heard.append(_values(subscription))
+        kernel.sleep(1.0)
+        assert Subscription(made, Reading, "scan", profile).take_message(Reading, False) is None
+
+    run(system)
+    assert heard == [[3.0], [3.0]]
