@@ -221,8 +221,7 @@ def test_a_message_whose_lifespan_is_over_is_heard_by_nobody() -> None:
             publisher.publish(reading(value))
             kernel.sleep(0.6)
         late = Subscription(made, Reading, "scan", profile)
-        for subscription in (slow, late):
-            heard.append(_values(subscription))
+        heard.extend(_values(subscription) for subscription in (slow, late))
         kernel.sleep(1.0)
         assert Subscription(made, Reading, "scan", profile).take_message(Reading, False) is None
 
