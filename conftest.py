@@ -69,7 +69,6 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     rests = {"rest_x_m": Range(0.475, 0.78, "m"), "rest_y_m": Range(-0.5, 0.1, "m"), "rest_z_m": Range(0.46, 0.7, "m")}
     where = Range(0.0, 4.0, "place", open_high=True)
     beside, soon, for_long = Range(-0.08, 0.08, "m"), Range(0.0, 10.0, "s"), Range(5.0, 90.0, "s")
-    flips = {"for_s": Range(10.0, 60.0, "s")}
     return Testbench(
         name="table-assembly",
         model=Model(HERE / "models_bdi" / "table_assembly.mas2j"),
@@ -170,8 +169,9 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         disturbances={
             "leg_late": Disturbance({"for_s": Range(1.0, 120.0, "s")}, disturbances.leg_late),
             "leg_displaced": Disturbance({"dx_m": beside, "dy_m": beside}, disturbances.leg_displaced),
-            # A leg weighs 4.9 N: a hand that holds it with less loses it on the way, with more when somebody pulls.
-            "leg_slips": Disturbance({"after_s": soon, "grasp_n": Range(1.0, 10.0, "N")}, disturbances.leg_slips),
+            # A leg weighs 4.9 N: a hand that holds it with less loses it at once, with more when somebody pulls.
+            "leg_slips": Disturbance({"after_s": soon, "grasp_n": Range(1.0, 4.5, "N")}, disturbances.leg_slips),
+            "leg_held_loosely": Disturbance({"after_s": soon, "grasp_n": Range(5.0, 10.0, "N")}, disturbances.leg_slips),
             "leg_taken": Disturbance({"after_s": soon, "next_s": Range(3.0, 60.0, "s")}, disturbances.leg_taken),
             "leg_pulled_out": Disturbance(
                 {"after_s": soon, "pull_n": Range(16.0, 30.0, "N")}, disturbances.leg_pulled_out
@@ -188,9 +188,9 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "sensors_silent": Disturbance({"for_s": Range(5.0, 150.0, "s")}, disturbances.sensors_silent),
             "sensors_late": Disturbance({"late_s": Range(0.5, 110.0, "s")}, disturbances.sensors_late),
             "sensors_stuck": Disturbance({"for_s": Range(5.0, 150.0, "s")}, disturbances.sensors_stuck),
-            "gaze_flips": Disturbance(flips, disturbances.gaze_flips),
-            "pressure_flips": Disturbance(flips, disturbances.pressure_flips),
-            "location_flips": Disturbance(flips, disturbances.location_flips),
+            "gaze_flips": Disturbance({}, disturbances.gaze_flips),
+            "pressure_flips": Disturbance({}, disturbances.pressure_flips),
+            "location_flips": Disturbance({}, disturbances.location_flips),
             "says_ready": Disturbance({"after_s": Range(0.0, 15.0, "s")}, disturbances.says_ready),
             "asks_again": Disturbance({"after_s": Range(0.0, 40.0, "s")}, disturbances.asks_again),
             "falls_silent": Disturbance({}, disturbances.falls_silent),

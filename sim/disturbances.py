@@ -57,15 +57,22 @@ def leg_displaced(shop: Workshop, given: Parameters) -> None:
 
 
 def leg_slips(shop: Workshop, given: Parameters) -> None:
-    """From `after_s` after the next grasp on, the hand holds the leg with `grasp_n` only; a leg weighs 4.9 N."""
+    """From `after_s` after the next grasp on, the hand holds the leg with `grasp_n` only; a leg weighs 4.9 N.
+
+    A leg that is in the hand already is not the next one.
+    """
     legs = shop.world.legs
+    held = legs.in_hand
+
+    def grasps() -> bool:
+        return legs.in_hand is not None and legs.in_hand is not held
 
     def weaken() -> None:
         if legs.in_hand is not None:
             shop.world.unfreeze()
             legs.in_hand.weaken(given["grasp_n"])
 
-    shop.when(lambda: legs.in_hand is not None, lambda: shop.later(given["after_s"], weaken))
+    shop.when(grasps, lambda: shop.later(given["after_s"], weaken))
 
 
 def leg_taken(shop: Workshop, given: Parameters) -> None:
@@ -190,18 +197,18 @@ def sensors_stuck(shop: Workshop, given: Parameters) -> None:
 
 
 def gaze_flips(shop: Workshop, given: Parameters) -> None:
-    """The gaze sensor reads the opposite for `for_s`."""
-    shop.sensors.faults.flipped_until_s["gaze"] = shop.kernel.now_s + given["for_s"]
+    """The gaze sensor reads the opposite until the turn is over."""
+    shop.sensors.flip("gaze")
 
 
 def pressure_flips(shop: Workshop, given: Parameters) -> None:
-    """The pressure sensor reads the opposite for `for_s`."""
-    shop.sensors.faults.flipped_until_s["pressure"] = shop.kernel.now_s + given["for_s"]
+    """The pressure sensor reads the opposite until the turn is over."""
+    shop.sensors.flip("pressure")
 
 
 def location_flips(shop: Workshop, given: Parameters) -> None:
-    """The location sensor reads the opposite for `for_s`."""
-    shop.sensors.faults.flipped_until_s["location"] = shop.kernel.now_s + given["for_s"]
+    """The location sensor reads the opposite until the turn is over."""
+    shop.sensors.flip("location")
 
 
 def says_ready(shop: Workshop, given: Parameters) -> None:

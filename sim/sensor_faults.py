@@ -15,21 +15,20 @@ class SensorFaults:
         silent_until_s: no reading is taken before.
         late_s: how long the next reading takes from its measurement until it is heard.
         stuck_until_s: until then readings are as the last one before.
-        flipped_until_s: until then a sensor reads the opposite; by the names of the fields of `Reading`.
+        flipped: the sensors that read the opposite; by the names of the fields of `Reading`.
     """
 
     silent_until_s: float = 0.0
     late_s: float = 0.0
     stuck_until_s: float = 0.0
-    flipped_until_s: dict[str, float] = field(default_factory=dict)
+    flipped: set[str] = field(default_factory=set)
     _last: Reading | None = None
 
     def applied(self, reading: Reading, now_s: float) -> Reading:
         """What the sensors say instead of `reading`."""
         if now_s < self.stuck_until_s and self._last is not None:
             return self._last
-        flips = {name: not getattr(reading, name) for name, until_s in self.flipped_until_s.items() if now_s < until_s}
-        self._last = replace(reading, **flips)
+        self._last = replace(reading, **{name: not getattr(reading, name) for name in self.flipped})
         return self._last
 
     def delay_s(self) -> float:

@@ -96,6 +96,7 @@ class Sensors:
         """The node's body: publish while there are subscribers, forever."""
         while True:
             self._bus.wait_for_subscriber(Reading)
+            self._follow_turns()
             if self._in_outage():
                 self._turn_ended(self._ends.wait(SILENT_S))
                 continue
@@ -107,6 +108,11 @@ class Sensors:
             if self._is_heard_after(self.faults.delay_s()):
                 self._bus.publish(reading)
                 self._kernel.sleep(PERIOD_S)
+
+    def flip(self, sensor: str) -> None:
+        """A sensor, named as a field of `Reading`, reads the opposite until the robot reports the end of a turn."""
+        self._follow_turns()  # a turn that has ended before is another one
+        self.faults.flipped.add(sensor)
 
     def read(self) -> Reading:
         """One reading with errors. Always draws three random numbers, so that one error never shifts another."""
@@ -125,12 +131,17 @@ class Sensors:
         return self._bus.has_subscribers(Reading)
 
     def _in_outage(self) -> bool:
+        return self._outage_turn > 0 and self._turn == self._outage_turn
+
+    def _follow_turns(self) -> None:
         while (ready := self._turns.poll()) is not None:
             self._turn = ready.turn
         while (end := self._ends.poll()) is not None:
             self._turn_ended(end)
-        return self._outage_turn > 0 and self._turn == self._outage_turn
 
     def _turn_ended(self, end: TurnDone | None) -> None:
-        if end is not None and end.turn == self._turn:
+        if end is None:
+            return
+        self.faults.flipped.clear()
+        if end.turn == self._turn:
             self._turn = 0

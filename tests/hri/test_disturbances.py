@@ -28,7 +28,9 @@ def in_the_way(place: int, after_s: float, for_s: float = 60.0) -> Line:
 NO_LEG: list[Line] = [("leg_late", {"for_s": 100.0}), *LEG]
 LEG_BESIDE: list[Line] = [("leg_displaced", {"dx_m": 0.08, "dy_m": 0.0}), *LEG]
 LEG_SLIPS: list[Line] = [("leg_slips", {"after_s": 1.0, "grasp_n": 2.0}), *LEG]
+NEXT_LEG_SLIPS: list[Line] = [*LEG[:2], ("leg_slips", {"after_s": 1.0, "grasp_n": 2.0}), *LEG[2:], *LEG]
 LEG_TAKEN: list[Line] = [ASKED, ("leg_taken", {"after_s": 1.0, "next_s": 60.0}), *THEN]
+HELD_LOOSELY: list[Line] = [("leg_held_loosely", {"after_s": 1.0, "grasp_n": 5.5}), *LEG]
 PULLED_OUT: list[Line] = [("leg_pulled_out", {"after_s": 1.0, "pull_n": 20.0}), *LEG]
 PULLED_OUT_LATE: list[Line] = [("leg_pulled_out", {"after_s": 5.0, "pull_n": 20.0}), *LEG]
 IN_HAND: list[Line] = [("leg_in_hand", {}), *LEG]
@@ -47,15 +49,15 @@ SILENT: list[Line] = [("sensors_silent", {"for_s": 150.0}), *LEG]
 LATE: list[Line] = [("sensors_late", {"late_s": 8.0}), *LEG]
 TOO_LATE: list[Line] = [("sensors_late", {"late_s": 60.0}), *LEG]
 STUCK: list[Line] = [*LEG, ("sensors_stuck", {"for_s": 100.0}), *bench.leg("000")]
-FLIPPED: list[Line] = [("gaze_flips", {"for_s": 60.0}), *NOT_READY]
-FLIPPED_AWAY: list[Line] = [("location_flips", {"for_s": 60.0}), *LEG]
+FLIPPED: list[Line] = [("gaze_flips", {}), *NOT_READY]
+FLIPPED_AWAY: list[Line] = [("location_flips", {}), *LEG]
 TOO_EARLY: list[Line] = [("says_ready", {"after_s": 6.0}), "tell leg", "receivesignal"]
 UNASKED: list[Line] = ["tell leg", "receivesignal", ("says_ready", {"after_s": 6.0})]
 ASKS_AGAIN: list[Line] = [("asks_again", {"after_s": 12.0}), *LEG]
 FALLS_SILENT: list[Line] = [("falls_silent", {}), *LEG]
 
 
-GONE_UNNOTICED: list[Line] = [("pressure_flips", {"for_s": 60.0}), *PULLED_OUT_LATE]
+GONE_UNNOTICED: list[Line] = [("pressure_flips", {}), *PULLED_OUT_LATE]
 
 REACHED = {
     'robot.note("something is in the hand at the start")': IN_HAND,
@@ -96,6 +98,8 @@ ENDS: list[tuple[Any, ...]] = [
     (LEG_BESIDE, "discarded"),
     (LEG_TAKEN, "discarded"),
     (LEG_SLIPS, "discarded"),
+    (HELD_LOOSELY, "discarded"),
+    (NEXT_LEG_SLIPS, "released discarded"),
     (PULLED_OUT, "discarded"),
     (GONE_UNNOTICED, "discarded"),
     (IN_HAND, "released"),

@@ -32,7 +32,7 @@ def disturbed(pose: str, outcome: str) -> list[Line]:
     if outcome == DISCARDED:
         return [("leg_late", {"for_s": 100.0}), *turn(pose)]
     wrong = [sensor for sensor, ready in zip(SENSORS, "000" if away else pose, strict=True) if ready == "0"]
-    flips: list[Line] = [(f"{sensor}_flips", {"for_s": 60.0}) for sensor in wrong]
+    flips: list[Line] = [(f"{sensor}_flips", {}) for sensor in wrong]
     return [*flips, *turn(pose, READY if away else None)]
 
 

@@ -23,11 +23,10 @@ def test_stuck_sensors_say_what_they_said_last_until_their_time_is_over() -> Non
     assert faults.applied(AWAY, 5.0) == AWAY
 
 
-def test_a_flipped_sensor_says_the_opposite_until_its_time_is_over() -> None:
-    faults = SensorFaults(flipped_until_s={"gaze": 5.0})
+def test_a_flipped_sensor_says_the_opposite() -> None:
+    faults = SensorFaults(flipped={"gaze"})
     assert faults.applied(READY, 4.0) == Reading(gaze=False, pressure=True, location=True)
     assert faults.applied(AWAY, 4.0) == Reading(gaze=True, pressure=False, location=False)
-    assert faults.applied(READY, 5.0) == READY
 
 
 def test_only_the_next_reading_is_late() -> None:

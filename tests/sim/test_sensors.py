@@ -158,6 +158,29 @@ def test_silent_in_the_turn_of_an_outage(stage: Stage) -> None:
     assert heard == {1: True, 2: False, 3: True}
 
 
+def test_a_sensor_that_flips_does_so_until_the_end_of_the_turn(stage: Stage) -> None:
+    """Of the turn in which it began to: one that is over then, and of which no sensor has heard, does not count."""
+    sensors = stage.sensors()
+    gazes: dict[int, bool] = {}
+
+    def three_turns() -> None:
+        port = stage.bus.port("robot")
+        for turn in (1, 2, 3):
+            if turn == 2:
+                sensors.flip("gaze")
+            port.publish(LegReady(turn))
+            readings = port.subscribe(Reading)
+            for _ in range(2):  # not only the next one
+                reading = readings.wait(10.0)
+                gazes[turn] = reading is not None and reading.gaze
+            readings.close()
+            port.publish(TurnDone(turn, "discarded"))
+            stage.kernel.sleep(1.0)
+
+    assert stage.run(three_turns) == "over"
+    assert gazes == {1: gazes[1], 2: not gazes[1], 3: gazes[1]}
+
+
 @pytest.mark.parametrize(("probability", "outage"), [(-0.1, 0), (1.1, 0), (float("nan"), 0), (0.05, -1)])
 def test_invalid_settings_are_refused(stage: Stage, probability: float, outage: int) -> None:
     with pytest.raises(SimulationError):
