@@ -171,7 +171,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "leg_displaced": Disturbance({"dx_m": beside, "dy_m": beside}, disturbances.leg_displaced),
             # A leg weighs 4.9 N: a hand that holds it with less loses it at once, with more when somebody pulls.
             "leg_slips": Disturbance({"after_s": soon, "grasp_n": Range(1.0, 4.5, "N")}, disturbances.leg_slips),
-            "leg_held_loosely": Disturbance({"after_s": soon, "grasp_n": Range(5.0, 10.0, "N")}, disturbances.leg_slips),
+            "leg_loose": Disturbance({"after_s": soon, "grasp_n": Range(5.0, 10.0, "N")}, disturbances.leg_slips),
             "leg_taken": Disturbance({"after_s": soon, "next_s": Range(3.0, 60.0, "s")}, disturbances.leg_taken),
             "leg_pulled_out": Disturbance(
                 {"after_s": soon, "pull_n": Range(16.0, 30.0, "N")}, disturbances.leg_pulled_out

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from pytest_hricdv.close.interactions import Dose, Effect, Treatment
 from pytest_hricdv.close.recipes import Recipes, fitted
+from pytest_hricdv.close.significance import significance
 
 BLURRED = 0.3
 """What comes after an earlier interaction was disturbed counts so much: disturbances may last."""
@@ -32,6 +33,9 @@ SURPRISE = 2.0
 
 DOUBT = 1.0
 """What other doses of the same disturbance did weighs as much as so many tries of a dose."""
+
+BY_CHANCE, UNDISTURBED_RUNS = 0.05, 20.0
+"""What is lacking comes by chance, without disturbances, at this rate: as if so many interactions had shown it."""
 
 
 class Letter(NamedTuple):
@@ -88,6 +92,12 @@ def has(effect: Effect, lack: Lack) -> bool:
     return _letter(effect, lack) == lack.wanted
 
 
+def _lacks(effect: Effect, lack: Lack) -> bool:
+    if isinstance(lack, Whole):
+        return effect == lack.present
+    return _letter(effect, lack) not in ("", lack.wanted)
+
+
 def apart(one: Effect, two: Effect) -> float:
     """How far two effects are apart: 1 for each text that differs, but for texts of one length, as patterns of bits
     are, the share of their characters that differ."""
@@ -127,10 +137,15 @@ class Remedies:
     def __init__(self, recipes: Recipes) -> None:
         self._recipes = recipes
         self._singles: list[Tried] = []
+        self._undisturbed: list[tuple[Effect, Effect]] = []
+        """What is usual, and what came without disturbances."""
         for planned, treatment, effect, is_clean, *_ in recipes.seen:
             usual = recipes.usual(planned)
-            if len(treatment) == 1 and usual is not None and _comparable(usual, effect):
-                self._singles.append(Tried(treatment[0], (usual,), effect, 1.0 if is_clean else BLURRED))
+            if usual is not None and _comparable(usual, effect):
+                if len(treatment) == 1:
+                    self._singles.append(Tried(treatment[0], (usual,), effect, 1.0 if is_clean else BLURRED))
+                elif not treatment and is_clean:
+                    self._undisturbed.append((usual, effect))
         self._shifts: dict[Effect, list[Shift]] = {}
         self._changes: dict[Effect, list[Change]] = {}
         self._made: dict[Effect, dict[Dose, Effect]] = {}
@@ -141,7 +156,7 @@ class Remedies:
         """Dose -> how probably it mends what is lacking. Those that never have, nor the contrary, are left out.
 
         What makes the contrary of a letter probably does both, as what inverts a sensor does. With other doses, those
-        count that have mended it alone.
+        count that have mended it alone. What may have come by chance, as sensors err, is expected less.
 
         Args:
             lack: what is lacking.
@@ -158,12 +173,21 @@ class Remedies:
                     for key in keys:
                         tries[key] += tried
                         came[key] += mended
+            by_chance = self._by_chance(lack)
             found = self._known[lack, commands] = {
-                dose: (came[dose] + DOUBT * came[dose.name] / (tries[dose.name] + DOUBT)) / (tries[dose] + DOUBT)
+                dose: significance(came[dose.name], tries[dose.name], by_chance)
+                * (came[dose] + DOUBT * came[dose.name] / (tries[dose.name] + DOUBT))
+                / (tries[dose] + DOUBT)
                 for dose in came
                 if isinstance(dose, Dose) and came[dose]
             }
         return found
+
+    def _by_chance(self, lack: Lack) -> float:
+        """How often what is lacking in what is usual comes without disturbances all the same."""
+        where = [effect for usual, effect in self._undisturbed if _lacks(usual, lack)]
+        came = sum(has(effect, lack) for effect in where)
+        return (came + BY_CHANCE * UNDISTURBED_RUNS) / (len(where) + UNDISTURBED_RUNS)
 
     def shifts(self, usual: Effect) -> list[Shift]:
         """The treatments that made something else of what is usual; of each effect, the most certain ones."""
