@@ -27,6 +27,9 @@ BEST = 4
 LEAST_RUNS = 8
 """Fewer runs say nothing."""
 
+PATIENCE = 2.0
+"""After so many runs of a script in vain, it is expected to come half as near."""
+
 BY_INTERACTIONS = 0.75
 """So often scripts are chosen by how interactions end, where that makes a difference; otherwise by beliefs."""
 
@@ -66,7 +69,8 @@ class Climbing:
     def _by_interactions(self, near: Sequence[tuple[float, Entry]]) -> list[int]:
         """The scripts whose interactions will probably end so that the run is nearest.
 
-        Of a script, as many interactions count as any run had: a run may end before its script.
+        Of a script, as many interactions count as any run had: a run may end before its script. One that was run in vain
+        is expected to come less near: what is better may have failed once by chance, and would never be tried again.
         """
         chances: dict[Slot, float] = {}
         for product, recipes in self._experience.recipes.items():
@@ -78,10 +82,11 @@ class Climbing:
         if not any(chance > 0.0 for chance in chances.values()):
             return []
         most = max((len(hits) for _, entry in near for hits in entry.observation.hits.values()), default=0)
-        worth = [
-            (-sum(chances[slot] for slot in self._scripts.slots(number)[:most]), number)
-            for number in range(len(self._scripts.runs))
-        ]
+        vain = Counter(entry.test.lines for _, entry in near)
+        worth = []
+        for number, run in enumerate(self._scripts.runs):
+            nearer = sum(chances[slot] for slot in self._scripts.slots(number)[:most])
+            worth.append((-nearer * PATIENCE / (PATIENCE + vain[run.lines] * (nearer > 0.0)), number))
         return [number for _, number in sorted(worth)[:BEST]]
 
     def _drawing(self, product: str, near: Sequence[tuple[float, Entry]]) -> dict[Goal, float]:

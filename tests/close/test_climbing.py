@@ -56,6 +56,24 @@ def test_scripts_whose_interactions_end_well_are_tried_most(run: Callable[[Abstr
     assert given[3] + given[2] > 25
 
 
+def test_a_script_that_was_run_in_vain_again_and_again_yields_to_others() -> None:
+    """What is best may be another one, which failed by chance when it was run first."""
+
+    def failing(test: AbstractTest) -> Observation:
+        found = handover.run(test)
+        return replace(found, distances=((ALL_GIVEN, 4.0 - sum(hit[-1] == "given" for hit in found.hits["handover"])),))
+
+    runs = [*range(20), *range(30, 60)]
+
+    def chosen(numbers: list[int]) -> Counter[int]:
+        _, found = climbing(numbers, failing)
+        rng = make_rng("again")
+        return Counter(script[0] for _ in range(40) if (script := found.script(rng)) is not None)
+
+    [(favourite, often)] = chosen(runs).most_common(1)
+    assert chosen([*runs, *[favourite] * 12])[favourite] < often / 2
+
+
 def test_where_no_open_point_has_a_distance_there_is_nothing_to_climb() -> None:
     _, found = climbing([])
     assert found.script(make_rng("none")) is None

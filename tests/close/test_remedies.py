@@ -34,6 +34,19 @@ def test_what_comes_after_a_disturbed_interaction_counts_less() -> None:
     assert chances[PUSH] > chances[LIGHT] > 0.0
 
 
+def test_what_comes_by_chance_is_no_merit_of_a_dose() -> None:
+    """Both mended a letter in one try of two; but where sensors err, that says little."""
+
+    def chance(erring: int) -> float:
+        recipes = Recipes(2)
+        recipes.learn([seen(("1", "00"), UNDISTURBED, "00", "kept")] * 20)
+        recipes.learn([seen(("1", "00"), UNDISTURBED, "10", "kept")] * erring)
+        recipes.learn([seen(("1", "00"), (PUSH,), reading, "kept") for reading in ("10", "00")])
+        return Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)[PUSH]
+
+    assert chance(0) > 2 * chance(6) > 0.0
+
+
 def test_effects_of_other_cross_products_are_not_compared() -> None:
     recipes = usually_kept()
     recipes.learn([seen(("1", "00"), (PUSH,), "10", "kept")._replace(effect=(("outcome", "given"),))])
