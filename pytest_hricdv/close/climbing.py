@@ -69,8 +69,9 @@ class Climbing:
     def _by_interactions(self, near: Sequence[tuple[float, Entry]]) -> list[int]:
         """The scripts whose interactions will probably end so that the run is nearest.
 
-        Of a script, as many interactions count as any run had: a run may end before its script. One that was run in vain
-        is expected to come less near: what is better may have failed once by chance, and would never be tried again.
+        Of a script, as many interactions count as any run had: a run may end before its script. One that was run
+        in vain is expected to come less near: what is better may have failed once by chance, and would never be tried
+        again.
         """
         chances: dict[Slot, float] = {}
         for product, recipes in self._experience.recipes.items():
