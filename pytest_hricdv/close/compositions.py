@@ -14,8 +14,9 @@ from random import Random
 from typing import TypeVar
 
 from pytest_hricdv.close.interactions import UNDISTURBED, Dose, Effect, Goal, Treatment
+from pytest_hricdv.close.lack import Lack, Letter, Whole, lacking
 from pytest_hricdv.close.recipes import Recipe, Recipes, fitted
-from pytest_hricdv.close.remedies import Change, Lack, Letter, Remedies, Shift, Whole, lacking
+from pytest_hricdv.close.remedies import Change, Remedies, Shift
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.generate.rng import pick, shuffled, weighted
 
@@ -102,13 +103,14 @@ class Compositions:
         rather one whose disturbances were rarely combined. None where no way to hide a change is known.
         """
         usual = self._recipes.usual(planned)
-        changes = {} if usual is None else {each: each.chance for each in self._remedies.changes(usual)}
+        known = [] if usual is None else self._remedies.changes(usual)
+        doses = Counter(each.dose.name for each in known)
+        changes = {each: each.chance / doses[each.dose.name] for each in known}  # each disturbance counts alike
         if usual is None or not changes:
             return None
         drawn = [self._hidden(weighted(rng, changes), commands, rng) for _ in range(CHOICES)]
-        found = [each for each in drawn if each is not None]
-        combined = self._combined(usual)
-        return weighted(rng, {each: 1.0 / (1 + combined[_names(each)]) for each in found}) if found else None
+        combined, found = self._combined(usual), {_names(each): each for each in drawn if each is not None}
+        return weighted(rng, {each: 1.0 / (1 + combined[names]) for names, each in found.items()}) if found else None
 
     def _hidden(self, change: Change, commands: int, rng: Random) -> Treatment | None:
         mending = [self._remedies.against(lack, commands) for lack in change.lacks]

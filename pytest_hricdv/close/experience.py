@@ -7,8 +7,8 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 
 from pytest_hricdv.close.archive import Archive, Entry
 from pytest_hricdv.close.interactions import Effect, Goal, interactions_of
+from pytest_hricdv.close.lack import apart
 from pytest_hricdv.close.recipes import Recipes
-from pytest_hricdv.close.remedies import apart
 from pytest_hricdv.close.scripts import Scripts, Slot
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin

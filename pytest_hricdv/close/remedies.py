@@ -1,18 +1,27 @@
 """Remedies: doses that change what an interaction lacks to come to a goal.
 
-What it lacks are letters, where texts of one length differ, as patterns of bits do: what a dose does to one of several
-sensors, it does whatever the others say. What else differs may be a consequence of a pattern. Only where no letter is
-lacking, it is all that differs together.
+What a dose does to one of several letters, as those of a pattern of sensors, it does whatever the others say.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
-from itertools import chain
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from pytest_hricdv.close.interactions import Dose, Effect, Treatment
+from pytest_hricdv.close.lack import (
+    Lack,
+    Letter,
+    Whole,
+    apart,
+    are_comparable,
+    has,
+    is_changed,
+    is_without,
+    lacking,
+    letter_of,
+)
 from pytest_hricdv.close.recipes import Recipes, fitted
 from pytest_hricdv.close.significance import significance
 
@@ -38,25 +47,6 @@ BY_CHANCE, UNDISTURBED_RUNS = 0.05, 20.0
 """What is lacking comes by chance, without disturbances, at this rate: as if so many interactions had shown it."""
 
 
-class Letter(NamedTuple):
-    """A letter that an effect lacks: in which of its texts, of which length, where in the text, and which one."""
-
-    number: int
-    size: int
-    place: int
-    wanted: str
-
-
-class Whole(NamedTuple):
-    """An effect that is present instead of the one that is wanted."""
-
-    present: Effect
-    wanted: Effect
-
-
-Lack = Letter | Whole
-
-
 class Shift(NamedTuple):
     """What most often came of a treatment instead of what is usual, and how probably."""
 
@@ -71,44 +61,6 @@ class Change(NamedTuple):
     dose: Dose
     lacks: tuple[Lack, ...]
     chance: float
-
-
-def lacking(effect: Effect, wanted: Effect) -> tuple[Lack, ...]:
-    """What an effect lacks to be the one that is wanted."""
-    letters = tuple(
-        Letter(number, len(one), place, there)
-        for number, (one, other) in enumerate(zip(chain(*effect), chain(*wanted), strict=False))
-        if len(one) == len(other)
-        for place, (here, there) in enumerate(zip(one, other, strict=True))
-        if here != there
-    )
-    return letters or ((Whole(effect, wanted),) if effect != wanted else ())
-
-
-def has(effect: Effect, lack: Lack) -> bool:
-    """Whether an effect has what another one lacks."""
-    if isinstance(lack, Whole):
-        return effect == lack.wanted
-    return _letter(effect, lack) == lack.wanted
-
-
-def _lacks(effect: Effect, lack: Lack) -> bool:
-    if isinstance(lack, Whole):
-        return effect == lack.present
-    return _letter(effect, lack) not in ("", lack.wanted)
-
-
-def apart(one: Effect, two: Effect) -> float:
-    """How far two effects are apart: 1 for each text that differs, but for texts of one length, as patterns of bits
-    are, the share of their characters that differ."""
-    texts = zip(chain(*one), chain(*two), strict=False)
-    return sum(_differing(left, right) for left, right in texts)
-
-
-def _differing(left: str, right: str) -> float:
-    if left == right or len(left) != len(right):
-        return float(left != right)
-    return sum(a != b for a, b in zip(left, right, strict=True)) / len(left)
 
 
 class Tried(NamedTuple):
@@ -141,7 +93,7 @@ class Remedies:
         """What is usual, and what came without disturbances."""
         for planned, treatment, effect, is_clean, *_ in recipes.seen:
             usual = recipes.usual(planned)
-            if usual is not None and _comparable(usual, effect):
+            if usual is not None and are_comparable(usual, effect):
                 if len(treatment) == 1:
                     self._singles.append(Tried(treatment[0], (usual,), effect, 1.0 if is_clean else BLURRED))
                 elif not treatment and is_clean:
@@ -185,9 +137,7 @@ class Remedies:
 
     def _by_chance(self, lack: Lack) -> float:
         """How often what is lacking in what is usual comes without disturbances all the same."""
-        where = [effect for usual, effect in self._undisturbed if _lacks(usual, lack)]
-        came = sum(has(effect, lack) for effect in where)
-        return (came + BY_CHANCE * UNDISTURBED_RUNS) / (len(where) + UNDISTURBED_RUNS)
+        return _rate_by_chance([has(effect, lack) for usual, effect in self._undisturbed if is_without(usual, lack)])
 
     def shifts(self, usual: Effect) -> list[Shift]:
         """The treatments that made something else of what is usual; of each effect, the most certain ones."""
@@ -223,19 +173,25 @@ class Remedies:
         return found
 
     def _change_chance(self, name: str, lacks: tuple[Lack, ...], usual: Effect) -> float:
-        """How often a disturbance changed what is so in what is usual, in the same way; 0 where it was never so."""
-        tries = came = 0.0
-        for dose, (before,), after, weight in self._singles:
-            is_alike = all(isinstance(lack, Letter) and has(before, lack) and has(usual, lack) for lack in lacks)
-            if dose.name == name and (before == usual or is_alike):
-                tries += weight
-                came += weight * (lacking(after, before) == lacks)
-        return came / (tries + DOUBT)
+        """How often a disturbance changed what is so in what is usual, in the same way; 0 where it was never so.
+
+        What may have come by chance, as sensors err, is expected less.
+        """
+
+        def is_alike(before: Effect) -> bool:
+            letters = (isinstance(lack, Letter) and has(before, lack) and has(usual, lack) for lack in lacks)
+            return before == usual or all(letters)
+
+        alike = [each for each in self._singles if each.dose.name == name and is_alike(each.before[0])]
+        tries = sum(each.weight for each in alike)
+        came = sum(each.weight for each in alike if lacking(each.after, each.before[0]) == lacks)
+        chance = [lacking(effect, before) == lacks for before, effect in self._undisturbed if is_alike(before)]
+        return significance(came, tries, _rate_by_chance(chance)) * came / (tries + DOUBT)
 
     def _all_shifts(self, usual: Effect) -> Iterator[Shift]:
         came: dict[Treatment, dict[Effect, float]] = {}
         for planned, treatment, effect, is_clean, *_ in self._recipes.seen:
-            if treatment and self._recipes.usual(planned) == usual and _comparable(usual, effect):
+            if treatment and self._recipes.usual(planned) == usual and are_comparable(usual, effect):
                 shares = came.setdefault(treatment, {})
                 shares[effect] = shares.get(effect, 0.0) + (1.0 if is_clean else BLURRED)
         for treatment, counts in came.items():
@@ -247,7 +203,7 @@ class Remedies:
         """The doses of treatments with several, each with what may have come of the others."""
         for planned, treatment, effect, is_clean, *_ in self._recipes.seen:
             usual = self._recipes.usual(planned)
-            if len(treatment) > 1 and usual is not None and _comparable(usual, effect):
+            if len(treatment) > 1 and usual is not None and are_comparable(usual, effect):
                 made = self._made_by(usual)
                 for dose in treatment:
                     others = [made[each] for each in treatment if each in made and each != dose]
@@ -265,10 +221,15 @@ class Remedies:
         """
         tries, changed = dict.fromkeys(names, 2.0), dict.fromkeys(names, 1.0)
         for dose, (before,), after, weight in self._singles:
-            if dose.name in tries and _letter(before, letter):
+            if dose.name in tries and letter_of(before, letter):
                 tries[dose.name] += weight
-                changed[dose.name] += weight * _changes(before, after, letter)
+                changed[dose.name] += weight * is_changed(before, after, letter)
         return {name: changed[name] / tries[name] for name in tries}
+
+
+def _rate_by_chance(came: Sequence[bool]) -> float:
+    """How often it came in undisturbed interactions."""
+    return (sum(came) + BY_CHANCE * UNDISTURBED_RUNS) / (len(came) + UNDISTURBED_RUNS)
 
 
 def _mended(each: Tried, lack: Lack) -> tuple[float, float]:
@@ -276,26 +237,9 @@ def _mended(each: Tried, lack: Lack) -> tuple[float, float]:
     if isinstance(lack, Whole):
         tried = each.weight * max(0.0, *(1.0 - apart(before, lack.present) for before in each.before))
         return tried, tried * has(each.after, lack)
-    before = next((before for before in each.before if _letter(before, lack)), None)
+    before = next((before for before in each.before if letter_of(before, lack)), None)
     if before is None:
         return 0.0, 0.0
     if not has(before, lack):
         return each.weight, each.weight * has(each.after, lack)
-    return CONTRARY * each.weight, CONTRARY * each.weight * _changes(before, each.after, lack)
-
-
-def _letter(effect: Effect, lack: Letter) -> str:
-    """The letter that is there; empty where the text is of another length."""
-    texts = tuple(chain(*effect))
-    is_alike = lack.number < len(texts) and len(texts[lack.number]) == lack.size
-    return texts[lack.number][lack.place] if is_alike else ""
-
-
-def _changes(before: Effect, after: Effect, lack: Letter) -> bool:
-    """Whether a letter is another one in a text of the same length."""
-    return _letter(after, lack) not in ("", _letter(before, lack))
-
-
-def _comparable(one: Effect, other: Effect) -> bool:
-    """Whether effects are of the same cross products."""
-    return [each[0] for each in one] == [each[0] for each in other]
+    return CONTRARY * each.weight, CONTRARY * each.weight * is_changed(before, each.after, lack)

@@ -119,6 +119,18 @@ def test_what_was_rarely_combined_is_rather_hidden() -> None:
     assert pushed_and_pulled(9, "11") < 0.5 * pushed_and_pulled(0, "11")
 
 
+def test_a_disturbance_of_which_many_doses_are_known_is_hidden_no_more_often_than_another() -> None:
+    """Nine doses of light change what one of pulling does; pushing hides both."""
+    recipes = usually_kept()
+    recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
+    lights = [LIGHT._replace(values=(("lux", 0.1 * number),)) for number in range(9)]
+    recipes.learn([seen(("1", "11"), (dose,), "10", "kept") for dose in (*[PULL] * 9, *lights)])
+    recipes.learn([seen(("2", "00"), (PUSH,), "01", "kept")] * 30)
+    rng = make_rng("alike")
+    masked = [Compositions(recipes).masked(("1", "11"), 3, rng) for _ in range(60)]
+    assert 20 < masked.count((PUSH, PULL)) < 40
+
+
 def test_tries_in_which_something_else_went_wrong_do_not_count() -> None:
     assert pushed_and_pulled(9, "none") > 0.7 * pushed_and_pulled(0, "none")
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pytest_hricdv.close.interactions import UNDISTURBED, Dose
+from pytest_hricdv.close.lack import Letter, Whole, apart, has, lacking
 from pytest_hricdv.close.recipes import Recipes
-from pytest_hricdv.close.remedies import MOST_SHIFTS, Letter, Remedies, Whole, apart, has, lacking
+from pytest_hricdv.close.remedies import MOST_SHIFTS, Remedies
 from tests.close.test_recipes import LIGHT, PULL, PUSH, seen, usually_kept
 
 KEPT = (("outcome", "kept"), ("reading", "00"))
