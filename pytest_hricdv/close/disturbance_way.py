@@ -108,8 +108,13 @@ class DisturbanceWay:
         return found
 
     def _rarely_tried(self, treatments: _Treatments, archive: Archive, rng: Random) -> Proposal:
-        """A script with disturbances that were rarely tried: for what is open beside the bins."""
-        near = self._near(archive, rng) if rng.random() < CLIMBING else None
+        """A script with disturbances that were rarely tried: for what is open beside the bins.
+
+        First each is tried once wherever something else usually comes: this is soon done, and what was not tried there
+        may be all that is lacking.
+        """
+        is_near = not treatments.has_untried and rng.random() < CLIMBING
+        near = self._near(treatments, archive, rng) if is_near else None
         (script, product), aims = (treatments.rarest_script(), ()) if near is None else near
         first = self._scripts.first(script, product)
         ends = (*first[1:], len(self._scripts.runs[script].lines))
@@ -120,7 +125,9 @@ class DisturbanceWay:
         ]
         return Proposal(self._scripts.draft(script, product, chosen), self.name, aims)
 
-    def _near(self, archive: Archive, rng: Random) -> tuple[tuple[int, str], tuple[Point, ...]] | None:
+    def _near(
+        self, treatments: _Treatments, archive: Archive, rng: Random
+    ) -> tuple[tuple[int, str], tuple[Point, ...]] | None:
         """A script with interactions that usually end as in runs that came near to an open point; and this point."""
         near = {point: runs for point in archive.open if point[0] != "bin" and (runs := nearest_runs(point, archive))}
         if not near:
@@ -129,13 +136,7 @@ class DisturbanceWay:
         elite = [entry for _, entry in near[point][: elite_size(len(near[point]))]]
         goal = self._experience.distinctive(elite, archive)
         slots = [slot for slot in self._scripts.by_slot if goal is not None and self._experience.usual(slot) == goal]
-        if not slots:
-            return None
-        alike = frozenset(slots)
-        drawn = [pick(rng, slots) for _ in range(CANDIDATES)]
-        candidates = [(pick(rng, self._scripts.by_slot[slot]), slot.product) for slot in drawn]
-        best = max(candidates, key=lambda each: sum(slot in alike for slot in self._scripts.slots(each[0])))
-        return best, (point,)
+        return (treatments.script_of(slots), (point,)) if slots else None
 
 
 class _Treatments:
@@ -153,6 +154,18 @@ class _Treatments:
         self._has_others = any(point[0] != "bin" for point in archive.open)
         self._compositions = {name: Compositions(recipes) for name, recipes in experience.recipes.items()}
         self._unlocked = experience.first_of_many(archive)
+        self._slots: dict[Goal | None, list[Slot]] = {}
+        """What usually comes -> the interactions where it does."""
+        for slot in scripts.by_slot:
+            self._slots.setdefault(experience.usual(slot), []).append(slot)
+
+    @property
+    def has_untried(self) -> bool:
+        """Whether there is a disturbance that was never tried where something usually comes."""
+        return any(self._is_untried(usual) for usual in self._slots)
+
+    def _is_untried(self, usual: Goal | None) -> bool:
+        return any(not self._tried[name, usual] for name in self._disturbances)
 
     def options(self, slot: Slot, goals: dict[Goal, float]) -> list[Option]:
         """See `aiming.Options`."""
@@ -176,19 +189,24 @@ class _Treatments:
         return sorted(found, key=lambda option: -option.worth)
 
     def rarest_script(self) -> tuple[int, str]:
-        """A script, and a cross product one of whose interactions usually ends as those where most is new."""
-        slots: dict[Goal | None, list[Slot]] = {}
-        for slot in self._scripts.by_slot:
-            slots.setdefault(self._experience.usual(slot), []).append(slot)
-        if not slots:
+        """A script, and a cross product whose interactions usually end as those where most is new."""
+        if not self._slots:
             return self._scripts.any(self._rng), next(iter(self._scripts.planned), "")
-        new = {usual: sum(1.0 / (1 + self._tried[name, usual]) for name in self._disturbances) for usual in slots}
-        slot = pick(self._rng, slots[max(new, key=lambda usual: new[usual])])
-        return pick(self._rng, self._scripts.by_slot[slot]), slot.product
+        new = {usual: sum(1.0 / (1 + self._tried[name, usual]) for name in self._disturbances) for usual in self._slots}
+        slots = self._slots[max(new, key=lambda usual: new[usual])]
+        return self.script_of(slots)
+
+    def script_of(self, slots: Sequence[Slot]) -> tuple[int, str]:
+        """A script with as many of these interactions as there is among some, and their cross product."""
+        drawn = [pick(self._rng, slots) for _ in range(CANDIDATES)]
+        candidates = [(pick(self._rng, self._scripts.by_slot[slot]), slot.product) for slot in drawn]
+        wanted = frozenset(slots)
+        return max(candidates, key=lambda each: sum(slot in wanted for slot in self._scripts.slots(each[0])))
 
     def rare(self, slot: Slot | None, commands: int, is_first: bool) -> Treatment:
         """What was rarely tried: a new dose, or known ones of which one hides what another one changes."""
-        if slot is not None and self._rng.random() < MASKED:
+        is_known = slot is not None and not self._is_untried(self._experience.usual(slot))
+        if slot is not None and is_known and self._rng.random() < MASKED:
             masked = self._compositions[slot.product].masked(slot.planned, commands, self._rng)
             if masked is not None:
                 return masked
