@@ -97,16 +97,9 @@ class Recipes:
     def learn(self, interactions: Iterable[Interaction]) -> None:
         """Learn from the interactions of a run."""
         for each in interactions:
-            planned, treatment, effect, is_clean, aims, run_values = each
-            results = self.results.setdefault(treatment, {})
-            if treatment and not results:
-                self._first.setdefault(planned, Tally()).add(effect)
-            elif treatment and self._is_foreign(results, planned):
-                for goal in aims:
-                    self._foreign.setdefault((self.usual(planned) or (), goal), Tally()).add(effect)
-            self._compare(results, planned, effect)
-            results.setdefault(planned, Tally()).add(effect)
-            self._of_kind.setdefault(_kind(treatment), {}).setdefault(planned, Tally()).add(effect)
+            planned, treatment, effect, is_clean, _, run_values = each
+            if treatment or is_clean:  # what lasts from before is no result of doing nothing
+                self._add_result(each)
             for goal in effect:
                 self.seen_with.setdefault(goal, Counter())[effect] += 1
                 for dose in treatment:
@@ -120,6 +113,18 @@ class Recipes:
                 self._usual[planned] = max(counts, key=lambda effect: (counts[effect], effect))
             self.effects.setdefault(planned, {})[effect] = None
         self._assumed.clear()
+
+    def _add_result(self, interaction: Interaction) -> None:
+        planned, treatment, effect, _, aims, _ = interaction
+        results = self.results.setdefault(treatment, {})
+        if treatment and not results:
+            self._first.setdefault(planned, Tally()).add(effect)
+        elif treatment and self._is_foreign(results, planned):
+            for goal in aims:
+                self._foreign.setdefault((self.usual(planned) or (), goal), Tally()).add(effect)
+        self._compare(results, planned, effect)
+        results.setdefault(planned, Tally()).add(effect)
+        self._of_kind.setdefault(_kind(treatment), {}).setdefault(planned, Tally()).add(effect)
 
     def usual(self, planned: Bin) -> Effect | None:
         """What most often comes without disturbances where this is planned.

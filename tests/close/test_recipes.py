@@ -103,3 +103,12 @@ def test_what_a_longer_interaction_has_shown_counts_until_the_shorter_one_was_tr
     assert before is not None
     assert after is not None
     assert after.chance < 0.4 * before.chance
+
+
+def test_what_comes_of_nothing_after_a_disturbed_interaction_says_nothing_of_undisturbed_ones() -> None:
+    """A disturbance may last: a leg that is late is missing in the next turn."""
+    recipes = usually_kept()
+    before = recipes.chance(("1", "00"), UNDISTURBED, ("outcome", "kept"))
+    recipes.learn([seen(("1", "00"), UNDISTURBED, "none", "silent")._replace(is_clean=False)] * 9)
+    assert recipes.chance(("1", "00"), UNDISTURBED, ("outcome", "kept")) == before
+    assert recipes.usual(("1", "00")) == (("outcome", "kept"), ("reading", "00"))
