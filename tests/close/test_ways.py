@@ -90,6 +90,22 @@ def test_each_disturbance_is_soon_tried_at_the_start_of_a_run() -> None:
     assert {each.lines[0] for each in drafts} >= {f"disturb {name}" for name in handover.DISTURBANCES}
 
 
+def test_each_disturbance_is_soon_tried_wherever_something_else_usually_comes() -> None:
+    """In scripts that have much of it: people who are given a part are one pose of four."""
+    scripts = Scripts(handover.exploration(), handover.SPACE, {"handover": handover.planned})
+    experience, archive = Experience(scripts), Archive([("statement", "robot.py", "7")])
+    undisturbed = [scripts.draft(numbers[0]) for numbers in scripts.by_slot.values() for _ in range(3)]
+    for test in identify("closure", 0, undisturbed):
+        archive.add(handover.run(test))
+    proposals = DisturbanceWay(scripts, experience, handover.DISTURBANCES).propose(archive, 8, make_rng("wherever"))
+    for test in identify("closure", 1, [each.draft for each in proposals]):
+        archive.add(handover.run(test))
+    experience.learn(archive)
+    usual = {experience.usual(slot) for slot in scripts.by_slot}
+    assert len(usual) == 2
+    assert all(experience.tried[name, goal] for name in handover.DISTURBANCES for goal in usual)
+
+
 def test_disturbances_are_tried_where_runs_came_near_to_what_is_open() -> None:
     scripts = Scripts(handover.exploration(), handover.SPACE, {"handover": handover.planned})
     before, behind = ("statement", "robot.py", "7"), ("statement", "robot.py", "8")
