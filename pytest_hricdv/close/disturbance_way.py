@@ -161,8 +161,8 @@ class _Treatments:
 
     @property
     def has_untried(self) -> bool:
-        """Whether there is a disturbance that was never tried where something usually comes."""
-        return any(self._is_untried(usual) for usual in self._slots)
+        """Whether there is a disturbance that was never tried where something is known to come usually."""
+        return any(usual is not None and self._is_untried(usual) for usual in self._slots)
 
     def _is_untried(self, usual: Goal | None) -> bool:
         return any(not self._tried[name, usual] for name in self._disturbances)

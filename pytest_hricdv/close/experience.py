@@ -35,8 +35,8 @@ class Experience:
         sizes = {slot.product: len(slot.planned) for slot in scripts.by_slot}
         self.recipes: Mapping[str, Recipes] = {name: Recipes(sizes.get(name, 0)) for name in scripts.planned}
         self.tried: Counter[tuple[str, Goal | None]] = Counter()
-        """How often a disturbance was tried where this, or nothing known, usually comes of an interaction; before the
-        first command, what usually comes is `AT_THE_START`."""
+        """How often a disturbance was tried by itself where this, or nothing known, usually comes of an interaction;
+        before the first command, what usually comes is `AT_THE_START`."""
         self.doses: Counter[tuple[str, Goal | None, int]] = Counter()
         """The same after so many commands of the interaction, or of a test without any."""
         self._learned = 0
@@ -53,9 +53,9 @@ class Experience:
                     each._replace(aims=aims.get(each.planned, ()), run_values=run_values) for each in found
                 )
                 for each in found:
-                    usual = self.usual(Slot(product, each.planned))
-                    for dose in each.treatment:
-                        self._count(dose.name, usual, dose.place)
+                    if len(each.treatment) == 1:  # of several, one may hide what another one does
+                        [dose] = each.treatment
+                        self._count(dose.name, self.usual(Slot(product, each.planned)), dose.place)
             if not self._scripts.planned:
                 for name, place in _places(test.lines):
                     self._count(name, None, place)

@@ -117,3 +117,15 @@ def test_disturbances_are_tried_where_runs_came_near_to_what_is_open() -> None:
     aimed = [each.draft.lines for each in way.propose(archive, 40, make_rng("near")) if each.aims]
     assert len(aimed) > 10
     assert all("set gaze = 1" in lines and "set grip = 1" in lines for lines in aimed)
+
+
+def test_a_disturbance_beside_others_was_not_tried_by_itself() -> None:
+    """One of them may have hidden what it does."""
+    scripts = Scripts(handover.exploration(), handover.SPACE, {"handover": handover.planned})
+    experience, archive = Experience(scripts), Archive([("statement", "robot.py", "7")])
+    together, alone = [(Dose(1, "shake"), Dose(3, "light"))], [(Dose(1, "light"),)]
+    for test in identify("closure", 0, [scripts.draft(0, "handover", each) for each in (together, alone)]):
+        archive.add(handover.run(test))
+    experience.learn(archive)
+    assert {name for name, _ in experience.tried} == {"light"}
+    assert [place for _, _, place in experience.doses] == [1]
