@@ -21,6 +21,8 @@ from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.generate.rng import pick, shuffled, weighted
 
 Drawn = TypeVar("Drawn", Dose, Shift)
+Combined = dict[frozenset[str], list[tuple[Lack, ...]]]
+"""Disturbances that were tried together -> what was lacking then, each time."""
 
 MOST_DOSES = 5
 """An interaction is disturbed so often at most."""
@@ -108,30 +110,45 @@ class Compositions:
         changes = {each: each.chance / doses[each.dose.name] for each in known}  # each disturbance counts alike
         if usual is None or not changes:
             return None
-        drawn = [self._hidden(weighted(rng, changes), commands, rng) for _ in range(CHOICES)]
-        combined, found = self._combined(usual), {_names(each): each for each in drawn if each is not None}
-        return weighted(rng, {each: 1.0 / (1 + combined[names]) for names, each in found.items()}) if found else None
+        combined = self._combined(usual)
+        drawn = [self._hidden(weighted(rng, changes), combined, commands, rng) for _ in range(CHOICES)]
+        found = {_names(each): each for each in drawn if each}
+        rare = {each: 1.0 / (1 + len(combined.get(names, ()))) for names, each in found.items()}
+        return weighted(rng, rare) if rare else None
 
-    def _hidden(self, change: Change, commands: int, rng: Random) -> Treatment | None:
-        mending = [self._remedies.against(lack, commands) for lack in change.lacks]
-        others = [
-            {dose: chance for dose, chance in chances.items() if dose.name != change.dose.name} for chances in mending
-        ]
-        if not all(others) or len(others) >= MOST_DOSES:
-            return None
-        return fitted((change.dose, *dict.fromkeys(_drawn(each, rng) for each in others)), commands)
+    def _hidden(self, change: Change, combined: Combined, commands: int, rng: Random) -> Treatment:
+        """A change with doses against what is lacking then; empty where there are none.
 
-    def _combined(self, usual: Effect) -> Counter[frozenset[str]]:
-        """Disturbances -> how often they were tried together where this usually comes, not for a goal.
+        Where these disturbances were combined before, what was still lacking is mended as well: a leg that is pulled
+        out sooner lies elsewhere, where other sensors miss it.
+        """
+        treatment: Treatment = (change.dose,)
+        lacks = change.lacks
+        while lacks:
+            others = [self._others(lack, _names(treatment), commands) for lack in lacks]
+            if not all(others) or len(treatment) + len(others) > MOST_DOSES:
+                break
+            treatment = fitted((*treatment, *dict.fromkeys(_drawn(each, rng) for each in others)), commands)
+            lacks = combined.get(_names(treatment), [()])[-1]
+        return treatment if len(treatment) > 1 else UNDISTURBED
+
+    def _others(self, lack: Lack, names: frozenset[str], commands: int) -> dict[Dose, float]:
+        against = self._remedies.against(lack, commands)
+        return {dose: chance for dose, chance in against.items() if dose.name not in names}
+
+    def _combined(self, usual: Effect) -> Combined:
+        """Where this usually comes: disturbances that were tried together, not for a goal, with what was lacking each
+        time.
 
         Where something came that differs in more than letters, something else went wrong: it was not tried.
         """
-        return Counter(
-            _names(each.treatment)
-            for each in self._recipes.seen
-            if len(each.treatment) > 1 and not each.aims and self._recipes.usual(each.planned) == usual
-            if not any(isinstance(lack, Whole) for lack in lacking(each.effect, usual))
-        )
+        found: Combined = {}
+        for each in self._recipes.seen:
+            if len(each.treatment) > 1 and not each.aims and self._recipes.usual(each.planned) == usual:
+                lacks = lacking(each.effect, usual)
+                if not any(isinstance(lack, Whole) for lack in lacks):
+                    found.setdefault(_names(each.treatment), []).append(lacks)
+        return found
 
     def promise(self, names: Collection[str], planned: Bin, goal: Goal, commands: int) -> dict[str, float]:
         """Disturbance -> how many of the letters that are lacking where this is planned its doses probably change, of

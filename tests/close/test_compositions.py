@@ -105,6 +105,17 @@ def test_what_one_dose_changes_another_one_may_hide() -> None:
     assert Compositions(recipes).masked(("3", "11"), 3, make_rng("hidden")) == (PUSH, PULL)
 
 
+def test_what_is_still_lacking_when_something_was_hidden_is_mended_too() -> None:
+    recipes = each_mends_one_letter()
+    recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
+    recipes.learn([seen(("1", "11"), (LIGHT,), "01", "kept")] * 3)
+    assert Compositions(recipes).masked(("1", "11"), 3, make_rng("hidden")) == fitted((LIGHT, PUSH), 3)
+    recipes.learn([seen(("1", "11"), fitted((LIGHT, PUSH), 3), "10", "kept")])
+    assert Compositions(recipes).masked(("1", "11"), 3, make_rng("hidden")) == fitted((LIGHT, PUSH, PULL), 3)
+    recipes.learn([seen(("1", "11"), fitted((LIGHT, PUSH, PULL), 3), "11", "given")])
+    assert Compositions(recipes).masked(("1", "11"), 3, make_rng("hidden")) == fitted((LIGHT, PUSH, PULL), 3)
+
+
 def pushed_and_pulled(tries: int, came: str) -> int:
     """How often of 100 times pushing is to hide pulling, after so many tries in which this came; it may hide light."""
     recipes = usually_kept()
