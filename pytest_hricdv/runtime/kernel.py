@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import heapq
 import math
+import sys
 from collections import deque
 from collections.abc import Callable
 from types import FrameType
@@ -19,6 +20,7 @@ from typing import Protocol
 
 from greenlet import GreenletExit, greenlet
 
+from pytest_hricdv.runtime.place import place_of
 from pytest_hricdv.runtime.watchdog import busy_watchdog, idle_watchdog
 
 US_PER_S = 1_000_000
@@ -119,6 +121,7 @@ class Kernel:
         self._stuck_after_s = STUCK_AFTER_S if stuck_after_s is None else stuck_after_s
         self._idle_after_s = IDLE_AFTER_S if stuck_after_s is None else stuck_after_s
         self._polls = 0  # at the present instant
+        self._polled_at = ""  # the line of the first poll too many
         self.world: World | None = None
         self.virtual: frozenset[str] = frozenset()
         """Which of Python's own ways to wait take place in virtual time, see `pytest_hricdv.runtime.virtual`."""
@@ -146,7 +149,10 @@ class Kernel:
         """
         self._polls += 1
         if self._polls > self._max_resumes:
-            raise KernelError(f"{self._polls} polls without time passing: a loop must sleep{self._node_info()}")
+            if self._polls == self._max_resumes + 1:  # what cleans up afterwards may poll, too
+                self._polled_at = place_of(sys._getframe(1))
+            what = f"{self._max_resumes} polls without time passing, at {self._polled_at}: a loop must sleep"
+            raise KernelError(what + self._node_info())
 
     def spawn(self, name: str, body: Callable[[], None]) -> Node:
         """Start `body` as a node at the present simulated instant."""
@@ -270,7 +276,8 @@ class Kernel:
         return tuple(self._nodes)
 
     def _stuck(self) -> KernelError:
-        return KernelError(f"no time has passed for {self._stuck_after_s:g} s of work{self._node_info()}")
+        place = place_of(sys._getframe(1))
+        return KernelError(f"no time has passed for {self._stuck_after_s:g} s of work, at {place}{self._node_info()}")
 
     def _waiting(self, where: str) -> KernelError:
         return KernelError(

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import sys
-from types import FrameType
 
 from pytest_hricdv.runtime.kernel import KernelError, Node, running_node
+from pytest_hricdv.runtime.place import place_of
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -38,8 +38,9 @@ def check(node: Node, kind: str, name: str) -> None:
     if kind in virtual:
         return
     wanted = ", ".join(f'"{each}"' for each in KINDS if each in virtual or each == kind)
+    place = place_of(sys._getframe(1))
     raise RealTimeError(
-        f"{_place(sys._getframe(1))}: {name} in node {node.name} is real time, of which a simulated run has none: give "
+        f"{place}: {name} in node {node.name} is real time, of which a simulated run has none: give "
         f"the testbench virtual=({wanted}{',' if ', ' not in wanted else ''}) to have {KINDS[kind]} in virtual time, "
         "or let the code use the clock of its port"
     )
@@ -55,19 +56,7 @@ def waiting_node(kind: str, name: str) -> Node:
     node = running_node()
     if node is None:
         raise KernelError(
-            f"{_place(sys._getframe(1))}: {name} would wait for ever: only a node may wait, and this is none"
+            f"{place_of(sys._getframe(1))}: {name} would wait for ever: only a node may wait, and this is none"
         )
     check(node, kind, name)
     return node
-
-
-def _place(frame: FrameType | None) -> str:
-    """Line of the innermost function that is neither of this plugin nor of Python's library."""
-    place = "an unknown place"
-    while frame is not None:
-        place = f"{frame.f_code.co_filename}:{frame.f_lineno}"
-        root = str(frame.f_globals.get("__name__", "")).partition(".")[0]
-        if root != "pytest_hricdv" and root not in sys.stdlib_module_names:
-            return place
-        frame = frame.f_back
-    return place

@@ -1,0 +1,25 @@
+"""Where code is, as messages say it."""
+
+from __future__ import annotations
+
+import sys
+from types import FrameType
+
+UNKNOWN = "an unknown place"
+
+
+def place_of(frame: FrameType | None) -> str:
+    """Line of the innermost function that is its author's, `file:line`.
+
+    Neither of this plugin nor of Python's library, nor of a module whose frames pytest does not show, as `rclpy` in a
+    simulated run.
+    """
+    place = UNKNOWN
+    while frame is not None:
+        place = f"{frame.f_code.co_filename}:{frame.f_lineno}"
+        root = str(frame.f_globals.get("__name__", "")).partition(".")[0]
+        is_library = root == "pytest_hricdv" or root in sys.stdlib_module_names
+        if not is_library and not frame.f_globals.get("__tracebackhide__", False):
+            return place
+        frame = frame.f_back
+    return place

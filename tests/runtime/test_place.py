@@ -1,0 +1,55 @@
+"""Where code is, as messages say it: the line of its author, not of a library."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.runtime import Kernel, KernelError
+from pytest_hricdv.runtime.place import place_of
+
+HERE = Path(__file__).name
+
+
+def where(*_: object) -> str:
+    return place_of(sys._getframe(1))
+
+
+def test_it_is_a_line_of_the_author() -> None:
+    assert where().rpartition(":")[0].endswith(HERE)
+
+
+def test_libraries_are_passed_over() -> None:
+    hidden: dict[str, Any] = {"__name__": "library", "__tracebackhide__": True, "where": where}
+    exec("def call():\n    return where()\n", hidden)
+    line = sys._getframe().f_lineno
+    found = [json.loads("{}", object_hook=where), hidden["call"]()]
+    assert [each.rpartition(":")[2] for each in found] == [str(line + 1), str(line + 1)]
+
+
+def busy(kernel: Kernel) -> None:
+    while True:
+        pass
+
+
+def polls(kernel: Kernel) -> None:
+    while True:
+        kernel.count_poll()
+
+
+@pytest.mark.parametrize("body", [busy, polls])
+def test_a_node_that_keeps_time_from_passing_is_said_with_its_line(
+    body: Callable[[Kernel], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pytest_hricdv.runtime.kernel.STUCK_AFTER_S", 0.1)
+    kernel = Kernel(max_resumes_at_one_instant=100)
+    kernel.spawn("arm", lambda: body(kernel))
+    first = body.__code__.co_firstlineno
+    with pytest.raises(KernelError, match=rf", at \S+{HERE}:({first + 1}|{first + 2})(: a loop must sleep)?; in arm"):
+        kernel.run(1.0)
+    kernel.close()
