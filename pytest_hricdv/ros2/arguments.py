@@ -24,6 +24,10 @@ class UnknownROSArgsError(RuntimeError):
     """As of the extension."""
 
 
+def _fault(what: str) -> InvalidROSArgsError:
+    return InvalidROSArgsError(f"Failed to parse ROS arguments: {what}")
+
+
 @dataclass(frozen=True)
 class _Rule:
     """A remapping of one node, or of all ("")."""
@@ -106,7 +110,7 @@ def _value(word: str, rest: list[str]) -> str:
     if word not in (*_WITH_VALUE, "-p", "--param", "-r", "--remap", "--params-file"):
         return ""
     if not rest or rest[0] == _START:
-        raise InvalidROSArgsError(f"Failed to parse ROS arguments: '{word}' has no value")
+        raise _fault(f"'{word}' has no value")
     return rest.pop(0)
 
 
@@ -114,7 +118,7 @@ def _split(text: str) -> tuple[str, str, str]:
     """Node, name and value of `node:name:=value`."""
     name, found, value = text.partition(":=")
     if not found or not name:
-        raise InvalidROSArgsError(f"Failed to parse ROS arguments: '{text}' is not of the form name:=value")
+        raise _fault(f"'{text}' is not of the form name:=value")
     scheme = next((each for each in ("rostopic://", "rosservice://") if name.startswith(each)), "")
     node, colon, inner = name[len(scheme) :].partition(":")
     return (node, inner, value) if colon else ("", name[len(scheme) :], value)
@@ -130,23 +134,27 @@ def _add_parameter(found: Arguments, text: str) -> None:
     try:
         found.parameters.append((node or "/**", name, yaml.safe_load(value)))
     except yaml.YAMLError as error:
-        raise InvalidROSArgsError(f"Failed to parse ROS arguments: '{text}' is no YAML: {error}") from None
+        raise _fault(f"'{text}' is no YAML: {' '.join(str(error).split())}") from None
 
 
 def _add_file(found: Arguments, path: str) -> None:
     try:
         root = yaml.compose(Path(path).read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
-    except (OSError, ValueError, yaml.YAMLError) as error:
-        raise InvalidROSArgsError(f"Failed to parse ROS arguments: parameter file {path}: {error}") from None
-    if root is not None:
-        _add_nodes(found, "", root, path)
+        if root is not None:
+            _add_nodes(found, "", root, path)
+    except OSError as error:
+        raise _fault(f"parameter file {Path(path).absolute()}: {error.strerror}") from None
+    except yaml.MarkedYAMLError as error:
+        line = "" if error.problem_mark is None else f":{error.problem_mark.line + 1}"
+        raise _fault(f"parameter file {path}{line}: {error.problem}") from None
+    except (ValueError, yaml.YAMLError) as error:
+        raise _fault(f"parameter file {path}: {' '.join(str(error).split())}") from None
 
 
 def _pairs(node: Any, path: str) -> list[tuple[str, Any]]:
     """Keys and values of a mapping. Not as a dictionary: such files have the same pattern of names several times."""
     if not isinstance(node, yaml.MappingNode):
-        where = f"{path}:{node.start_mark.line + 1}"
-        raise InvalidROSArgsError(f"Failed to parse ROS arguments: {where}: expected names with values below them")
+        raise _fault(f"parameter file {path}:{node.start_mark.line + 1}: expected names with values below them")
     return [(str(key.value), value) for key, value in node.value]
 
 

@@ -47,6 +47,8 @@ class Bridge:
     def __init__(self, bus: Bus, declared: Ros2) -> None:
         self._bus = bus
         self._types = {**declared.topics, **declared.services}
+        self._used: dict[tuple[int, str], tuple[str, str]] = {}
+        """Domain and full name -> the node that uses it first, and its type."""
         self._full_names: dict[str, tuple[str, str]] = {}
         self._routes: dict[tuple[str, str], Route | None] = {(f"/{ROSOUT}", ""): Route(ROSOUT, _logged)}
         for full_name, kind in declared.actions.items():
@@ -67,15 +69,19 @@ class Bridge:
             (f"{of}/get_result", "response"): Route(f"{name}_result", _result),
         }
 
-    def admit(self, node: str, full_name: str, kind: str) -> None:
+    def admit(self, domain: int, node: str, full_name: str, kind: str) -> None:
         """Check the type with which a node uses a topic or service.
 
         Raises:
-            Ros2Error: the testbench declares it with another one.
+            Ros2Error: the testbench declares it with another one, or another node of the domain uses it so: between
+                the two, no message would ever arrive.
         """
         declared = self._types.get(full_name, kind)
         if declared != kind:
             raise Ros2Error(f"{full_name}: {node} uses it with the type {kind}, but the testbench declares {declared}")
+        other, first = self._used.setdefault((domain, full_name), (node, kind))
+        if first != kind:
+            raise Ros2Error(f"{full_name}: {node} uses it with the type {kind}, but {other} with {first}")
 
     def carry(
         self,

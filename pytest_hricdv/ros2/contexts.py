@@ -103,9 +103,10 @@ class Node(Destroyable):
         return self.context.graph
 
     def admit(self, full_name: str, kind: type[Any]) -> None:
-        """Use a topic or service. Raises InputError where a testbench declares it with another type."""
+        """Use a topic or service. Raises InputError where the testbench or another node has another type for it."""
         if self.graph.carrier is not None:
-            self.graph.carrier.admit(self.get_fully_qualified_name(), full_name, type_name(kind))
+            domain, name = self.context.get_domain_id(), self.get_fully_qualified_name()
+            self.graph.carrier.admit(domain, name, full_name, type_name(kind))
 
     def get_node_name(self) -> str:
         """Its name."""

@@ -12,7 +12,7 @@ from pytest_hricdv.runtime.kernel import Kernel
 class Carrier(Protocol):
     """Sees what goes over topics and services; see `bridge.Bridge`."""
 
-    def admit(self, node: str, full_name: str, kind: str) -> None: ...
+    def admit(self, domain: int, node: str, full_name: str, kind: str) -> None: ...
 
     def carry(
         self,

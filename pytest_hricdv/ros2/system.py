@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import importlib.util
+import os
+import sys
 from collections.abc import Callable, Sequence
 from importlib import metadata
 
+from pytest_hricdv.ros2.arguments import UnknownROSArgsError, parse
 from pytest_hricdv.ros2.bridge import Bridge
 from pytest_hricdv.ros2.declaration import Ros2, Ros2Error
 from pytest_hricdv.ros2.graph import carry_with
-from pytest_hricdv.ros2.launch import RosNode
+from pytest_hricdv.ros2.handles import RCLError
+from pytest_hricdv.ros2.launch import LaunchError, RosNode
 from pytest_hricdv.ros2.overlay import adapt_rclpy, replace_extension
 from pytest_hricdv.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.ros2.stuck import stuck_nodes
@@ -25,6 +29,9 @@ _OLDEST = (7, 1)
 
 _USED = ("rclpy", "rclpy.executors", "rclpy.lifecycle.node", "rclpy.time_source", "rclpy.action")
 """Imported before any node runs, so that what they set is known as it is after the import."""
+
+_CHECK_FIELDS = "ROS_PYTHON_CHECK_FIELDS"
+"""The variable of the environment that generated messages read when they are imported, into one of the same name."""
 
 Wrapper = Callable[[Callable[[], None]], Callable[[], None]]
 
@@ -91,6 +98,12 @@ class Ros2Overlay:
         adapt_rclpy()
 
     def _loaded(self, node: RosNode) -> Callable[[], object]:
+        if not isinstance(node, RosNode):
+            raise LaunchError(f"expected RosNode(...), not {node!r}")
+        try:
+            parse(node.command_line())
+        except (RCLError, UnknownROSArgsError) as error:
+            raise LaunchError(f"{node}: {error}") from None
         package = node.entry_point().partition(":")[0].partition(".")[0]
         if package not in self._packages:
             raise Ros2Error(
@@ -124,6 +137,19 @@ def prepare() -> None:
         replace_extension()
     except KernelError as error:
         raise Ros2Error(str(error)) from None
+    _check_fields()
+
+
+def _check_fields() -> None:
+    """Let messages check their fields when they are set, unless the user's environment says otherwise.
+
+    Since jazzy they do not by default: a wrong name is ignored, a value of a wrong type becomes any value on its way.
+    """
+    wanted = os.environ.setdefault(_CHECK_FIELDS, "1")
+    for module in list(sys.modules.values()):
+        names = getattr(module, "__dict__", {})
+        if _CHECK_FIELDS.lower() in names:
+            names[_CHECK_FIELDS.lower()] = wanted
 
 
 def _require_rclpy() -> None:

@@ -87,7 +87,9 @@ class Publisher(_Endpoint, Destroyable):
         return len(self._subscriptions())
 
     def publish(self, message: Any) -> None:
-        """Deliver a copy to each subscription that matches."""
+        """Deliver a copy to each subscription that matches. Raises TypeError for a message of another type."""
+        if not isinstance(message, self.kind):
+            raise TypeError(f"{self.topic}: expected a {type_name(self.kind)}, not {message!r}")
         self._published += 1
         self.last_ns = self.kernel.now_us * 1000
         stamp_ns = system_ns(self.kernel)

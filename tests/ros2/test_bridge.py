@@ -222,6 +222,30 @@ def test_another_type_than_declared_is_an_error_that_names_both() -> None:
     )
 
 
+def test_two_types_of_one_topic_are_an_error_that_names_both_nodes() -> None:
+    cell = Cell(Ros2())
+
+    def body() -> None:
+        cell.node("lidar").publisher("/scan", "cell_msgs/msg/Scan")
+        cell.node("robot").subscribe("/scan", "cell_msgs/msg/Other")
+
+    with pytest.raises(NodeError) as caught:
+        cell.run(body)
+    assert str(caught.value.__cause__) == (
+        "/scan: /robot uses it with the type cell_msgs/msg/Other, but /lidar with cell_msgs/msg/Scan"
+    )
+
+
+def test_the_world_cannot_publish_a_message_of_another_type() -> None:
+    cell = Cell()
+
+    def body() -> None:
+        cell.node("lidar").publisher("/cell/scan", "cell_msgs/msg/Scan").publish(_other())
+
+    with pytest.raises(NodeError, match="TypeError: /cell/scan: expected a cell_msgs/msg/Scan, not "):
+        cell.run(body)
+
+
 def test_what_is_not_declared_is_recorded_but_hidden_topics() -> None:
     cell = Cell(Ros2())
 

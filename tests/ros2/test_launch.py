@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import importlib
 import math
+import os
 import sys
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -18,7 +20,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.ros2 import launch, system
 from pytest_hricdv.ros2.arguments import parse
-from pytest_hricdv.ros2.declaration import Ros2Error
+from pytest_hricdv.ros2.declaration import Ros2, Ros2Error
 from pytest_hricdv.ros2.launch import LaunchError, RosNode
 from pytest_hricdv.ros2.ordered_set import OrderedSet
 from pytest_hricdv.ros2.processes import ModuleVariables, Process
@@ -231,6 +233,32 @@ def test_an_ordered_set_has_what_a_set_has_in_the_order_of_insertion(steps: list
     assert list(ordered.copy()) == order
 
 
+@pytest.fixture
+def _any_rclpy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A module in the place of `rclpy`, and a process that is left as it was."""
+    (tmp_path / "rclpy.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(system, "replace_extension", lambda: None)
+    monkeypatch.setenv("ROS_PYTHON_CHECK_FIELDS", "")
+
+
+@pytest.mark.parametrize(("of_user", "expected"), [(None, "1"), ("0", "0")])
+@pytest.mark.usefixtures("_any_rclpy")
+def test_messages_check_their_fields_unless_the_user_says_otherwise(
+    of_user: str | None, expected: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    message = ModuleType("cell_msgs.msg._early")  # imported before the testbench was loaded
+    vars(message)["ros_python_check_fields"] = ""
+    monkeypatch.setitem(sys.modules, message.__name__, message)
+    if of_user is None:
+        monkeypatch.delenv("ROS_PYTHON_CHECK_FIELDS")
+    else:
+        monkeypatch.setenv("ROS_PYTHON_CHECK_FIELDS", of_user)
+    prepare()
+    assert os.environ["ROS_PYTHON_CHECK_FIELDS"] == expected
+    assert vars(message)["ros_python_check_fields"] == expected
+
+
 @pytest.mark.skipif(find_spec("rclpy") is not None, reason="there is rclpy")
 def test_without_rclpy_it_says_how_to_get_it() -> None:
     with pytest.raises(Ros2Error, match="rclpy cannot be imported: it is not on PyPI, but part of a ROS 2"):
@@ -240,13 +268,9 @@ def test_without_rclpy_it_says_how_to_get_it() -> None:
 @pytest.mark.parametrize(
     ("version", "is_refused"), [("3.3.11", True), ("7.0.1", True), ("7.1.3", False), ("10.0.0", False)]
 )
-def test_a_version_that_is_too_old_is_refused(
-    version: str, is_refused: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    (tmp_path / "rclpy.py").touch()
-    monkeypatch.syspath_prepend(tmp_path)
+@pytest.mark.usefixtures("_any_rclpy")
+def test_a_version_that_is_too_old_is_refused(version: str, is_refused: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(system.metadata, "version", lambda package: version)
-    monkeypatch.setattr(system, "replace_extension", lambda: None)
     if is_refused:
         with pytest.raises(Ros2Error, match=f"rclpy {version} is not supported: expected 7.1 "):
             prepare()
@@ -254,9 +278,37 @@ def test_a_version_that_is_too_old_is_refused(
         prepare()
 
 
-def test_a_testbench_without_a_declaration_cannot_start_nodes() -> None:
+def _run() -> Run:
     kernel, recorder = Kernel(), Recorder()
     test = ConcreteTest(id="t", suite="by-hand", seed=0, actions=())
-    run = Run(test, kernel, Bus(kernel, (), recorder), recorder, lambda body: body, MonitorSet(()))
+    return Run(test, kernel, Bus(kernel, (), recorder), recorder, lambda body: body, MonitorSet(()))
+
+
+@pytest.mark.parametrize(
+    ("node", "message"),
+    [
+        ("cell.arm:main", r"run\.ros2: expected RosNode\(\.\.\.\), not 'cell\.arm:main'"),
+        (
+            RosNode(entry="cell.arm:main", parameters=["no/arm.yaml"]),
+            r"run\.ros2: RosNode cell\.arm:main: .*parameter file /.*no/arm\.yaml: No such file or directory",
+        ),
+        (RosNode(entry="cell.arm:main", remappings=[("", "scan")]), r"run\.ros2: RosNode cell\.arm:main: .*':=scan'"),
+        (RosNode(entry="cell.arm:main", arguments=["--ros-args", "--fast"]), r"unknown ROS arguments: \['--fast'\]"),
+        (RosNode(entry="cell.arm:main"), r"its package 'cell' is neither in the testbench's code nor in Ros2\("),
+    ],
+)
+def test_what_cannot_be_started_is_said_before_anything_runs(
+    node: Any, message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(system, "prepare", lambda: None)
+    monkeypatch.setattr(system, "_USED", ())  # there may be no rclpy
+    run = _run()
+    run.rclpy = system.Ros2Overlay(Ros2(), ("other",))
+    with pytest.raises(TestbenchError, match=message):
+        run.ros2(node)
+
+
+def test_a_testbench_without_a_declaration_cannot_start_nodes() -> None:
+    run = _run()
     with pytest.raises(TestbenchError, match=r"the testbench declares no ROS 2 system; give it ros2=Ros2\(\.\.\.\)"):
         run.ros2(RosNode(entry="cell.arm:main"))

@@ -129,7 +129,7 @@ def test_parameters_come_from_files_and_arguments(tmp_path: Path) -> None:
         (["-p"], arguments.InvalidROSArgsError, "'-p' has no value"),
         (["-p", "speed=1"], arguments.InvalidROSArgsError, "'speed=1' is not of the form name:=value"),
         (["-p", "speed:=["], arguments.InvalidROSArgsError, "is no YAML"),
-        (["--params-file", "none.yaml"], arguments.InvalidROSArgsError, "parameter file none.yaml"),
+        (["--params-file", "none.yaml"], arguments.InvalidROSArgsError, r"parameter file /.*none\.yaml: No such file"),
         (["--quickly"], arguments.UnknownROSArgsError, r"\['--quickly'\]"),
     ],
 )
@@ -138,11 +138,22 @@ def test_wrong_arguments_are_refused(given: list[str], error: type[Exception], t
         arguments.parse(["--ros-args", *given])
 
 
-def test_a_file_of_another_form_is_refused_with_the_line(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"arm:\n  ros__parameters:\n    speed: 1\nhand: 3\n", r"parameters\.yaml:4: expected names with values"),
+        (b"[1, 2]", r"parameters\.yaml:1: expected names with values"),
+        (b"arm:\n  ros__parameters:\n    gains: [1,\n", r"parameters\.yaml:4: expected the node content"),
+        (b"arm:\n  ros__parameters:\n    at: !!python/name:os.sep\n", r"parameters\.yaml:3: could not determine"),
+        (b"arm: \xff", r"parameters\.yaml: 'utf-8' codec can't decode"),
+    ],
+)
+def test_a_file_of_another_form_is_refused_in_one_line(content: bytes, message: str, tmp_path: Path) -> None:
     file = tmp_path / "parameters.yaml"
-    file.write_text("arm:\n  ros__parameters:\n    speed: 1\nhand: 3\n")
-    with pytest.raises(arguments.InvalidROSArgsError, match=r"parameters\.yaml:4: expected names"):
+    file.write_bytes(content)
+    with pytest.raises(arguments.InvalidROSArgsError, match=message) as caught:
         arguments.parse(["--ros-args", "--params-file", str(file)])
+    assert "\n" not in str(caught.value)
 
 
 def test_other_arguments_are_left_alone() -> None:
