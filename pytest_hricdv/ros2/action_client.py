@@ -30,7 +30,7 @@ class ActionClient(Destroyable):
         super().__init__(node.kernel)
         names, types = part_names(name), kind.Impl
         self._node = node
-        self._goal = Client(node, types.SendGoalService, names["send_goal"], goal)
+        self.goal = Client(node, types.SendGoalService, names["send_goal"], goal)
         self._cancel = Client(node, types.CancelGoalService, names["cancel_goal"], cancel)
         self._result = Client(node, types.GetResultService, names["get_result"], result)
         self._feedback = Subscription(node, types.FeedbackMessage, names["feedback"], feedback)
@@ -39,19 +39,19 @@ class ActionClient(Destroyable):
 
     def destroy(self) -> None:
         """Leave the graph."""
-        for each in (self._goal, self._cancel, self._result, self._feedback, self._status):
+        for each in (self.goal, self._cancel, self._result, self._feedback, self._status):
             each.destroy_when_not_in_use()
 
     def is_action_server_available(self) -> bool:
         """Whether somebody serves the action."""
         topics = (self._feedback, self._status)
-        clients = (self._goal, self._cancel, self._result)
+        clients = (self.goal, self._cancel, self._result)
         heard = all(each.get_publisher_count() for each in topics)
         return all(each.service_server_is_available() for each in clients) and heard
 
     def send_goal_request(self, request: Any) -> int:
         """Ask for a goal; returns the number of the request, as the following ones."""
-        return self._goal.send_request(request)
+        return self.goal.send_request(request)
 
     def send_cancel_request(self, request: Any) -> int:
         """Ask to cancel goals."""
@@ -63,7 +63,7 @@ class ActionClient(Destroyable):
 
     def take_goal_response(self, kind: type[Any]) -> tuple[int, Any] | tuple[None, None]:
         """The number of the request, and the response; (None, None) if there is none, as of the following ones."""
-        return self._taken(self._goal, kind)
+        return self._taken(self.goal, kind)
 
     def take_cancel_response(self, kind: type[Any]) -> tuple[int, Any] | tuple[None, None]:
         """Likewise of a cancellation."""
@@ -95,7 +95,7 @@ class ActionClient(Destroyable):
     def add_to_waitset(self, wait_set: WaitSet) -> None:
         """Wait for all of it."""
         subscriptions = [wait_set.add_subscription(each) for each in (self._feedback, self._status)]
-        clients = [wait_set.add_client(each) for each in (self._goal, self._cancel, self._result)]
+        clients = [wait_set.add_client(each) for each in (self.goal, self._cancel, self._result)]
         self._indices = subscriptions, clients
 
     def is_ready(self, wait_set: WaitSet) -> tuple[bool, ...]:

@@ -33,7 +33,8 @@ class Ros2:
         services: full name -> type.
         actions: full name -> type.
         packages: of nodes that are not under test; they see virtual time, too.
-        patience_s: how long a node may wait in a callback without a time-out, at the end of a run.
+        patience_s: how long a node may have waited when a run ends, in a callback without a time-out, or for a service
+            that nobody serves.
     """
 
     topics: Mapping[str, str] = field(default_factory=dict, hash=False)

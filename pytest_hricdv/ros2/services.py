@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from pytest_hricdv.ros2.introspection import Introspection, IntrospectionState, 
 from pytest_hricdv.ros2.messages import copy_message, type_name
 from pytest_hricdv.ros2.qos import Profile, effective
 from pytest_hricdv.runtime.kernel import Node as KernelNode
+from pytest_hricdv.runtime.place import place_of
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -126,14 +128,26 @@ class Service(_End):
         self._send("response", response, lambda sent: client.deliver(copy_message(sent), header), lambda: True)
 
 
+@dataclass(frozen=True)
+class LostRequest:
+    """A request for which there was no server: when it was sent (s of simulated time), and at which line."""
+
+    time_s: float
+    place: str
+
+
 class Client(_End):
     """As `rcl_client_t`. Raises ValueError for a wrong name."""
 
     def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
         super().__init__(node, kind, name)
-        self._sent = 0
+        self._sent = self._answered = 0
         self.asked_by: KernelNode | None = None
         """The node of the kernel that asked last."""
+        self.lost: dict[int, LostRequest] = {}
+        """Number of a request -> where it was sent, of those that no server got."""
+        self.missed_since_s: float | None = None
+        """Since when a server has been looked for, and not been found (s of simulated time)."""
         self._responses: deque[tuple[Any, RequestId, int]] = deque()
         node.graph.clients.setdefault(self.service_name, []).append(self)
 
@@ -156,12 +170,19 @@ class Client(_End):
     def service_server_is_available(self) -> bool:
         """Whether somebody serves it; counts as a poll."""
         self.kernel.count_poll()
-        return bool(self.servers())
+        is_served = bool(self.servers())
+        if is_served:
+            self.missed_since_s = None
+        elif self.missed_since_s is None:
+            self.missed_since_s = self.kernel.now_s
+        return is_served
 
     def send_request(self, request: Any) -> int:
         """Ask; returns the number of the request. Without a server the request is lost, as in a middleware."""
         self._sent += 1
         self.asked_by = self.kernel.running()
+        if not self.servers():
+            self.lost[self._sent] = LostRequest(self.kernel.now_s, place_of(sys._getframe(1)))
         self._tell(ServiceEvent.REQUEST_SENT, RequestId(self._sent, self), request)
         self._send("request", request, partial(self._deliver_request, RequestId(self._sent, self)), self._is_served)
         return self._sent
@@ -179,8 +200,13 @@ class Client(_End):
 
     def deliver(self, response: Any, request_id: RequestId) -> None:
         """Add a response to the queue."""
+        self._answered = request_id.sequence_number
         self._responses.append((response, request_id, system_ns(self.kernel)))
         self.wake()
+
+    def is_unanswered(self) -> bool:
+        """Whether the last request has no response yet."""
+        return self._answered < self._sent
 
     def was_answered_before(self) -> bool:
         """Whether a response has been there since before the present instant."""

@@ -65,6 +65,18 @@ _CALL = (
     ),
     ("        self.left_s = 2.0\n", '        self.create_client(Trigger, "grasp").call(Trigger.Request())\n'),
 )
+_ACTION = (
+    (
+        "from std_msgs.msg import Bool, Empty\n",
+        "from example_interfaces.action import Fibonacci\nfrom rclpy.action import ActionClient\n"
+        "from std_msgs.msg import Bool, Empty\n",
+    ),
+    ("        self.left_s = 2.0\n", '        ActionClient(self, Fibonacci, "count").wait_for_server()\n'),
+)
+_WAITS_FOR_SERVICE = """gripper = self.create_client(Trigger, "grasp")
+        while not gripper.wait_for_service(timeout_sec=1.0):
+            self.get_logger().info("no gripper yet")
+        """
 _SERVER = "ros.node('gripper').serve('/grasp', 'std_srvs/srv/Trigger', lambda request, response: response)\n    "
 
 
@@ -74,7 +86,33 @@ _SERVER = "ros.node('gripper').serve('/grasp', 'std_srvs/srv/Trigger', lambda re
         (
             "arm_control/arm_node.py",
             (*_CALL,),
-            "arm_node waits at arm_node.py:22 since 0.645 s: for an answer of the service /grasp, which nobody serves",
+            "arm_node waits at arm_node.py:22 since 0.645 s: for the response of the service /grasp, which nobody "
+            "serves",
+        ),
+        (
+            "arm_control/arm_node.py",
+            (_CALL[0], ("self.moving =", _WAITS_FOR_SERVICE + "self.moving =")),
+            "arm_node waits at arm_node.py:15 since 0.000 s: for the service /grasp, which nobody serves",
+        ),
+        (
+            "arm_control/arm_node.py",
+            (_CALL[0], (_CALL[1][0], _CALL[1][1].replace(".call(", ".call_async("))),
+            "arm_node calls the service /grasp at arm_node.py:22 at 0.645 s: nobody serves it",
+        ),
+        (
+            "arm_control/arm_node.py",
+            _ACTION,
+            "arm_node waits at arm_node.py:23 since 0.645 s: for the action /count, which nobody serves",
+        ),
+        (
+            "arm_control/arm_node.py",
+            (("        self.left_s = 2.0\n", "        while True:\n            self.get_clock().now()\n"),),
+            "arm_control/arm_node.py:22: a loop must sleep; in arm_node",
+        ),
+        (
+            "arm_control/arm_node.py",
+            (("Bool(data=moves and self.left_s > 0.0)", "Bool(data=3)"),),
+            "the code under test raised AssertionError: The 'data' field must be of type 'bool' in node arm_node",
         ),
         (
             "arm_control/arm_node.py",
@@ -107,6 +145,34 @@ def test_a_mistake_is_said_in_a_line(cell: Path, file: str, edits: tuple[tuple[s
     status, printed = run("pytest -x", cell)
     assert status in (1, 4)
     assert message in " ".join(printed.split())
+
+
+_OTHER = """
+class Other(Node):
+    def __init__(self):
+        super().__init__("other")
+        self.holding = self.create_client(Trigger, "hold")
+        self.create_service(Trigger, "grasp", self.on_grasp)
+
+    def on_grasp(self, _, response):
+        return self.holding.call(Trigger.Request())
+
+
+def main():"""
+
+
+def test_two_nodes_that_wait_for_each_other_are_both_said(cell: Path) -> None:
+    serves = (
+        "self.moving =",
+        'self.create_service(Trigger, "hold", lambda _, response: response)\n        self.moving =',
+    )
+    _edit(cell / "arm_control" / "arm_node.py", *_CALL, serves, ("\ndef main():", _OTHER))
+    _edit(cell / "conftest.py", ("run.ros2(", 'run.ros2(RosNode(entry="arm_control.arm_node:Other"), '))
+    printed = " ".join(run("pytest -x", cell)[1].split())
+    assert (
+        "arm_node waits at arm_node.py:23 since 0.645 s: for the response of the service /grasp of /other," in printed
+    )
+    assert "Other waits at arm_node.py:45 since 0.645 s: for the response of the service /hold of /arm," in printed
 
 
 def test_an_answer_that_only_the_waiting_executor_could_take_is_a_deadlock(cell: Path) -> None:
