@@ -43,8 +43,11 @@ def _numbers(kernel: Kernel) -> Iterator[int]:
 class Destroyable:
     """A handle. Used as a context manager it stays valid until the block ends, also when it is destroyed in it.
 
+    Once its run is over it can be used in any way, to no effect: finalizers of `rclpy` destroy handles in an order that
+    nobody knows, also while Python collects the garbage of a run in the midst of the next one.
+
     Raises:
-        InvalidHandle: entered after it was destroyed.
+        InvalidHandle: entered after it was destroyed, in its run.
     """
 
     def __init__(self, kernel: Kernel | None) -> None:
@@ -52,6 +55,7 @@ class Destroyable:
         self.pointer = 0 if kernel is None else next(_numbers(kernel))
         """Tells handles of one run apart, as the address of the extension's: the same in each repeat."""
         self._uses = 0
+        self._has_let_go = False
         self.is_destroyed = False
         """Whether it is to be destroyed; it is, unless it is in use."""
 
@@ -61,22 +65,31 @@ class Destroyable:
         return self._kernel if self._kernel is not None else running_kernel("rclpy")
 
     def __enter__(self) -> None:
-        if self.is_destroyed:
+        if self.is_destroyed and self._is_in_its_run():
             raise InvalidHandle("cannot use Destroyable because destruction was requested")
         self._uses += 1
 
     def __exit__(self, *_: object) -> None:
         self._uses -= 1
-        if self.is_destroyed and not self._uses:
-            self.destroy()
+        if self.is_destroyed:
+            self._let_go()
 
     def destroy_when_not_in_use(self) -> None:
         """Destroy it now, or when the last block that uses it ends."""
         if self.is_destroyed:
             return
         self.is_destroyed = True
-        if not self._uses:
+        self._let_go()
+
+    def _let_go(self) -> None:
+        """Destroy it, once, unless a block uses it."""
+        if not self._uses and not self._has_let_go:
+            self._has_let_go = True
             self.destroy()
+
+    def _is_in_its_run(self) -> bool:
+        node = running_node()
+        return node is not None and self._kernel in (node.kernel, None)
 
     def destroy(self) -> None:
         """Let go of what it holds; for subclasses."""

@@ -27,6 +27,9 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 _OLDEST = (7, 1)
 """The version of `rclpy` of the distribution jazzy."""
 
+_LIBRARIES = ("rclpy", "tf2_ros", "message_filters")
+"""Packages of a distribution that wait with `threading` and `time`: they see virtual time in each testbench."""
+
 _USED = ("rclpy", "rclpy.executors", "rclpy.lifecycle.node", "rclpy.time_source", "rclpy.action")
 """Imported before any node runs, so that what they set is known as it is after the import."""
 
@@ -64,7 +67,7 @@ class Ros2Overlay:
     def __init__(self, declared: Ros2, code: Sequence[str]) -> None:
         prepare()
         self._declared = declared
-        self._packages = ("rclpy", *code, *declared.packages)
+        self._packages = (*_LIBRARIES, *code, *declared.packages)
         self.modules = VirtualModules(self._packages)
         self.stuck_nodes: list[str] = []
         """Nodes that wait for what never comes, a sentence each."""

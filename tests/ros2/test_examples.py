@@ -71,7 +71,7 @@ pytestmark = pytest.mark.skipif(
     reason="needs rclpy and the packages of ros2/examples",
 )
 
-_CONFTEST = """
+CONFTEST = """
 from pathlib import Path
 
 from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Range, Ros2, RosNode, Testbench
@@ -109,7 +109,7 @@ def run(run):
 def test_a_package_of_the_examples_runs_unmodified(name: str, tmp_path: Path) -> None:
     system = SYSTEMS[name]
     run("python -m pytest_hricdv init . --robot=cell", tmp_path)
-    text = _CONFTEST.format(
+    text = CONFTEST.format(
         packages=tuple(system.packages), declared=system.declared, nodes=system.nodes, prefix=_PREFIX
     )
     (tmp_path / "conftest.py").write_text(text)

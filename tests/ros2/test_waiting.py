@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -199,6 +201,27 @@ def test_a_handle_is_valid_until_its_last_use_ends() -> None:
             pass
 
     run(robot)
+
+
+def test_a_finalizer_may_use_a_handle_of_a_run_that_is_over_also_in_the_next_one() -> None:
+    made: list[Any] = []
+    finalized: list[str] = []
+
+    def finalize() -> None:
+        with made[0]:
+            made[0].destroy_when_not_in_use()
+        finalized.append("once more")
+
+    def robot(kernel: Kernel) -> None:
+        made.append(node("robot"))
+        made[0].destroy_when_not_in_use()
+        with pytest.raises(InvalidHandle):
+            finalize()
+
+    run(robot)
+    finalize()
+    run(lambda kernel: finalize())
+    assert len(finalized) == 2
 
 
 def test_outside_of_a_run_nothing_waits() -> None:

@@ -162,11 +162,13 @@ def forget(words):
 
 
 def main():
+    rclpy.init()
     try:
-        with rclpy.init():
-            robot = Robot()
-            spinning = threading.Thread(target=rclpy.spin, args=(robot,), daemon=True)
-            spinning.start()
-            robot.work()
+        robot = Robot()
+        spinning = threading.Thread(target=rclpy.spin, args=(robot,), daemon=True)
+        spinning.start()
+        robot.work()
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    finally:
+        rclpy.try_shutdown()

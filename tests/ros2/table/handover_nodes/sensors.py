@@ -36,8 +36,10 @@ class Sensors(Node):
 
 
 def main():
+    rclpy.init()
     try:
-        with rclpy.init():
-            rclpy.spin(Sensors())
+        rclpy.spin(Sensors())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    finally:
+        rclpy.try_shutdown()

@@ -25,8 +25,10 @@ class Voice(Node):
 
 
 def main():
+    rclpy.init()
     try:
-        with rclpy.init():
-            rclpy.spin(Voice())
+        rclpy.spin(Voice())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    finally:
+        rclpy.try_shutdown()
