@@ -88,7 +88,10 @@ class Destroyable:
             self.destroy()
 
     def _is_in_its_run(self) -> bool:
-        node = running_node()
+        try:
+            node = running_node()
+        except RuntimeError:
+            return False  # Python ends, and there are no greenlets any more
         return node is not None and self._kernel in (node.kernel, None)
 
     def destroy(self) -> None:

@@ -104,6 +104,23 @@ def run(run):
     return Outcome(run.go(limit_s=20.0))
 """
 
+_PERSON = """
+def run(run):
+    ros = run.ros2(RosNode(entry="examples_rclpy_minimal_action_server.server:main"))
+
+    def person():
+        fibonacci = ros.node("person").action("/fibonacci", "example_interfaces/action/Fibonacci")
+        for action in run.actions():
+            run.kernel.sleep(action.parameters["after_s"])
+            if action.command == "ask":
+                over = fibonacci.call(30.0, order=10)
+                assert over.status == 4 and over.result.sequence[-1] == 55, over
+        run.kernel.stop("the person has left")
+
+    run.kernel.spawn("person", person)
+    return Outcome(run.go(limit_s=100.0))
+"""
+
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_a_package_of_the_examples_runs_unmodified(name: str, tmp_path: Path) -> None:
@@ -125,3 +142,19 @@ def test_a_package_of_the_examples_runs_unmodified(name: str, tmp_path: Path) ->
         found.append(sorted(test["record_sha256"] for test in tests))
     assert len(found[0]) == 6
     assert found[0] == found[1] == found[2]
+
+
+def test_a_person_of_the_model_calls_an_action_of_an_example(tmp_path: Path) -> None:
+    run("python -m pytest_hricdv init . --robot=cell", tmp_path)
+    given, _, _ = CONFTEST.partition("def run(run):")
+    packages = ("examples_rclpy_minimal_action_server",)
+    (tmp_path / "conftest.py").write_text(given.format(packages=packages, declared=_ACTION) + _PERSON)
+    formula = "always(on(fibonacci_goal) & fibonacci_goal.order == 10 -> eventually[8:12](on(fibonacci_result)))"
+    (tmp_path / "requirements.toml").write_text(f'[R1]\ntitle = "ten steps, a second each"\nformula = "{formula}"\n')
+    done = subprocess.run([sys.executable, "-m", "pytest"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+    tests = json.loads((tmp_path / "hri-report" / "report.json").read_text())["tests"]
+    assert {(test["requirements"]["R1"]["verdict"], test["requirements"]["R1"]["triggers"]) for test in tests} == {
+        ("Passed", 1),
+        ("Passed", 2),
+    }

@@ -28,6 +28,22 @@ def cell(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def test_plugins_for_launch_tests_are_left_out(
+    cell: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That of older ones has a hook with an argument that pytest has no more: pytest would not start."""
+    folder = tmp_path_factory.mktemp("distribution")
+    (folder / "launch_hooks.py").write_text("def pytest_pycollect_makemodule(no_more, parent):\n    pass\n")
+    info = folder / "launch_testing-3.4.3.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: launch-testing\nVersion: 3.4.3\n")
+    (info / "entry_points.txt").write_text("[pytest11]\nlaunch_testing = launch_hooks\n")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")]))
+    assert run("pytest --collect-only -q", cell)[0] == 0
+    _edit(cell / "pytest.ini", ("addopts", "; addopts"))
+    assert "declared in the hookimpl" in run("pytest --collect-only -q", cell)[1]
+
+
 def _edit(file: Path, *replacements: tuple[str, str]) -> None:
     text = file.read_text(encoding="utf-8")
     for old, new in replacements:
@@ -179,3 +195,11 @@ def test_an_answer_that_only_the_waiting_executor_could_take_is_a_deadlock(cell:
     _edit(cell / "arm_control" / "arm_node.py", *_CALL)
     _edit(cell / "conftest.py", ("for each in (scanner", f"{_SERVER}for each in (scanner"))
     assert "which only the executor that waits here could take" in run("pytest -x", cell)[1]
+
+
+def test_the_benchmark_runs_two_nodes_faster_than_real_time() -> None:
+    """Much slower than it says would be a mistake; how fast it is, is the benchmark's to say."""
+    program = "from benchmarks.ros2_nodes import times_real; print(times_real(10.0, 20.0))"
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=Path(__file__).parents[2])
+    assert float(done.stdout) > 50

@@ -305,7 +305,8 @@ def managing(log: Log) -> None:
     change.wait_for_service(timeout_sec=PATIENCE_S)
     state.wait_for_service(timeout_sec=PATIENCE_S)
     first, second = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE
-    for transition in (first, second, second, first):
+    # None that its state does not have: with jazzy the node fails, later ones refuse.
+    for transition in (first, second, second, Transition.TRANSITION_DEACTIVATE):
         request = ChangeState.Request(transition=Transition(id=transition))
         log("done", answered(node, change.call_async(request)).success)
         log("state", answered(node, state.call_async(GetState.Request())).current_state.label)
