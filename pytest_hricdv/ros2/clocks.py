@@ -15,12 +15,13 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 _BOOT_NS = 3600 * 1_000_000_000
 """What a steady clock shows when a run begins: the machine was on before, so that a time before is none below 0."""
 
-_EPOCH_NS = round(EPOCH.timestamp()) * 1_000_000_000
+EPOCH_NS = round(EPOCH.timestamp()) * 1_000_000_000
+"""What the system's clock shows when a run begins (ns since 1970)."""
 
 
 def system_ns(kernel: Kernel) -> int:
     """The time of the system's clock (ns since 1970)."""
-    return _EPOCH_NS + kernel.now_us * 1000
+    return EPOCH_NS + kernel.now_us * 1000
 
 
 class ClockType(IntEnum):

@@ -1,7 +1,7 @@
 """The messages of ROS 2 of a run as an MCAP file of the profile "ros2": `ros2 bag` and viewers read it.
 
-Messages are CDR, with their definitions; services are in the other file (see `mcap_file`). The same run gives the same
-bytes.
+Messages are CDR, with their definitions; services are in the other file (see `mcap_file`). Times are those that nodes
+read from their clocks, so that they go with the stamps in the messages. The same run gives the same bytes.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from mcap.writer import CompressionType, Writer
 
 from pytest_hricdv import atomic_file
 from pytest_hricdv.ros2.cdr import serialize
+from pytest_hricdv.ros2.clocks import EPOCH_NS
 from pytest_hricdv.ros2.definitions import definition_of
 from pytest_hricdv.ros2.messages import RosMessage
 from pytest_hricdv.runtime import Record
@@ -27,7 +28,9 @@ def write(path: Path, record: Record) -> bool:
     Raises:
         OSError: the file cannot be written; an old one is left as it was.
     """
-    sent = [(ns(each.time_s), each.source) for each in record.messages if isinstance(each.source, RosMessage)]
+    sent = [
+        (EPOCH_NS + ns(each.time_s), each.source) for each in record.messages if isinstance(each.source, RosMessage)
+    ]
     published = [(time_ns, source) for time_ns, source in sent if not source.direction]
     if not published:
         return False

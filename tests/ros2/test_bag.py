@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import array
 import math
+from importlib.util import find_spec
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
+import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
+from pytest_hricdv.ros2.clocks import EPOCH_NS
 from pytest_hricdv.ros2.definitions import definition_of
 from pytest_hricdv.ros2.messages import RosMessage
 from pytest_hricdv.runtime import Recorder
@@ -116,9 +119,9 @@ def test_the_messages_of_topics_are_read_back(tmp_path: Path) -> None:
             (channel.topic, message.log_time, each) for _, channel, message, each in reader.iter_decoded_messages()
         ]
     assert [(topic, time_ns) for topic, time_ns, _ in found] == [
-        ("/cell/scan", 0),
-        ("/done", 750_000_000),
-        ("/cell/scan", 1_000_000_000),
+        ("/cell/scan", EPOCH_NS),
+        ("/done", EPOCH_NS + 750_000_000),
+        ("/cell/scan", EPOCH_NS + 1_000_000_000),
     ]
     assert _plain(found[0][2]) == _plain(SCAN)
     assert _plain(found[2][2]) == _plain(Scan())
@@ -133,6 +136,37 @@ def _plain(message: Any) -> dict[str, Any]:
         "origin": [getattr(message.origin, name) for name in point],
         "points": [[getattr(each, name) for name in point] for each in message.points],
     }
+
+
+@pytest.mark.skipif(find_spec("sensor_msgs") is None, reason="needs sensor_msgs, of a ROS 2 distribution")
+def test_generated_messages_are_read_back(tmp_path: Path) -> None:
+    from geometry_msgs.msg import Pose, PoseArray  # type: ignore[import-not-found, unused-ignore]
+    from sensor_msgs.msg import (  # type: ignore[import-not-found, unused-ignore]
+        CompressedImage,
+        LaserScan,
+        PointCloud2,
+        PointField,
+    )
+
+    scan = LaserScan(ranges=[0.5, 1.5, math.inf], angle_increment=0.25)
+    scan.header.frame_id, scan.header.stamp.sec = "lidar", 7
+    poses = PoseArray(poses=[Pose(), Pose()])
+    poses.poses[1].orientation.w = 0.5
+    cloud = PointCloud2(fields=[PointField(name="x", offset=4, datatype=PointField.FLOAT32)], data=b"abcd")
+    sent = {"/scan": scan, "/poses": poses, "/cloud": cloud, "/image": CompressedImage(format="png", data=b"\x89P")}
+    recorder = Recorder()
+    for topic, message in sent.items():
+        recorder.message(0.0, "robot", topic, {}, RosMessage(topic, "", message))
+    assert ros2_bag.write(tmp_path / "bag", recorder.finish())
+    with (tmp_path / "bag").open("rb") as opened:
+        reader = make_reader(opened, decoder_factories=[DecoderFactory()])
+        found = {channel.topic: message for _, channel, _, message in reader.iter_decoded_messages()}
+    scan, poses, cloud, image = (found[topic] for topic in sent)
+    assert (scan.header.frame_id, scan.header.stamp.sec, scan.angle_increment) == ("lidar", 7, 0.25)
+    assert list(scan.ranges) == [0.5, 1.5, math.inf]
+    assert [pose.orientation.w for pose in poses.poses] == [1.0, 0.5]
+    assert [(field.name, field.offset, field.datatype) for field in cloud.fields] == [("x", 4, 7)]
+    assert (bytes(cloud.data), image.format, bytes(image.data)) == (b"abcd", "png", b"\x89P")
 
 
 def test_the_same_run_gives_the_same_bytes(tmp_path: Path) -> None:
