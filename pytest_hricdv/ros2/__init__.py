@@ -1,1 +1,1 @@
-"""ROS 2 code in virtual time: what stands for the extension `_rclpy_pybind11`, on which the Python of `rclpy` rests."""
+"""ROS 2 nodes in virtual time: a replacement of `_rclpy_pybind11`, the extension module below the Python of `rclpy`."""

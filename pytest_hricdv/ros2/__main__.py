@@ -1,4 +1,4 @@
-"""`python -m pytest_hricdv.ros2`: how far what stands for ROS 2's middleware is like it."""
+"""`python -m pytest_hricdv.ros2`: how far nodes behave in virtual time as on a middleware of ROS 2."""
 
 from __future__ import annotations
 

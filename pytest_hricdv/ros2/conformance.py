@@ -1,4 +1,4 @@
-"""Runs the tests that `rclpy` has of itself on what stands for its extension, each file in a process of its own."""
+"""Runs `rclpy`'s own tests on the replacement of its extension, each file in a process of its own."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""How executors of `rclpy` wait here: they look at what they wait for, and build no wait set for each callback.
+"""How executors of `rclpy` wait here: they check which entities are ready, and build no wait set for each callback.
 
-`rclpy` spends most of its time in building wait sets (rclpy#1461). Here an executor looks which of its entities are
+`rclpy` spends most of its time in building wait sets (rclpy#1461). Here an executor checks which of its entities are
 ready, and blocks in the kernel if none is; what becomes ready wakes it. While coroutines are in progress, `rclpy`'s own
 way is taken. What is called, and in which order, is the same.
 """
@@ -32,7 +32,7 @@ _PLAIN = (
 _USED = ("_wait_for_ready_callbacks", "_make_handler", *(take for _, take in _PLAIN), "_take_waitable")
 
 
-def look_instead_of_waiting(executors: Any) -> None:
+def check_entities_when_waiting(executors: Any) -> None:
     """Let executors wait in this way; once only.
 
     Args:
@@ -48,7 +48,7 @@ def look_instead_of_waiting(executors: Any) -> None:
 
 
 def _waiting(executors: Any, original: Callable[..., Any]) -> Callable[..., Any]:
-    """What stands for the method of the class."""
+    """The replacement of the method."""
 
     def wait_for_ready_callbacks(
         self: Any, timeout_sec: Any = None, nodes: Any = None, condition: Callable[[], bool] = lambda: False
@@ -61,8 +61,8 @@ def _waiting(executors: Any, original: Callable[..., Any]) -> Callable[..., Any]
             if self._tasks:
                 yield from original(self, _left_s(end_ns), nodes, condition)
                 return
-            looking = _Looking(self, self.get_nodes() if nodes is None else nodes)
-            ready, is_over = looking.wait(end_ns)
+            entities = _Entities(self, self.get_nodes() if nodes is None else nodes)
+            ready, is_over = entities.wait(end_ns)
             if self._is_shutdown:
                 raise executors.ShutdownException
             if not self._context.ok():
@@ -120,8 +120,8 @@ class _Waitables:
         return cls(kept, wait_set)
 
 
-class _Looking:
-    """What an executor waits for now.
+class _Entities:
+    """The entities that an executor waits for now.
 
     Args:
         executor: of `rclpy`.

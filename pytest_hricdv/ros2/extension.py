@@ -1,4 +1,4 @@
-"""The module that stands for `rclpy._rclpy_pybind11`: all its names, each from the module here that is about it."""
+"""The replacement of `rclpy._rclpy_pybind11`: all its names, from the modules here that implement them."""
 
 from __future__ import annotations
 

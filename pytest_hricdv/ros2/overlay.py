@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import ModuleType
 
-from pytest_hricdv.ros2.executor import look_instead_of_waiting
+from pytest_hricdv.ros2.executor import check_entities_when_waiting
 from pytest_hricdv.ros2.extension import NAME, extension
 from pytest_hricdv.ros2.ordered_set import order_sets_of_rclpy
 from pytest_hricdv.runtime.kernel import KernelError
@@ -64,4 +64,4 @@ def adapt_rclpy() -> None:
     for name in [each for each in sys.modules if each.partition(".")[0] == "rclpy"]:
         vars(sys.modules[name])["__tracebackhide__"] = True
     if "rclpy.executors" in sys.modules:
-        look_instead_of_waiting(sys.modules["rclpy.executors"])
+        check_entities_when_waiting(sys.modules["rclpy.executors"])

@@ -59,8 +59,8 @@ class Profile:
         return None if self.history == KEEP_ALL else max(self.depth, 1)
 
     @property
-    def keeps_for_late_ones(self) -> bool:
-        """Whether a publisher keeps messages for subscriptions that come later."""
+    def is_transient_local(self) -> bool:
+        """Whether a publisher keeps messages for later subscriptions."""
         return self.durability == TRANSIENT_LOCAL
 
     @property

@@ -38,8 +38,8 @@ class ServiceInfo:
     received_timestamp: int
 
 
-class _End(Awaited):
-    """What services and clients have in common: others may look on."""
+class _ServiceEndpoint(Awaited):
+    """What services and clients have in common: a name, and introspection."""
 
     kind: type[Any]
 
@@ -80,7 +80,7 @@ class _End(Awaited):
             self._introspection.close()
 
 
-class Service(_End):
+class Service(_ServiceEndpoint):
     """As `rcl_service_t`. Raises ValueError for a wrong name."""
 
     def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
@@ -136,7 +136,7 @@ class LostRequest:
     place: str
 
 
-class Client(_End):
+class Client(_ServiceEndpoint):
     """As `rcl_client_t`. Raises ValueError for a wrong name."""
 
     def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
@@ -163,12 +163,12 @@ class Client(_End):
         return self._full_name
 
     def servers(self) -> list[Service]:
-        """Who serves it."""
+        """Its servers."""
         every = self._node.graph.services.get(self.service_name, ())
         return [each for each in every if type_name(each.kind) == type_name(self.kind)]
 
     def service_server_is_available(self) -> bool:
-        """Whether somebody serves it; counts as a poll."""
+        """Whether there is a server; counts as a poll."""
         self.kernel.count_poll()
         is_served = bool(self.servers())
         if is_served:

@@ -42,8 +42,8 @@ class _Endpoint:
         return same_type and not mismatches(self.profile, subscription.profile)
 
 
-def _meet(publisher: Publisher, subscription: Subscription) -> None:
-    """Tell both that one of them is new, and whether they match."""
+def _match(publisher: Publisher, subscription: Subscription) -> None:
+    """Count an event at both: that they match, or why they do not; to be called when one of them is new."""
     same_type = type_name(publisher.kind) == type_name(subscription.kind)
     faults = mismatches(publisher.profile, subscription.profile)
     for endpoint in (publisher, subscription):
@@ -67,7 +67,7 @@ class Publisher(_Endpoint, Destroyable):
         self._kept: deque[tuple[Any, dict[str, int]]] = deque(maxlen=self.profile.queue_length)
         node.graph.publishers.setdefault(self.topic, []).append(self)
         for subscription in node.graph.subscriptions.get(self.topic, ()):
-            _meet(self, subscription)
+            _match(self, subscription)
 
     def destroy(self) -> None:
         """Leave the graph."""
@@ -102,7 +102,7 @@ class Publisher(_Endpoint, Destroyable):
         carrier.carry(sender, self.topic, "", sent, partial(self._deliver, sent, info), self._is_heard)
 
     def _deliver(self, message: Any, info: dict[str, int]) -> None:
-        if self.profile.keeps_for_late_ones:
+        if self.profile.is_transient_local:
             self._kept.append((copy_message(message), info))
         for subscription in self._subscriptions():
             subscription.deliver(copy_message(message), info, self.profile.finite_lifespan_ns)
@@ -114,9 +114,9 @@ class Publisher(_Endpoint, Destroyable):
         """Publish the message that these bytes are. Raises CdrError if they are none."""
         self.publish(deserialize(data, self.kind))
 
-    def catch_up(self, subscription: Subscription) -> None:
-        """Deliver what it has kept to a subscription that is new."""
-        if self.matches(subscription) and subscription.profile.keeps_for_late_ones:
+    def send_kept(self, subscription: Subscription) -> None:
+        """Deliver the messages that it has kept to a new subscription."""
+        if self.matches(subscription) and subscription.profile.is_transient_local:
             for message, info in self._kept:
                 subscription.deliver(copy_message(message), info, self.profile.finite_lifespan_ns)
 
@@ -137,8 +137,8 @@ class Subscription(_Endpoint, Awaited):
         self._received = 0
         node.graph.subscriptions.setdefault(self.topic, []).append(self)
         for publisher in node.graph.publishers.get(self.topic, ()):
-            _meet(publisher, self)
-            publisher.catch_up(self)
+            _match(publisher, self)
+            publisher.send_kept(self)
 
     def destroy(self) -> None:
         """Leave the graph."""

@@ -21,7 +21,7 @@ class GuardCondition(Awaited):
         self._triggered = False
 
     def trigger_guard_condition(self) -> None:
-        """Wake who waits for it, or the next one who will."""
+        """Wake the wait sets that have it, or the next one that will."""
         self._triggered = True
         self.wake()
 

@@ -1,4 +1,4 @@
-"""The world's side of a ROS 2 system: sensors that publish, and people and devices that listen, ask and serve.
+"""The simulated world in the ROS graph: sensors that publish, devices that subscribe and serve, people that call.
 
 What blocks here blocks a node of the kernel, in simulated time. Messages are those of ROS; nothing of `rclpy` is used.
 """
@@ -29,7 +29,7 @@ _LOOKS_EVERY_S = 0.01
 _LATCHED = qos.Profile(depth=1, durability=qos.TRANSIENT_LOCAL)
 
 
-class Heard(Generic[T]):
+class MessageQueue(Generic[T]):
     """A queue of the messages of a topic, as `runtime.Subscription` is one of the bus."""
 
     def __init__(self, subscription: Subscription) -> None:
@@ -61,19 +61,19 @@ class WorldNode:
         self._node = Node(name, namespace, Context([], DEFAULT_DOMAIN, kernel), None, True, False)
 
     def publisher(self, topic: str, kind: str | type[Any], depth: int = 10, *, latched: bool = False) -> Publisher:
-        """What publishes on a topic: call its `publish(message)`.
+        """A publisher: call its `publish(message)`.
 
         Args:
             kind: the type, as "std_msgs/msg/String", or its class.
-            latched: whether a subscriber that comes later gets the last message ("transient local").
+            latched: whether a later subscription gets the last message ("transient local").
         """
         profile = _LATCHED if latched else qos.Profile(depth=depth)
         return Publisher(self._node, _class(kind, "msg"), topic, profile)
 
-    def subscribe(self, topic: str, kind: str | type[Any], depth: int = 1000) -> Heard[Any]:
+    def subscribe(self, topic: str, kind: str | type[Any], depth: int = 1000) -> MessageQueue[Any]:
         """A queue of the messages of a topic from now on. It takes what any publisher offers."""
         profile = qos.Profile(depth=depth, reliability=qos.BEST_EFFORT)
-        return Heard(Subscription(self._node, _class(kind, "msg"), topic, profile))
+        return MessageQueue(Subscription(self._node, _class(kind, "msg"), topic, profile))
 
     def serve(self, name: str, kind: str | type[Any], answer: Callable[[Any, Any], Any]) -> None:
         """Serve from now on: `answer(request, response)` returns the response, and may block."""
@@ -89,16 +89,16 @@ class WorldNode:
 
         self._kernel.spawn(f"{self._node.get_node_name()}: {name}", serving)
 
-    def client(self, name: str, kind: str | type[Any]) -> Asking:
-        """What asks a service."""
-        return Asking(Client(self._node, _class(kind, "srv"), name, qos.Profile()))
+    def client(self, name: str, kind: str | type[Any]) -> ServiceClient:
+        """A client of a service."""
+        return ServiceClient(Client(self._node, _class(kind, "srv"), name, qos.Profile()))
 
-    def action(self, name: str, kind: str | type[Any]) -> Acting:
-        """What calls an action."""
-        return Acting(self._node, name, _class(kind, "action"))
+    def action(self, name: str, kind: str | type[Any]) -> ActionCaller:
+        """A client of an action."""
+        return ActionCaller(self._node, name, _class(kind, "action"))
 
 
-class Asking:
+class ServiceClient:
     """A client of a service."""
 
     def __init__(self, client: Client) -> None:
@@ -109,7 +109,7 @@ class Asking:
         return _answer(self._client, self._client.kind.Request(**fields), timeout_s)
 
 
-class Acting:
+class ActionCaller:
     """A client of an action: one goal after the other."""
 
     def __init__(self, node: Node, name: str, kind: Any) -> None:
