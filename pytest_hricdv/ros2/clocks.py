@@ -24,6 +24,14 @@ def system_ns(kernel: Kernel) -> int:
     return EPOCH_NS + kernel.now_us * 1000
 
 
+_WITHOUT_CLOCK_TOPIC = "ros2 without /clock"
+
+
+def need_no_clock_topic(kernel: Kernel) -> None:
+    """Let clocks with `use_sim_time` read the kernel until there is a message on `/clock`, instead of showing 0."""
+    kernel.own[_WITHOUT_CLOCK_TOPIC] = True
+
+
 class ClockType(IntEnum):
     """As `rcl_clock_type_t`."""
 
@@ -91,8 +99,9 @@ class Clock(Destroyable):
 
         An overridden clock that was not set reads the kernel: simulated time needs nobody who publishes `/clock`.
         """
-        if self._is_overridden and self._override_ns is not None:
-            return self._override_ns
+        set_ns = self._set_ns() if self._is_overridden else None
+        if set_ns is not None:
+            return set_ns
         is_steady = self.type is ClockType.STEADY_TIME
         return _BOOT_NS + self.kernel.now_us * 1000 if is_steady else system_ns(self.kernel)
 
@@ -103,7 +112,12 @@ class Clock(Destroyable):
 
     def stands_still(self) -> bool:
         """Whether its time passes only when it is set."""
-        return self._is_overridden and self._override_ns is not None
+        return self._is_overridden and self._set_ns() is not None
+
+    def _set_ns(self) -> int | None:
+        """The time that it was set to; None if it was not. `rclpy` sets 0 until there is a message on `/clock`."""
+        is_awaited = not self._override_ns and self.kernel.own.get(_WITHOUT_CLOCK_TOPIC, False)
+        return None if is_awaited else self._override_ns
 
     def get_ros_time_override_is_enabled(self) -> bool:
         """Whether it is overridden."""

@@ -10,6 +10,7 @@ from importlib import metadata
 
 from pytest_hricdv.ros2.arguments import UnknownROSArgsError, parse
 from pytest_hricdv.ros2.bridge import Bridge
+from pytest_hricdv.ros2.clocks import need_no_clock_topic
 from pytest_hricdv.ros2.declaration import Ros2, Ros2Error
 from pytest_hricdv.ros2.graph import carry_with
 from pytest_hricdv.ros2.handles import RCLError
@@ -82,6 +83,7 @@ class Ros2Overlay:
         for name in _USED:
             importlib.import_module(name)
         carry_with(kernel, Bridge(bus, self._declared))
+        need_no_clock_topic(kernel)
         mains = [self._loaded(node) for node in nodes]
         variables = ModuleVariables(self._packages)
         self._know(variables)

@@ -67,6 +67,12 @@ def test_a_run_is_the_same_in_each_repeat_worker_process_and_hash_seed(cell: Pat
     assert found[0] == found[1] == found[2]
 
 
+def test_a_node_that_uses_simulated_time_needs_no_clock_topic(cell: Path) -> None:
+    _edit(cell / "conftest.py", ('{"period_s": 0.1}', '{"period_s": 0.1, "use_sim_time": True}'))
+    status, printed = run("pytest", cell)
+    assert status == 0, printed
+
+
 def test_a_slower_node_violates_a_requirement(cell: Path) -> None:
     _edit(cell / "conftest.py", ('"period_s": 0.1', '"period_s": 0.4'))
     status, printed = run("pytest", cell)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.ros2.clocks import Clock, ClockEvent, ClockType, TimePoint, Timer
+from pytest_hricdv.ros2.clocks import Clock, ClockEvent, ClockType, TimePoint, Timer, need_no_clock_topic
 from pytest_hricdv.ros2.handles import InvalidHandle, RCLError
 from pytest_hricdv.ros2.wait_set import GuardCondition, WaitSet
 from pytest_hricdv.runtime import Kernel, KernelError
@@ -94,6 +94,31 @@ def test_a_timer_of_an_overridden_clock_waits_until_the_clock_is_set() -> None:
 
     run(robot)
     assert seen == [10.0]
+
+
+@pytest.mark.parametrize(
+    ("needs_clock", "expected"), [(False, [([0], 0.01), ([0], 1.5)]), (True, [([], 1.0), ([0], 1.5)])]
+)
+def test_until_it_is_set_an_overridden_clock_reads_the_kernel_if_it_may(
+    needs_clock: bool, expected: list[tuple[list[int], float]]
+) -> None:
+    """As `use_sim_time` of `rclpy` does: it sets 0 until somebody publishes `/clock`."""
+    seen = []
+
+    def robot(kernel: Kernel) -> None:
+        if not needs_clock:
+            need_no_clock_topic(kernel)
+        clock = Clock(ClockType.ROS_TIME)
+        clock.set_ros_time_override(TimePoint(0, ClockType.ROS_TIME))
+        clock.set_ros_time_override_is_enabled(True)
+        timer = Timer(clock, node("robot").context, 10 * _MS)
+        seen.append((wait("timer", [timer], timeout_s=1.0), kernel.now_s))
+        kernel.sleep(1.5 - kernel.now_s)
+        clock.set_ros_time_override(TimePoint(2**62, ClockType.ROS_TIME))
+        seen.append((wait("timer", [timer], timeout_s=1.0), kernel.now_s))
+
+    run(robot)
+    assert seen == expected
 
 
 def test_jumps_are_told_to_those_who_asked_for_them() -> None:
