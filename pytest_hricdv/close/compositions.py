@@ -30,6 +30,9 @@ MOST_DOSES = 5
 CUT = 0.5
 """What has more doses than that loses some. Each that is left out may have been needed: it is expected so much less."""
 
+SURE = 0.4
+"""What leads to a goal with at least this chance is known to lead there."""
+
 CHOICES = 4
 """Where several doses may do, one of so many is taken."""
 
@@ -105,9 +108,7 @@ class Compositions:
         rather one whose disturbances were rarely combined. None where no way to hide a change is known.
         """
         usual = self._recipes.usual(planned)
-        known = [] if usual is None else self._remedies.changes(usual)
-        doses = Counter(each.dose.name for each in known)
-        changes = {each: each.chance / doses[each.dose.name] for each in known}  # each disturbance counts alike
+        changes = {} if usual is None else self._changes(usual)
         if usual is None or not changes:
             return None
         combined = self._combined(usual)
@@ -115,6 +116,27 @@ class Compositions:
         found = {_names(each): each for each in drawn if each}
         rare = {each: 1.0 / (1 + len(combined.get(names, ()))) for names, each in found.items()}
         return weighted(rng, rare) if rare else None
+
+    def beside(self, planned: Bin, goal: Goal, commands: int, rng: Random) -> Treatment | None:
+        """What is known to lead to a goal, and a dose that changes how interactions end which usually end so.
+
+        What hides the person's state from the code may hide such a change as well: where all sensors are wrong, a leg
+        that is pulled out changes nothing that they say. None where nothing leads there, or no such dose is known.
+        """
+        recipe, wanted = self._recipes.best(planned, goal, commands), self._wanted(planned, goal)
+        if recipe is None or wanted is None or recipe.chance < SURE or len(recipe.treatment) >= MOST_DOSES:
+            return None
+        names = _names(recipe.treatment)
+        changes = {each: chance for each, chance in self._changes(wanted).items() if each.dose.name not in names}
+        if not changes:
+            return None
+        return fitted((*recipe.treatment, weighted(rng, changes).dose), commands)
+
+    def _changes(self, usual: Effect) -> dict[Change, float]:
+        """Doses that change this -> how often to choose them: each disturbance as often as another one."""
+        known = self._remedies.changes(usual)
+        doses = Counter(each.dose.name for each in known)
+        return {each: each.chance / doses[each.dose.name] for each in known}
 
     def _hidden(self, change: Change, combined: Combined, commands: int, rng: Random) -> Treatment:
         """A change with doses against what is lacking then; empty where there are none.

@@ -59,6 +59,9 @@ LEAST, MOST = 0.25, 0.5
 CLIMBING = 0.75
 """So often what was rarely tried is tried where a run came near to an open point, where there is one."""
 
+LED = 0.5
+"""So often interactions are led there that usually end otherwise."""
+
 CANDIDATES = 48
 """Of so many scripts, the one with most such interactions is taken."""
 
@@ -115,28 +118,37 @@ class DisturbanceWay:
         """
         is_near = not treatments.has_untried and rng.random() < CLIMBING
         near = self._near(treatments, archive, rng) if is_near else None
-        (script, product), aims = (treatments.rarest_script(), ()) if near is None else near
+        (script, product), goal, aims = near or (treatments.rarest_script(), None, ())
         first = self._scripts.first(script, product)
         ends = (*first[1:], len(self._scripts.runs[script].lines))
         slots: list[Slot | None] = [slot for slot in self._scripts.slots(script) if slot.product == product]
         chosen = [
-            treatments.rare(slot, end - begin, begin == first[0])
+            treatments.beside(slot, goal, end - begin) or treatments.rare(slot, end - begin, begin == first[0])
             for slot, begin, end in zip(slots or [None], first, ends, strict=True)
         ]
         return Proposal(self._scripts.draft(script, product, chosen), self.name, aims)
 
     def _near(
         self, treatments: _Treatments, archive: Archive, rng: Random
-    ) -> tuple[tuple[int, str], tuple[Point, ...]] | None:
-        """A script with interactions that usually end as in runs that came near to an open point; and this point."""
+    ) -> tuple[tuple[int, str], Goal | None, tuple[Point, ...]] | None:
+        """A script with interactions that usually end as in runs that came near to an open point, or with others, to be
+        led there; how they ended; and this point."""
         near = {point: runs for point in archive.open if point[0] != "bin" and (runs := nearest_runs(point, archive))}
         if not near:
             return None
         point = pick(rng, [*near])
         elite = [entry for _, entry in near[point][: elite_size(len(near[point]))]]
         goal = self._experience.distinctive(elite, archive)
-        slots = [slot for slot in self._scripts.by_slot if goal is not None and self._experience.usual(slot) == goal]
-        return (treatments.script_of(slots), (point,)) if slots else None
+        if goal is None:
+            return None
+        usual = [slot for slot in self._scripts.by_slot if self._experience.usual(slot) == goal]
+        led = [
+            slot
+            for slot in self._scripts.by_slot
+            if slot not in usual and ("bin", slot.product, *slot.planned, *goal[1:]) in archive.best
+        ]
+        slots = led if led and rng.random() < LED else usual
+        return (treatments.script_of(slots), goal, (point,)) if slots else None
 
 
 class _Treatments:
@@ -202,6 +214,12 @@ class _Treatments:
         candidates = [(pick(self._rng, self._scripts.by_slot[slot]), slot.product) for slot in drawn]
         wanted = frozenset(slots)
         return max(candidates, key=lambda each: sum(slot in wanted for slot in self._scripts.slots(each[0])))
+
+    def beside(self, slot: Slot | None, goal: Goal | None, commands: int) -> Treatment | None:
+        """What leads to a goal that does not come usually, with another dose; None where none is known."""
+        if slot is None or goal is None or self._experience.usual(slot) == goal:
+            return None
+        return self._compositions[slot.product].beside(slot.planned, goal, commands, self._rng)
 
     def rare(self, slot: Slot | None, commands: int, is_first: bool) -> Treatment:
         """What was rarely tried: a new dose, or known ones of which one hides what another one changes."""

@@ -116,6 +116,15 @@ def test_what_is_still_lacking_when_something_was_hidden_is_mended_too() -> None
     assert Compositions(recipes).masked(("1", "11"), 3, make_rng("hidden")) == fitted((LIGHT, PUSH, PULL), 3)
 
 
+def test_what_leads_to_a_goal_is_tried_beside_what_changes_it_where_it_is_usual() -> None:
+    recipes = each_mends_one_letter()
+    recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
+    recipes.learn([seen(("1", "11"), (LIGHT,), "01", "kept")] * 3)
+    assert Compositions(recipes).beside(("1", "00"), GIVEN, 3, make_rng("beside")) is None
+    recipes.learn([seen(("1", "00"), (PUSH, PULL), "11", "given")] * 3)
+    assert Compositions(recipes).beside(("1", "00"), GIVEN, 3, make_rng("beside")) == fitted((PUSH, PULL, LIGHT), 3)
+
+
 def pushed_and_pulled(tries: int, came: str) -> int:
     """How often of 100 times pushing is to hide pulling, after so many tries in which this came; it may hide light."""
     recipes = usually_kept()
