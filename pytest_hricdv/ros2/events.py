@@ -5,6 +5,7 @@ Messages are not lost on the way: there is no event for it.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
 from typing import Any, Protocol
@@ -40,12 +41,12 @@ class PublisherEventType(IntEnum):
 
 
 @dataclass
-class _Status:
+class _Status(ABC):
     """What happened, and how much of it since it was last taken: in fields that end with `_change`."""
 
+    @abstractmethod
     def changed(self) -> bool:
         """Whether one of these fields is not 0."""
-        raise NotImplementedError
 
     def taken(self) -> Any:
         """A copy; what changes is counted anew."""
