@@ -70,16 +70,16 @@ class Climbing:
         """The scripts whose interactions will probably end so that the run is nearest.
 
         Of a script, as many interactions count as any run had: a run may end before its script. One that was run
-        in vain is expected to come less near: what is better may have failed once by chance, and would never be tried
-        again.
+        in vain is expected to come less near, and an interaction that was rarely tried is expected to end better than
+        it did: what is better may have failed once by chance, and would never be tried again.
         """
         chances: dict[Slot, float] = {}
         for product, recipes in self._experience.recipes.items():
             drawing = self._drawing(product, near)
             for slot in (each for each in self._scripts.by_slot if each.product == product):
-                chances[slot] = sum(
-                    recipes.chance(slot.planned, UNDISTURBED, goal) * nearer for goal, nearer in drawing.items()
-                )
+                nearer = sum(recipes.chance(slot.planned, UNDISTURBED, goal) * each for goal, each in drawing.items())
+                tries = recipes.weight_of_tries(slot.planned, UNDISTURBED)
+                chances[slot] = (nearer * tries + max(drawing.values(), default=0.0)) / (tries + 1.0)
         if not any(chance > 0.0 for chance in chances.values()):
             return []
         most = max((len(hits) for _, entry in near for hits in entry.observation.hits.values()), default=0)

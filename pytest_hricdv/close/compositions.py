@@ -111,9 +111,9 @@ class Compositions:
         changes = {} if usual is None else self._changes(usual)
         if usual is None or not changes:
             return None
-        combined = self._combined(usual)
-        drawn = [self._hidden(weighted(rng, changes), combined, commands, rng) for _ in range(CHOICES)]
-        found = {_names(each): each for each in drawn if each}
+        combined = self._combined(usual, usual)
+        drawn = [self._hidden((), weighted(rng, changes), combined, commands, rng) for _ in range(CHOICES)]
+        found = {_names(each): each for each in drawn if len(each) > 1}
         rare = {each: 1.0 / (1 + len(combined.get(names, ()))) for names, each in found.items()}
         return weighted(rng, rare) if rare else None
 
@@ -124,41 +124,58 @@ class Compositions:
         that is pulled out changes nothing that they say. None where nothing leads there, or no such dose is known.
         """
         recipe, wanted = self._recipes.best(planned, goal, commands), self._wanted(planned, goal)
-        if recipe is None or wanted is None or recipe.chance < SURE or len(recipe.treatment) >= MOST_DOSES:
+        usual = self._recipes.usual(planned)
+        if recipe is None or wanted is None or usual is None or recipe.chance < SURE:
             return None
         names = _names(recipe.treatment)
-        changes = {each: chance for each, chance in self._changes(wanted).items() if each.dose.name not in names}
-        if not changes:
+        changes = {
+            each: chance
+            for each, chance in self._changes(wanted).items()
+            if each.dose.name not in names and not any(isinstance(lack, Whole) for lack in each.lacks)
+        }
+        if not changes or len(recipe.treatment) >= MOST_DOSES:
             return None
-        return fitted((*recipe.treatment, weighted(rng, changes).dose), commands)
+        change = weighted(rng, changes)._replace(lacks=())
+        return self._hidden(recipe.treatment, change, self._combined(usual, wanted), commands, rng)
 
     def _changes(self, usual: Effect) -> dict[Change, float]:
-        """Doses that change this -> how often to choose them: each disturbance as often as another one."""
-        known = self._remedies.changes(usual)
-        doses = Counter(each.dose.name for each in known)
-        return {each: each.chance / doses[each.dose.name] for each in known}
+        """Doses that change this -> how often to choose them: by how probably their disturbance does anything, but the
+        less, the more often it was hidden and nothing else came of it."""
+        known, shares = self._remedies.changes(usual), Counter[str]()
+        for each in known:
+            shares[each.dose.name] += each.chance
+        hidden = Counter(
+            name
+            for each in self._recipes.seen
+            if len(each.treatment) > 1 and each.effect == usual
+            for name in _names(each.treatment)
+        )
+        often = {name: self._remedies.disturbing(name, usual) / (1 + hidden[name]) for name in shares}
+        return {each: often[each.dose.name] * each.chance / shares[each.dose.name] for each in known}
 
-    def _hidden(self, change: Change, combined: Combined, commands: int, rng: Random) -> Treatment:
-        """A change with doses against what is lacking then; empty where there are none.
+    def _hidden(
+        self, treatment: Treatment, change: Change, combined: Combined, commands: int, rng: Random
+    ) -> Treatment:
+        """A treatment and a change, with doses against what is lacking then.
 
         Where these disturbances were combined before, what was still lacking is mended as well: a leg that is pulled
         out sooner lies elsewhere, where other sensors miss it.
         """
-        treatment: Treatment = (change.dose,)
-        lacks = change.lacks
+        treatment = fitted((*treatment, change.dose), commands)
+        lacks = change.lacks or combined.get(_names(treatment), [()])[-1]
         while lacks:
             others = [self._others(lack, _names(treatment), commands) for lack in lacks]
             if not all(others) or len(treatment) + len(others) > MOST_DOSES:
                 break
             treatment = fitted((*treatment, *dict.fromkeys(_drawn(each, rng) for each in others)), commands)
             lacks = combined.get(_names(treatment), [()])[-1]
-        return treatment if len(treatment) > 1 else UNDISTURBED
+        return treatment
 
     def _others(self, lack: Lack, names: frozenset[str], commands: int) -> dict[Dose, float]:
         against = self._remedies.against(lack, commands)
         return {dose: chance for dose, chance in against.items() if dose.name not in names}
 
-    def _combined(self, usual: Effect) -> Combined:
+    def _combined(self, usual: Effect, wanted: Effect) -> Combined:
         """Where this usually comes: disturbances that were tried together, not for a goal, with what was lacking each
         time.
 
@@ -167,7 +184,7 @@ class Compositions:
         found: Combined = {}
         for each in self._recipes.seen:
             if len(each.treatment) > 1 and not each.aims and self._recipes.usual(each.planned) == usual:
-                lacks = lacking(each.effect, usual)
+                lacks = lacking(each.effect, wanted)
                 if not any(isinstance(lack, Whole) for lack in lacks):
                     found.setdefault(_names(each.treatment), []).append(lacks)
         return found

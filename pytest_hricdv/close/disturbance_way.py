@@ -68,7 +68,7 @@ CANDIDATES = 48
 ENOUGH = 2
 """So often a disturbance is tried at the start of a run."""
 
-MASKED = 0.5
+MASKED = 0.75
 """So often such a disturbance is a known one, with another one that hides what it changes."""
 
 Disturbances = Mapping[str, Mapping[str, Sampler]]
@@ -219,7 +219,8 @@ class _Treatments:
         """What leads to a goal that does not come usually, with another dose; None where none is known."""
         if slot is None or goal is None or self._experience.usual(slot) == goal:
             return None
-        return self._compositions[slot.product].beside(slot.planned, goal, commands, self._rng)
+        found = self._compositions[slot.product].beside(slot.planned, goal, commands, self._rng)
+        return None if found is None else self._varied(found, commands, False)
 
     def rare(self, slot: Slot | None, commands: int, is_first: bool) -> Treatment:
         """What was rarely tried: a new dose, or known ones of which one hides what another one changes."""
@@ -227,7 +228,7 @@ class _Treatments:
         if slot is not None and is_known and self._rng.random() < MASKED:
             masked = self._compositions[slot.product].masked(slot.planned, commands, self._rng)
             if masked is not None:
-                return masked
+                return self._varied(masked, commands, False)
         return self.single(slot, commands, is_first)
 
     def single(self, slot: Slot | None, commands: int, is_first: bool) -> Treatment:

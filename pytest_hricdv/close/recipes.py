@@ -164,6 +164,10 @@ class Recipes:
         results = self.results.get(treatment) or self.results.get(like or treatment, {})
         return self._estimate(results, planned, goal, kin, expected)
 
+    def weight_of_tries(self, planned: Bin, treatment: Treatment) -> float:
+        """How many tries the chance of a treatment where this is planned rests on; hearsay counts as some."""
+        return HEARSAY + self.results.get(treatment, {}).get(planned, Tally()).tries
+
     def first_chance(self, planned: Bin, goal: Goal) -> float:
         """The same of a treatment that was never tried."""
         return self._estimate(self._first, planned, goal)

@@ -188,6 +188,17 @@ class Remedies:
         chance = [lacking(effect, before) == lacks for before, effect in self._undisturbed if is_alike(before)]
         return significance(came, tries, _rate_by_chance(chance)) * came / (tries + DOUBT)
 
+    def disturbing(self, name: str, usual: Effect) -> float:
+        """How probably a disturbance does anything where this is usual; more than comes by chance, as sensors err."""
+        came = [
+            (each.weight, each.after != usual)
+            for each in self._singles
+            if (each.dose.name, each.before[0]) == (name, usual)
+        ]
+        by_chance = _rate_by_chance([effect != usual for before, effect in self._undisturbed if before == usual])
+        tries, changed = sum(weight for weight, _ in came), sum(weight for weight, is_changed in came if is_changed)
+        return significance(changed, tries, by_chance) * (changed + DOUBT) / (tries + DOUBT)
+
     def _all_shifts(self, usual: Effect) -> Iterator[Shift]:
         came: dict[Treatment, dict[Effect, float]] = {}
         for planned, treatment, effect, is_clean, *_ in self._recipes.seen:

@@ -74,6 +74,26 @@ def test_a_script_that_was_run_in_vain_again_and_again_yields_to_others() -> Non
     assert chosen([*runs, *[favourite] * 12])[favourite] < often / 2
 
 
+def test_what_failed_once_by_chance_is_tried_again() -> None:
+    """Three interactions that are well prepared give three parts, but the first time one of them failed."""
+
+    def unlucky(test: AbstractTest) -> Observation:
+        found = handover.run(test)
+        hits = tuple((*hit[:2], "kept" if hit[:2] == ("3", "11") else hit[2]) for hit in found.hits["handover"])
+        return replace(
+            found,
+            hits={**found.hits, "handover": hits},
+            distances=((ALL_GIVEN, 3.0 - sum(hit[-1] == "given" for hit in hits)),),
+        )
+
+    scripts = Scripts(handover.exploration(), handover.SPACE, {"handover": handover.planned})
+    slots = [[slot.planned for slot in scripts.slots(number)] for number in range(len(scripts.runs))]
+    once = next(number for number, each in enumerate(slots) if each.count(("3", "11")) == 1)
+    _, found = climbing([*range(20), once, *[slots.index([("2", "11")] * 2)] * 3], unlucky)
+    best, rng = slots.index([("3", "11")] * 3), make_rng("again")
+    assert sum((found.script(rng) or (None,))[0] == best for _ in range(40)) > 10
+
+
 def test_where_no_open_point_has_a_distance_there_is_nothing_to_climb() -> None:
     _, found = climbing([])
     assert found.script(make_rng("none")) is None

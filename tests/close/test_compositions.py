@@ -125,6 +125,24 @@ def test_what_leads_to_a_goal_is_tried_beside_what_changes_it_where_it_is_usual(
     assert Compositions(recipes).beside(("1", "00"), GIVEN, 3, make_rng("beside")) == fitted((PUSH, PULL, LIGHT), 3)
 
 
+def test_what_was_lacking_when_something_was_tried_beside_a_recipe_is_mended_too() -> None:
+    recipes = each_mends_one_letter()
+    shout = Dose(1, "shout")
+    recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
+    recipes.learn([seen(("1", "11"), (LIGHT,), "01", "kept"), seen(("1", "00"), (shout,), "10", "kept")] * 3)
+    recipes.learn([seen(("1", "00"), (PUSH, PULL), "11", "given")] * 3)
+    recipes.learn([seen(("1", "00"), fitted((PUSH, PULL, LIGHT), 3), "01", "kept")])
+    found = Compositions(recipes).beside(("1", "00"), GIVEN, 3, make_rng("beside"))
+    assert found == fitted((PUSH, PULL, LIGHT, shout), 3)
+
+
+def test_what_makes_something_quite_different_of_an_interaction_cannot_be_tried_beside_a_recipe() -> None:
+    recipes = each_mends_one_letter()
+    recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
+    recipes.learn([seen(("1", "11"), (LIGHT,), "none", "silent"), seen(("1", "00"), (PUSH, PULL), "11", "given")] * 3)
+    assert Compositions(recipes).beside(("1", "00"), GIVEN, 3, make_rng("beside")) is None
+
+
 def pushed_and_pulled(tries: int, came: str) -> int:
     """How often of 100 times pushing is to hide pulling, after so many tries in which this came; it may hide light."""
     recipes = usually_kept()
@@ -139,6 +157,19 @@ def pushed_and_pulled(tries: int, came: str) -> int:
 
 def test_what_was_rarely_combined_is_rather_hidden() -> None:
     assert pushed_and_pulled(9, "11") < 0.5 * pushed_and_pulled(0, "11")
+
+
+def test_what_was_hidden_and_nothing_came_of_it_is_hidden_less_also_in_other_ways() -> None:
+    def pulled(tries: int) -> int:
+        recipes = usually_kept()
+        recipes.learn([seen(("1", "11"), UNDISTURBED, "11", "given")] * 2)
+        recipes.learn([seen(("1", "11"), (dose,), "10", "kept") for dose in (PULL, LIGHT)] * 3)
+        recipes.learn([seen(("2", "00"), (PUSH,), "01", "kept")] * 30)
+        recipes.learn([seen(("1", "11"), (Dose(1, f"other{number}"), PULL), "11", "given") for number in range(tries)])
+        rng = make_rng("nothing")
+        return sum(PULL in (Compositions(recipes).masked(("1", "11"), 3, rng) or ()) for _ in range(100))
+
+    assert pulled(9) < 0.5 * pulled(0)
 
 
 def test_a_disturbance_of_which_many_doses_are_known_is_hidden_no_more_often_than_another() -> None:

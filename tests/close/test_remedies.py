@@ -126,3 +126,15 @@ def test_doses_come_within_the_interaction() -> None:
     recipes, late = usually_kept(), Dose(9, "push")
     recipes.learn([seen(("1", "00"), (late,), "10", "kept"), seen(("1", "01"), (late,), "11", "given")])
     assert set(Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)) == {Dose(3, "push")}
+
+
+def test_a_disturbance_that_does_something_else_each_time_does_something_all_the_same() -> None:
+    recipes = usually_kept()
+    usual = recipes.usual(("1", "00"))
+    assert usual is not None
+    for reading, outcome in (("10", "kept"), ("01", "kept"), ("11", "given"), ("none", "silent")):
+        recipes.learn([seen(("1", "00"), (PUSH,), "10", "kept"), seen(("1", "00"), (PULL,), reading, outcome)])
+        recipes.learn([seen(("1", "00"), (LIGHT,), "00", "kept"), seen(("2", "01"), (LIGHT,), "11", "given")])
+    remedies = Remedies(recipes)
+    assert remedies.disturbing("pull", usual) == remedies.disturbing("push", usual) > 0.7
+    assert remedies.disturbing("light", usual) < 0.05
