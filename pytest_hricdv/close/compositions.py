@@ -141,9 +141,9 @@ class Compositions:
     def _changes(self, usual: Effect) -> dict[Change, float]:
         """Doses that change this -> how often to choose them: by how probably their disturbance does anything, but the
         less, the more often it was hidden and nothing else came of it."""
-        known, shares = self._remedies.changes(usual), Counter[str]()
+        known, shares = self._remedies.changes(usual), dict[str, float]()
         for each in known:
-            shares[each.dose.name] += each.chance
+            shares[each.dose.name] = shares.get(each.dose.name, 0.0) + each.chance
         hidden = Counter(
             name
             for each in self._recipes.seen
