@@ -27,7 +27,7 @@ BEST = 4
 LEAST_RUNS = 8
 """Fewer runs say nothing."""
 
-PATIENCE = 4.0
+PATIENCE = 8.0
 """After so many runs of a script in vain, it is expected to come half as near."""
 
 BY_INTERACTIONS = 0.75
