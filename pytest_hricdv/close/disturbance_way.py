@@ -185,7 +185,7 @@ class _Treatments:
         if not goals:
             return [Option(0.0, (), partial(self.rare if self._has_others else self.single, slot))]
         if self._rng.random() < EXPLORING:
-            return [Option(0.0, tuple(goals), partial(self._new, slot, tuple(goals)))]
+            return [Option(UNLIKELY * sum(goals.values()), tuple(goals), partial(self._new, slot, tuple(goals)))]
         found: list[Option] = []
         first = 0.0
         for goal, left in goals.items():

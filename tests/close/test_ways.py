@@ -82,6 +82,16 @@ def test_what_worked_is_done_again_with_the_parameters_of_the_run_in_which_it_di
     assert all(values[RUN] == {"patience_s": float(worked.seed % 7)} for values in again)
 
 
+def test_where_a_bin_is_all_that_is_open_each_test_is_aimed_at_it() -> None:
+    scripts = Scripts(handover.exploration(), handover.SPACE, {"handover": handover.planned})
+    archive = Archive([("bin", "handover", "1", "00", "given")])
+    for test in identify("closure", 0, [scripts.draft(number) for number in range(20)]):
+        archive.add(handover.run(test))
+    way = DisturbanceWay(scripts, Experience(scripts), handover.DISTURBANCES)
+    for number in range(8):
+        assert all(each.aims for each in way.propose(archive, 4, make_rng("all", number)))
+
+
 def test_each_disturbance_is_soon_tried_at_the_start_of_a_run() -> None:
     scripts = Scripts(handover.exploration(), handover.SPACE, {"handover": handover.planned})
     archive = Archive([("statement", "robot.py", "7")])
