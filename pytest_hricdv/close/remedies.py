@@ -6,7 +6,7 @@ What a dose does to one of several letters, as those of a pattern of sensors, it
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from pytest_hricdv.close.interactions import Dose, Effect, Treatment
@@ -43,7 +43,7 @@ SURPRISE = 2.0
 DOUBT = 1.0
 """What other doses of the same disturbance did weighs as much as so many tries of a dose."""
 
-BY_CHANCE, UNDISTURBED_RUNS = 0.05, 20.0
+BY_CHANCE, UNDISTURBED_TRIES = 0.05, 20.0
 """What is lacking comes by chance, without disturbances, at this rate: as if so many interactions had shown it."""
 
 
@@ -118,16 +118,17 @@ class Remedies:
         if found is None:
             tries: dict[Dose | str, float] = defaultdict(float)
             came: dict[Dose | str, float] = defaultdict(float)
-            for each in (*self._singles, *self._together):
-                if len(each.before) == 1 or came[each.dose.name]:
+            beside = len(self._singles)
+            for number, each in enumerate((*self._singles, *self._together)):
+                if number < beside or came[each.dose.name]:
                     tried, mended = _mended(each, lack)
                     keys: tuple[Dose | str, ...] = (*fitted((each.dose,), commands), each.dose.name)
                     for key in keys:
                         tries[key] += tried
                         came[key] += mended
-            by_chance = self._by_chance(lack)
+            effects = self._effects(lack)
             found = self._known[lack, commands] = {
-                dose: significance(came[dose.name], tries[dose.name], by_chance)
+                dose: effects[dose.name]
                 * (came[dose] + DOUBT * came[dose.name] / (tries[dose.name] + DOUBT))
                 / (tries[dose] + DOUBT)
                 for dose in came
@@ -135,9 +136,23 @@ class Remedies:
             }
         return found
 
-    def _by_chance(self, lack: Lack) -> float:
-        """How often what is lacking in what is usual comes without disturbances all the same."""
-        return _rate_by_chance([has(effect, lack) for usual, effect in self._undisturbed if is_without(usual, lack)])
+    def _effects(self, lack: Lack) -> dict[str, float]:
+        """Disturbance -> how probably it mends what is lacking, and this did not come by chance when it was tried.
+
+        By tries of it alone: beside others, it may have been one of these. It comes by chance as often as without
+        disturbances and with the other ones: most do nothing to what is lacking, and some make sensors err more often.
+        """
+        tried, mended = dict[str, float](), dict[str, float]()
+        for each in self._singles:
+            one, of_this = _mended(each, lack)
+            tried[each.dose.name] = tried.get(each.dose.name, 0.0) + one
+            mended[each.dose.name] = mended.get(each.dose.name, 0.0) + of_this
+        undisturbed = [has(effect, lack) for usual, effect in self._undisturbed if is_without(usual, lack)]
+        tries, came = len(undisturbed) + sum(tried.values()), sum(undisturbed) + sum(mended.values())
+        return {
+            name: significance(mended[name], tried[name], _rate_by_chance(came - mended[name], tries - tried[name]))
+            for name in tried
+        }
 
     def shifts(self, usual: Effect) -> list[Shift]:
         """The treatments that made something else of what is usual; of each effect, the most certain ones."""
@@ -186,7 +201,7 @@ class Remedies:
         tries = sum(each.weight for each in alike)
         came = sum(each.weight for each in alike if lacking(each.after, each.before[0]) == lacks)
         chance = [lacking(effect, before) == lacks for before, effect in self._undisturbed if is_alike(before)]
-        return significance(came, tries, _rate_by_chance(chance)) * came / (tries + DOUBT)
+        return significance(came, tries, _rate_by_chance(sum(chance), len(chance))) * came / (tries + DOUBT)
 
     def disturbing(self, name: str, usual: Effect) -> float:
         """How probably a disturbance does anything where this is usual; more than comes by chance, as sensors err."""
@@ -195,9 +210,13 @@ class Remedies:
             for each in self._singles
             if (each.dose.name, each.before[0]) == (name, usual)
         ]
-        by_chance = _rate_by_chance([effect != usual for before, effect in self._undisturbed if before == usual])
+        chance = [effect != usual for before, effect in self._undisturbed if before == usual]
         tries, changed = sum(weight for weight, _ in came), sum(weight for weight, is_changed in came if is_changed)
-        return significance(changed, tries, by_chance) * (changed + DOUBT) / (tries + DOUBT)
+        return (
+            significance(changed, tries, _rate_by_chance(sum(chance), len(chance)))
+            * (changed + DOUBT)
+            / (tries + DOUBT)
+        )
 
     def _all_shifts(self, usual: Effect) -> Iterator[Shift]:
         came: dict[Treatment, dict[Effect, float]] = {}
@@ -228,19 +247,19 @@ class Remedies:
     def promise(self, names: Iterable[str], letter: Letter) -> dict[str, float]:
         """Disturbance -> how often its doses probably change a letter, whatever it becomes.
 
-        Of two tries before all, one is taken to have done so: what was hardly tried is promising.
+        Of two tries before all, one is taken to have done so: what was hardly tried is promising. Where nothing like
+        the letter was there afterwards, as where it never came to a reading, the try says nothing of it.
         """
         tries, changed = dict.fromkeys(names, 2.0), dict.fromkeys(names, 1.0)
         for dose, (before,), after, weight in self._singles:
-            if dose.name in tries and letter_of(before, letter):
+            if dose.name in tries and letter_of(before, letter) and letter_of(after, letter):
                 tries[dose.name] += weight
                 changed[dose.name] += weight * is_changed(before, after, letter)
         return {name: changed[name] / tries[name] for name in tries}
 
 
-def _rate_by_chance(came: Sequence[bool]) -> float:
-    """How often it came in undisturbed interactions."""
-    return (sum(came) + BY_CHANCE * UNDISTURBED_RUNS) / (len(came) + UNDISTURBED_RUNS)
+def _rate_by_chance(came: float, tries: float) -> float:
+    return (came + BY_CHANCE * UNDISTURBED_TRIES) / (tries + UNDISTURBED_TRIES)
 
 
 def _mended(each: Tried, lack: Lack) -> tuple[float, float]:

@@ -138,3 +138,35 @@ def test_a_disturbance_that_does_something_else_each_time_does_something_all_the
     remedies = Remedies(recipes)
     assert remedies.disturbing("pull", usual) == remedies.disturbing("push", usual) > 0.7
     assert remedies.disturbing("light", usual) < 0.05
+
+
+def test_what_stood_beside_a_remedy_is_none() -> None:
+    """Light mended the letter once by chance, and often beside pushing, which does so by itself."""
+    recipes = usually_kept()
+    recipes.learn([seen(("1", "00"), (PUSH,), "10", "kept")] * 4)
+    recipes.learn([seen(("1", "00"), (LIGHT,), reading, "kept") for reading in ("10", "00", "00", "00")])
+    recipes.learn([seen(("1", "01"), (PUSH, LIGHT), "11", "kept")] * 20)
+    chances = Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)
+    assert chances[PUSH] > 0.8
+    assert chances.get(LIGHT, 0.0) < 0.2
+
+
+def test_where_a_letter_often_comes_with_any_disturbance_that_is_no_merit_of_one() -> None:
+    def merit(others: int) -> float:
+        recipes = usually_kept()
+        recipes.learn([seen(("1", "00"), (PUSH,), "10", "kept")] * 3)
+        doses = [Dose(1, f"other{number}") for number in range(others)]
+        recipes.learn([seen(("1", "00"), (dose,), reading, "kept") for dose in doses for reading in ("10", "10", "00")])
+        return Remedies(recipes).against(Letter(3, 2, 0, "1"), 3)[PUSH]
+
+    assert merit(20) < 0.5 * merit(0)
+
+
+def test_a_try_after_which_nothing_like_the_letter_was_there_promises_no_less() -> None:
+    def promise(reading: str) -> float:
+        recipes = usually_kept()
+        recipes.learn([seen(("1", "00"), (PUSH,), reading, "kept")] * 5)
+        return Remedies(recipes).promise(["push"], Letter(3, 2, 0, "1"))["push"]
+
+    assert promise("none") == 0.5
+    assert promise("00") < 0.2
