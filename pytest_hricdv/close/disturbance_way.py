@@ -56,8 +56,9 @@ EXPLORING = 0.4
 LEAST, MOST = 0.25, 0.5
 """Between so often and so often, by the share of open points that are no bins, all interactions of a test have one."""
 
-CLIMBING = 0.75
-"""So often what was rarely tried is tried where a run came near to an open point, where there is one."""
+CLIMBING = 0.6
+"""So often what was rarely tried is tried where a run came near to an open point, where there is one; otherwise where
+most is new."""
 
 LED = 0.5
 """So often interactions are led there that usually end otherwise."""
@@ -113,11 +114,10 @@ class DisturbanceWay:
     def _rarely_tried(self, treatments: _Treatments, archive: Archive, rng: Random) -> Proposal:
         """A script with disturbances that were rarely tried: for what is open beside the bins.
 
-        First each is tried once wherever something else usually comes: this is soon done, and what was not tried there
-        may be all that is lacking.
+        First each is tried once where the same usually comes: this is soon done, and what was not tried there may be
+        all that is lacking.
         """
-        is_near = not treatments.has_untried and rng.random() < CLIMBING
-        near = self._near(treatments, archive, rng) if is_near else None
+        near = self._near(treatments, archive, rng) if rng.random() < CLIMBING else None
         (script, product), goal, aims = near or (treatments.rarest_script(), None, ())
         first = self._scripts.first(script, product)
         ends = (*first[1:], len(self._scripts.runs[script].lines))
@@ -170,11 +170,6 @@ class _Treatments:
         """What usually comes -> the interactions where it does."""
         for slot in scripts.by_slot:
             self._slots.setdefault(experience.usual(slot), []).append(slot)
-
-    @property
-    def has_untried(self) -> bool:
-        """Whether there is a disturbance that was never tried where something is known to come usually."""
-        return any(usual is not None and self._is_untried(usual) for usual in self._slots)
 
     def _is_untried(self, usual: Goal | None) -> bool:
         return any(not self._tried[name, usual] for name in self._disturbances)
