@@ -78,6 +78,8 @@ def _propositions(literals: tuple[Structure, ...]) -> Condition:
         buckets = agent.beliefs.buckets
         for key, args in wanted:
             bucket = buckets.get(key)
+            if key in agent.beliefs.open:  # a newer belief with variables may be the first answer
+                return None
             if not bucket or args not in bucket:
                 # Only now it matters whether there are other ways to answer.
                 return None if agent.beliefs.open else False
@@ -116,10 +118,10 @@ def _known(literal: Structure) -> Condition:
         bucket = agent.beliefs.buckets.get(key)
         if not bucket:
             return False
+        if key in agent.beliefs.open:  # a newer belief with variables may be the first answer
+            return None
         held = bucket.get(args)
-        if isinstance(held, Structure) and (not annots or _has_annotations(held, annots)):
-            return True
-        return None if key in agent.beliefs.open else False
+        return isinstance(held, Structure) and (not annots or _has_annotations(held, annots))
 
     return condition
 

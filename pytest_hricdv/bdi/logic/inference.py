@@ -115,12 +115,10 @@ def _ground_answer(agent: Reasoner, literal: Structure) -> bool | None:
     bucket = agent.beliefs.bucket(literal.key)
     if not bucket:
         return literal.functor == "true" and not literal.args
+    if literal.key in agent.beliefs.open and any(isinstance(each, Rule) or not each.ground for each in bucket.values()):
+        return None  # a newer belief with variables may be the first answer
     held = bucket.get(literal.args)
-    if isinstance(held, Structure) and (not literal.annots or all(annot in held.annots for annot in literal.annots)):
-        return True
-    if literal.key not in agent.beliefs.open:
-        return False
-    return None if any(isinstance(entry, Rule) or not entry.ground for entry in bucket.values()) else False
+    return isinstance(held, Structure) and all(annot in held.annots for annot in literal.annots)
 
 
 def _only_candidate(agent: Reasoner, literal: Structure) -> Structure | None:
