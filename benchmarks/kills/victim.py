@@ -31,7 +31,7 @@ if "ROOM" in os.environ:
     resource.setrlimit(resource.RLIMIT_FSIZE, (int(os.environ["ROOM"]), resource.RLIM_INFINITY))
 
 def pytest_runtest_setup():
-    time.sleep(0.02)
+    time.sleep(0.02)  # so that kills also come between two tests
 
 def pytest_runtest_logreport(report):
     if report.when == "call" and "PYTEST_XDIST_WORKER" not in os.environ:

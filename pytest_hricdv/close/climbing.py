@@ -36,7 +36,6 @@ TRUST = 0.9
 BY_INTERACTIONS = 0.75
 """So often scripts are chosen by how interactions end, where that makes a difference; otherwise by beliefs."""
 
-
 DIGITS = 6
 """Distances that differ in further decimal places are the same."""
 
@@ -79,8 +78,9 @@ class Climbing:
     def _by_interactions(self, near: Sequence[tuple[float, Entry]]) -> dict[int, float]:
         """The scripts that will most probably come nearer than any run has, and how probably, by how interactions end.
 
-        Of a script, as many interactions count as any run had: a run may end before its script. One that was run
-        in vain is expected to come nearer as far as this may have been chance.
+        Of a script, as many interactions count as any run had: a run may end before its script. What is learned of
+        one that was run in vain is trusted less, by Bayes' theorem: the more probable a success was, the more a failure
+        says that it was expected wrongly.
         """
         drawing = {product: self._drawing(product, near) for product in self._experience.recipes}
         ends = {slot: self._ends(slot, drawing[slot.product]) for slot in self._scripts.by_slot}
@@ -94,8 +94,9 @@ class Climbing:
             if slots not in chances:
                 chances[slots] = _chance_beyond(nearest, [ends[slot] for slot in slots])
             chance = chances[slots]
-            missed = TRUST * (1.0 - chance) ** vain[run.lines]
-            found.append((chance * missed / (missed + 1.0 - TRUST), number))
+            failures = TRUST * (1.0 - chance) ** vain[run.lines]
+            trust = failures / (failures + 1.0 - TRUST)
+            found.append((chance * trust, number))
         best = sorted(found, key=lambda each: (-each[0], each[1]))[:BEST]
         return {number: chance for chance, number in best if chance > 0.0}
 

@@ -114,8 +114,8 @@ class DisturbanceWay:
     def _rarely_tried(self, treatments: _Treatments, archive: Archive, rng: Random) -> Proposal:
         """A script with disturbances that were rarely tried: for what is open beside the bins.
 
-        First each is tried once where the same usually comes: this is soon done, and what was not tried there may be
-        all that is lacking.
+        Each is tried once before any is tried again where the same usually comes: what was not tried there may be all
+        that is lacking.
         """
         near = self._near(treatments, archive, rng) if rng.random() < CLIMBING else None
         (script, product), goal, aims = near or (treatments.rarest_script(), None, ())

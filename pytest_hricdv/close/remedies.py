@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
+from itertools import chain
 from typing import NamedTuple
 
 from pytest_hricdv.close.interactions import Dose, Effect, Treatment
@@ -118,14 +119,13 @@ class Remedies:
         if found is None:
             tries: dict[Dose | str, float] = defaultdict(float)
             came: dict[Dose | str, float] = defaultdict(float)
-            beside = len(self._singles)
-            for number, each in enumerate((*self._singles, *self._together)):
-                if number < beside or came[each.dose.name]:
-                    tried, mended = _mended(each, lack)
-                    keys: tuple[Dose | str, ...] = (*fitted((each.dose,), commands), each.dose.name)
-                    for key in keys:
-                        tries[key] += tried
-                        came[key] += mended
+            mending_alone = (each for each in self._together if came[each.dose.name])  # known after all single tries
+            for each in chain(self._singles, mending_alone):
+                tried, mended = _mended(each, lack)
+                keys: tuple[Dose | str, ...] = (*fitted((each.dose,), commands), each.dose.name)
+                for key in keys:
+                    tries[key] += tried
+                    came[key] += mended
             effects = self._effects(lack)
             found = self._known[lack, commands] = {
                 dose: effects[dose.name]

@@ -56,6 +56,7 @@ def test_what_is_not_documented_is_a_finding(tmp_path: Path) -> None:
 
 def test_what_takes_too_long_is_a_finding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("benchmarks.fuzz.__main__.LIMIT_S", 0.05)
+    # The sleep is what takes too long: it is stopped after 0.05 s.
     toy = {"toy": Target(lambda text, _: time.sleep(9), ["abc"], (ValueError,))}
     assert [*fuzz(1, 0, toy, tmp_path, tmp_path).findings] == ["toy: more than 0.05 s"]
 

@@ -66,7 +66,7 @@ def _fail() -> None:
 BEHAVIOUR: dict[str, Callable[[], object]] = {
     "die": lambda: os.kill(os.getpid(), signal.SIGKILL),
     "exit": lambda: os._exit(3),
-    "hang": lambda: time.sleep(60.0),
+    "hang": lambda: time.sleep(60.0),  # what is tried: a run that does not come to its end
     "spin": _spin,
     "fail": _fail,
     "quit": sys.exit,

@@ -30,7 +30,7 @@ def sleep(duration_s: float) -> None:
     """As `time.sleep`."""
     node = running_node()
     if node is None:
-        real_time.sleep(duration_s)
+        real_time.sleep(duration_s)  # outside of a run, time is real
         return
     check(node, TIME, "time.sleep")
     node.kernel.sleep(duration_s)
