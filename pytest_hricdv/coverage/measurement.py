@@ -161,6 +161,8 @@ class OwnMeasurement:
         )
         # Dynamic contexts come back empty from the sys.monitoring core.
         self._coverage.set_option("run:core", "ctrace")
+        # It would be an error where warnings are, and hide why a node failed before its first line.
+        self._coverage.set_option("run:disable_warnings", ["no-data-collected"])
         self._taken_over = False
         self._greenlets = 0  # that are measured now
         self._tracer: Any = None

@@ -109,6 +109,13 @@ def test_a_conftest_that_imports_the_code_early_changes_nothing(lamps: pytest.Py
     assert ours(lamps.path) == alone
 
 
+def test_a_node_that_fails_before_its_first_line_is_named_where_warnings_are_errors(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "conftest.py", "guide.serve(", "guide.serves(")
+    result = lamps.runpytest_inprocess(SUITE, "-W", "error")
+    result.stdout.fnmatch_lines(["E * module 'lamps.guide' has no attribute 'serves'*"])
+    result.stdout.no_fnmatch_line("*No data was collected*")
+
+
 def test_a_waived_line_that_runs_fails_the_session_and_leaves_a_report(lamps: pytest.Pytester) -> None:
     guide = lamps.path / "lamps" / "guide.py"
     text = guide.read_text(encoding="utf-8").replace("return 10.0", "return 10.0  # unreachable: nobody dims")

@@ -35,12 +35,14 @@ def _stand_in(name: str) -> ModuleType:
     return found[name]
 
 
-class _Replacements:
+class Replacements:
     """What stands for what, for the modules of the library that are loaded: nobody can have names of the others."""
 
     def __init__(self) -> None:
         self._known: set[str] = set()
-        self._by_identity: dict[int, object] = {}
+        self._by_identity: dict[int, tuple[object, object]] = {}
+        """Identity of an original -> it and what stands for it. Originals are kept alive: others, as the hook that
+        pytest sets in `threading` for a session, are freed, and whatever then gets their identity is no original."""
         self._renewed: dict[type, Callable[[Any], object]] = {}
 
     def update(self) -> None:
@@ -48,11 +50,11 @@ class _Replacements:
         for name in [each for each in _PROVIDERS if each in sys.modules and each not in self._known]:
             self._known.add(name)
             real, other = sys.modules[name], _stand_in(name)
-            self._by_identity[id(real)] = other
+            self._by_identity[id(real)] = real, other
             for key, value in vars(other).items():
                 original = vars(real).get(key, value)
                 if original is not value and not key.startswith("_"):
-                    self._by_identity[id(original)] = value
+                    self._by_identity[id(original)] = original, value
             self._renewed |= vars(sys.modules[f"{__package__}.{_PROVIDERS[name]}"]).get("RENEWED", {})
 
     def of(self, value: object) -> object:
@@ -60,13 +62,13 @@ class _Replacements:
 
         A lock or queue that a module has is a new one in each run: what is left in it by one run is not in the next.
         """
-        found = self._by_identity.get(id(value), value)
+        _, found = self._by_identity.get(id(value), (value, value))
         if found is value and type(value) in self._renewed:
             return self._renewed[type(value)](value)
         return found
 
 
-_REPLACEMENTS = _Replacements()
+_REPLACEMENTS = Replacements()
 """One for the process, as the modules of the library are."""
 
 

@@ -1,0 +1,34 @@
+"""Which names of the code under test the stand-ins replace."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+
+from pytest_hricdv.runtime.virtual import clocks
+from pytest_hricdv.runtime.virtual.modules import Replacements
+
+
+class Hook:
+    """Of a size like any other object's, so that the next one gets the place in memory that it leaves."""
+
+    def __call__(self, arguments: object) -> None:
+        """Nothing."""
+
+
+def test_an_original_has_its_stand_in_and_nothing_else_has() -> None:
+    replacements = Replacements()
+    replacements.update()
+    assert replacements.of(time.sleep) is clocks.sleep
+    assert replacements.of(Hook) is Hook
+
+
+def test_what_takes_the_place_in_memory_of_a_hook_that_is_gone_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    replacements = Replacements()
+    with monkeypatch.context() as patch:
+        patch.setattr(threading, "excepthook", Hook())  # pytest sets one for each session
+        replacements.update()
+    others = [Hook() for _ in range(1000)]
+    assert all(replacements.of(each) is each for each in others)
