@@ -96,10 +96,10 @@ def test_mutated_project_is_read_or_its_error_has_a_place(
 def test_file_of_ten_megabytes_is_refused_at_once(tmp_path: Path, name: str) -> None:
     (tmp_path / "mas.mas2j").write_text("MAS m { agents: long; }")
     (tmp_path / name).write_text("p. " * 3_500_000)
-    begin = time.perf_counter()
+    begin = time.process_time()
     with pytest.raises(BdiError, match=r"long\.\w+: too large: 10,500,000 bytes; expected at most 1,000,000"):
         MultiAgentSystem.load(tmp_path / ("mas.mas2j" if name.endswith("asl") else name))
-    assert time.perf_counter() - begin < 5
+    assert time.process_time() - begin < 5
 
 
 @pytest.mark.parametrize(
@@ -115,10 +115,10 @@ def test_file_of_ten_megabytes_is_refused_at_once(tmp_path: Path, name: str) -> 
     ids=["name", "quotes", "string", "comment", "number", "brackets"],
 )
 def test_hopeless_text_is_an_error_soon(text: str) -> None:
-    begin = time.perf_counter()
+    begin = time.process_time()
     with contextlib.suppress(BdiSyntaxError):
         parse_program(text)
-    assert time.perf_counter() - begin < 10
+    assert time.process_time() - begin < 10
 
 
 @pytest.mark.parametrize(

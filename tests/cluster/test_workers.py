@@ -97,9 +97,9 @@ def test_a_process_that_crashes_costs_no_worker(cluster: Cluster, echo: Path) ->
 
 
 def test_a_process_that_is_silent_for_too_long_is_ended(cluster: Cluster, echo: Path) -> None:
-    (answer,) = ask(cluster, service(echo, silent_s=0.5), '["hang"]').values()
+    (answer,) = ask(cluster, service(echo, silent_s=2.0), '["hang"]').values()
     assert isinstance(answer, Answer)
-    assert answer.problem == "no sign of life for 0.5 s"
+    assert answer.problem == "no sign of life for 2 s"
 
 
 def test_a_worker_with_another_project_is_refused_and_named(echo: Path) -> None:

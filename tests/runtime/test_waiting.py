@@ -43,16 +43,16 @@ def test_it_is_ended_with_the_place(wait: Callable[[], object]) -> None:
 def test_a_slow_world_is_no_wait() -> None:
     class World:
         def advance(self, target_us: int) -> int:
-            time.sleep(0.08)
+            time.sleep(0.3)  # each step is far from the limit, and together they are above it
             return min(target_us, kernel.now_us + 1000)
 
         def observe(self) -> None:
             pass
 
-    kernel = Kernel(stuck_after_s=0.1)
+    kernel = Kernel(stuck_after_s=0.5)
     kernel.world = World()
-    kernel.spawn("sleeper", lambda: kernel.sleep(0.006))
-    assert kernel.run(0.006) in ("idle", "limit")
+    kernel.spawn("sleeper", lambda: kernel.sleep(0.004))
+    assert kernel.run(0.004) in ("idle", "limit")
 
 
 def test_who_has_a_use_for_the_alarm_keeps_it() -> None:
