@@ -96,6 +96,7 @@ def test_more_seeds_go_on_with_what_is_there(lamps: Path, campaign: Campaign) ->
     assert (again.returncode, "20 are done" in again.stdout) == (0, True)
 
 
+@pytest.mark.slow
 def test_another_code_is_refused_by_name(lamps: Path, campaign: Campaign) -> None:
     campaign("run", *SUITE, "--cluster=local:1", "--state=a.db")
     project.change(lamps, "lamps/guide.py", "GLARE = 80.0", "GLARE = 70.0")
@@ -143,6 +144,7 @@ def test_a_run_that_hangs_is_named(lamps: Path, campaign: Campaign) -> None:
     assert "its process: no sign of life for 2 s, 3 times" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_run_that_differs_elsewhere_is_reported_with_the_event_at_which_it_parts(
     lamps: Path, campaign: Campaign
 ) -> None:
@@ -183,6 +185,7 @@ def test_a_row_a_run_as_parquet(finished: Finished) -> None:
         assert row["sha256"] == tests[row["run"]]["record_sha256"]
 
 
+@pytest.mark.slow
 def test_workers_without_the_project_are_sent_it(lamps: Path, campaign: Campaign) -> None:
     done = campaign("run", *SUITE, "--cluster=local:1", "--state=a.db", "--send-code")
     assert "expected 4, stored 4" in done.stdout, done.stdout

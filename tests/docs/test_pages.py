@@ -23,6 +23,7 @@ def test_the_project_of_the_second_tutorial_is_small() -> None:
     assert "pytest_hricdv" not in first["vacuum.py"] + first["room.py"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.version_info >= (3, 14), reason="there, fields without a default are no statements")
 def test_the_second_tutorial_leads_to_a_bug_and_to_its_end(tmp_path: Path) -> None:
     assert follow("vacuum.md", tmp_path) == 6

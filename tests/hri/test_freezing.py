@@ -37,6 +37,7 @@ def observed(result: CaseResult) -> tuple[object, ...]:
     return messages, verdicts, result.outcome.outcomes, result.outcome.ended, result.sim_s
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SUITES)
 def test_freezing_changes_no_message_and_no_verdict(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert_equal(islice(bench.suite(name), FEW), monkeypatch)

@@ -47,6 +47,7 @@ def test_what_only_a_disturbance_leads_to_is_reached_and_exported_and_runs_again
     assert again["suites"][0]["code"] == found["suites"][0]["code"]
 
 
+@pytest.mark.slow
 def test_the_suite_depends_on_the_seed_and_not_on_the_number_of_processes(
     lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -59,6 +60,7 @@ def test_the_suite_depends_on_the_seed_and_not_on_the_number_of_processes(
     assert sorted(found[0]) == sorted(found[1]) != sorted(found[2])
 
 
+@pytest.mark.slow
 def test_a_kept_suite_holds_as_long_as_nothing_has_changed_that_its_runs_loaded(lamps: pytest.Pytester) -> None:
     def closed() -> bool:
         result = lamps.runpytest_inprocess(*SUITE, "--hri-close-runs=10")

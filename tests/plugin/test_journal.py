@@ -13,7 +13,15 @@ from pathlib import Path
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import A_WORKER, change, command, in_each_mode, outcomes, report
+from tests.plugin.project import (
+    A_WORKER,
+    change,
+    command,
+    in_each_mode,
+    outcomes,
+    plain_and_slowly_in_other_modes,
+    report,
+)
 
 SUITE = "--hri-suite=by-hand"  # four tests; the third one wishes for level 10
 ORDERLY = {
@@ -149,7 +157,7 @@ def resumed_report(lamps: pytest.Pytester) -> dict[str, object]:
     return written
 
 
-@in_each_mode
+@plain_and_slowly_in_other_modes
 def test_a_resumed_session_runs_the_rest_and_reports_what_an_unkilled_one_does(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -196,7 +204,7 @@ def pytest_runtest_logreport(report):
 """
 
 
-@in_each_mode
+@plain_and_slowly_in_other_modes
 def test_a_session_that_is_stopped_after_its_last_result_judges_no_gates_and_a_resumed_one_does(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
@@ -251,7 +259,7 @@ def test_only_the_same_code_and_testbench_are_resumed(
     assert report(lamps.path) == before
 
 
-@in_each_mode
+@plain_and_slowly_in_other_modes
 def test_only_the_same_options_and_selection_are_resumed(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     lamps.runpytest_inprocess(SUITE, *options)
     before = report(lamps.path)

@@ -125,6 +125,7 @@ def test_after_the_first_failure_further_tests_are_run_for_the_matrix_only(guide
     assert [run["oracles"] for run in dropped["runs"]] == [["R1"]] * 4
 
 
+@pytest.mark.slow
 def test_when_time_is_over_no_fault_is_begun_and_the_summary_says_so(
     guide: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:

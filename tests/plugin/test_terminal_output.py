@@ -49,6 +49,7 @@ def test_quiet_leaves_out_the_header_and_keeps_the_section(lamps: pytest.Pyteste
     assert section(result)[1] == "suite rl, seed 0: 34 tests"
 
 
+@pytest.mark.slow
 def test_warnings_are_errors_and_nothing_breaks(lamps: pytest.Pytester) -> None:
     for options in ((), A_WORKER, ("--cov=lamps", "--cov-report=")):
         result = lamps.runpytest_subprocess("--hri-suite=by-hand", "-W", "error", *options)

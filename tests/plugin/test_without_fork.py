@@ -39,6 +39,7 @@ def exported(lamps: pytest.Pytester, name: str) -> str:
     return Path(lamps.path, name, "closure.txt").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_closing_loop_without_forks_leads_to_the_same_suite(
     lamps: pytest.Pytester, request: pytest.FixtureRequest
 ) -> None:

@@ -128,6 +128,7 @@ def test_a_description_that_is_none_is_refused() -> None:
         engine.load("<robot/>")
 
 
+@pytest.mark.slow
 def test_a_world_that_is_closed_leaves_no_memory_behind(engine_name: str) -> None:
     for _ in range(300):  # after so many, what was freed is used again
         World(Recorder()).close()
