@@ -95,20 +95,23 @@ def overtaken(suites: Mapping[str, Sequence[Growth]], wanted: Set[Point]) -> str
 
 
 def without(loops: Mapping[str, Sequence[Growth]], wanted: Set[Point]) -> str:
-    """A row for each loop: points in the end, and the difference to the whole loop at the same seeds."""
-    whole = {each.seed: each.reached(wanted) for each in loops[LOOP]}
-    rows = []
-    for name, sessions in loops.items():
-        counts = {each.seed: each.reached(wanted) for each in sessions}
-        same = [seed for seed in counts if seed in whole]
-        differences = [[counts[seed]["bin"] - whole[seed]["bin"] for seed in same]]
-        differences.append([counts[seed].total() - whole[seed].total() for seed in same])
-        compared = ["-", "-"] if name == LOOP else [_mean(each, signed=True) for each in differences]
-        points = [_mean([count["bin"] for count in counts.values()])]
-        points.append(_mean([count.total() for count in counts.values()]))
-        rows.append([name, len(sessions), *points, *compared])
-    head = ["loop", "seeds", "bins", f"points of {len(wanted)}", "bins, difference", "points, difference"]
-    return page.table(head, rows)
+    """A row for each loop: how many closed, its points and runs, and the differences to the whole loop of the seed."""
+    head = ["loop", "closed", "bins", f"points of {len(wanted)}", "runs", "points, difference", "runs, difference"]
+    whole = {each.seed: each for each in loops[LOOP]}
+    return page.table(head, [_compared(name, sessions, whole, wanted) for name, sessions in loops.items()])
+
+
+def _compared(name: str, sessions: Sequence[Growth], whole: Mapping[int, Growth], wanted: Set[Point]) -> list[str]:
+    """A row of `without`; a loop that did not close counts with all of its runs."""
+    counts = [each.reached(wanted) for each in sessions]
+    closed = sum(each.closing is not None and each.closing.ended == "closed" for each in sessions)
+    own = [[count["bin"] for count in counts], [count.total() for count in counts], [each.runs for each in sessions]]
+    row = [name, f"{closed} of {len(sessions)}", *map(_mean, own)]
+    if name == LOOP:
+        return [*row, "-", "-"]
+    pairs = [(each, whole[each.seed]) for each in sessions if each.seed in whole]
+    points = [each.reached(wanted).total() - other.reached(wanted).total() for each, other in pairs]
+    return [*row, _mean(points, signed=True), _mean([each.runs - other.runs for each, other in pairs], signed=True)]
 
 
 def ways(sessions: Sequence[Growth]) -> str:
@@ -135,7 +138,7 @@ def never(sessions: Sequence[Growth]) -> str:
         for point, points in sorted(found.items())
         if len(points) == len(sessions)
     ]
-    return page.table(["point", "kind", "tries at all seeds", "what the nearest lacked"], rows)
+    return page.table(["point", "kind", "tries at all seeds", "what the nearest lacked"], rows) if rows else "Nothing."
 
 
 def listed(sessions: Iterable[Growth]) -> str:

@@ -99,16 +99,20 @@ def test_a_suite_is_overtaken_when_the_loop_has_as_many_points_as_it_has_in_the_
 
 
 def test_a_loop_without_a_way_is_compared_with_the_whole_one_of_its_seed() -> None:
-    weaker = _loop("without branching", hit=_closing()["hit"][:3])
-    rows = without({"closure": [_loop(), _loop(seed=1)], "without branching": [weaker]}, WANTED).splitlines()
-    assert rows[-2].endswith("| - | - |")
-    assert rows[-1].endswith("| -1.0 (one seed) | -1.0 (one seed) |")
+    weaker = _loop("without branching", hit=_closing()["hit"][:3], runs=9, ended="runs")
+    loops = {"closure": [_loop(ended="closed"), _loop(seed=1, ended="runs")], "without branching": [weaker]}
+    head, _, whole, other = without(loops, WANTED).splitlines()
+    assert head == "| loop | closed | bins | points of 5 | runs | points, difference | runs, difference |"
+    assert whole.startswith("| closure | 1 of 2 | 1.0 (1.0 to 1.0) | 4.0 (4.0 to 4.0) | 3.0 (3.0 to 3.0) |")
+    assert whole.endswith("| - | - |")
+    assert other.startswith("| without branching | 0 of 1 | 0.0 (one seed) | 3.0 (one seed) | 9.0 (one seed) |")
+    assert other.endswith("| -1.0 (one seed) | +6.0 (one seed) |")
 
 
 def test_only_points_that_are_open_at_every_seed_are_listed_with_all_tries() -> None:
     both = never([_loop(), _loop(seed=1)]).splitlines()
     assert both[-1] == f"| `{STATES}:4` | statements | 14 | line 3 has to go on to it |"
-    assert never([_loop(), _loop(seed=1, open=[])]).count("\n") == 1
+    assert never([_loop(), _loop(seed=1, open=[])]) == "Nothing."
 
 
 @pytest.fixture
@@ -141,7 +145,7 @@ def test_the_page_and_its_picture_are_of_what_there_is(
         "--hri-close-without=branching -n 2",
     ]
     page = (tmp_path / "closure.md").read_text(encoding="utf-8")
-    assert "| without branching | 1 |" in page
+    assert "| without branching | 0 of 1 |" in page
     assert (tmp_path / "pictures" / "closure.svg").is_file()
 
 
