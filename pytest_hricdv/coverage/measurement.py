@@ -3,11 +3,6 @@
 The tracer is started inside the greenlet of the code under test and limited to it. So the rest of the process (world,
 human, monitors) runs untraced at full speed, while every line and branch is recorded.
 Where the user measures already (`--cov`), that measurement is joined: a second one would silently pause the user's.
-
-Depending on the versions of Python and greenlet, `sys.settrace` holds for the greenlet that called it or for the whole
-thread. In the second case the trace function has to be removed and restored whenever control leaves the measured
-greenlet and returns. This is done in greenlet's switch callback: greenlet suspends tracing around it, so the tracer's
-call stack stays consistent. (Stopping and starting the measurement instead would lose it.)
 """
 
 from __future__ import annotations
@@ -16,15 +11,12 @@ import re
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Any, Protocol
 
-import greenlet
-
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, CoverageError
+from pytest_hricdv.coverage.greenlet_tracing import kept_to_this_greenlet
 from pytest_hricdv.coverage.import_coverage import import_bits
 
 if TYPE_CHECKING:
@@ -34,79 +26,6 @@ if TYPE_CHECKING:
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 TAKEN_OVER = "a debugger took the trace function over while the code under test ran"
-
-
-class _Tracers:
-    """The trace functions of the greenlets that have one of their own, where Python has one for the whole thread."""
-
-    def __init__(self) -> None:
-        self._own: dict[greenlet.greenlet, Any] = {}
-        self._outer: Any = None
-        self._previous: Any = None
-
-    @contextmanager
-    def kept(self) -> Iterator[None]:
-        """While the body runs, the current greenlet has a trace function of its own."""
-        here = greenlet.getcurrent()
-        if not self._own:
-            self._outer = sys.gettrace()
-            self._previous = greenlet.settrace(self._switched)
-        self._own[here] = None
-        try:
-            yield
-        finally:
-            del self._own[here]
-            if not self._own:
-                greenlet.settrace(self._previous)
-            sys.settrace(self._outer)
-
-    def _switched(self, event: str, greenlets: Any) -> None:
-        origin, target = greenlets
-        if origin in self._own:
-            self._own[origin] = sys.gettrace()
-        else:
-            self._outer = sys.gettrace()
-        sys.settrace(self._own.get(target, self._outer))
-
-
-_TRACERS = _Tracers()
-"""One for the process, as the trace function is."""
-
-
-@contextmanager
-def kept_to_this_greenlet() -> Iterator[None]:
-    """While the body runs, what it sets with `sys.settrace` holds in the current greenlet only."""
-    if held_by_thread():
-        with _TRACERS.kept():
-            yield
-        return
-    outer = sys.gettrace()
-    try:
-        yield
-    finally:
-        sys.settrace(outer)
-
-
-@cache
-def held_by_thread() -> bool:
-    """True when `sys.settrace` in one greenlet holds in the others, too. Found by a trial."""
-    outer = sys.gettrace()
-    home = greenlet.getcurrent()
-
-    def mark(*_: object) -> None:
-        return None
-
-    def probe() -> None:
-        sys.settrace(mark)
-        home.switch()
-        sys.settrace(None)
-
-    other = greenlet.greenlet(probe)
-    other.switch()
-    shared = sys.gettrace() is mark
-    other.switch()
-    sys.settrace(outer)
-    return shared
 
 
 class Measurement(Protocol):
@@ -161,7 +80,7 @@ class OwnMeasurement:
         )
         # Dynamic contexts come back empty from the sys.monitoring core.
         self._coverage.set_option("run:core", "ctrace")
-        # It would be an error where warnings are, and hide why a node failed before its first line.
+        # Where warnings are errors, this one would hide why a node failed before its first line.
         self._coverage.set_option("run:disable_warnings", ["no-data-collected"])
         self._taken_over = False
         self._greenlets = 0  # that are measured now

@@ -41,8 +41,11 @@ class Replacements:
     def __init__(self) -> None:
         self._known: set[str] = set()
         self._by_identity: dict[int, tuple[object, object]] = {}
-        """Identity of an original -> it and what stands for it. Originals are kept alive: others, as the hook that
-        pytest sets in `threading` for a session, are freed, and whatever then gets their identity is no original."""
+        """Identity of an original -> the original and what stands for it.
+
+        The original is kept alive. Otherwise it may be freed, as is the hook that pytest sets in `threading` for a
+        session, and a later object, which gets the same identity, would be replaced as well.
+        """
         self._renewed: dict[type, Callable[[Any], object]] = {}
 
     def update(self) -> None:

@@ -1,0 +1,92 @@
+"""Trace functions that hold in one greenlet only.
+
+Depending on the versions of Python and greenlet, `sys.settrace` holds for the greenlet that called it or for the whole
+thread. In the second case the trace function has to be removed and restored whenever control leaves the measured
+greenlet and returns. This is done in greenlet's switch callback: greenlet suspends tracing around it, so the tracer's
+call stack stays consistent. (Stopping and starting the measurement instead would lose it.)
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+import greenlet
+
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
+
+class _Tracers:
+    """The trace functions of the greenlets that have one of their own, where Python has one for the whole thread."""
+
+    def __init__(self) -> None:
+        self._own: dict[greenlet.greenlet, Any] = {}
+        self._outer: Any = None
+        self._previous: Any = None
+
+    @contextmanager
+    def kept(self) -> Iterator[None]:
+        """While the body runs, the current greenlet has a trace function of its own."""
+        here = greenlet.getcurrent()
+        if not self._own:
+            self._outer = sys.gettrace()
+            self._previous = greenlet.settrace(self._switched)
+        self._own[here] = None
+        try:
+            yield
+        finally:
+            del self._own[here]
+            if not self._own:
+                greenlet.settrace(self._previous)
+            sys.settrace(self._outer)
+
+    def _switched(self, event: str, greenlets: Any) -> None:
+        origin, target = greenlets
+        if origin in self._own:
+            self._own[origin] = sys.gettrace()
+        else:
+            self._outer = sys.gettrace()
+        sys.settrace(self._own.get(target, self._outer))
+
+
+_TRACERS = _Tracers()
+"""One for the process, as the trace function is."""
+
+
+@contextmanager
+def kept_to_this_greenlet() -> Iterator[None]:
+    """While the body runs, what it sets with `sys.settrace` holds in the current greenlet only."""
+    if held_by_thread():
+        with _TRACERS.kept():
+            yield
+        return
+    outer = sys.gettrace()
+    try:
+        yield
+    finally:
+        sys.settrace(outer)
+
+
+@cache
+def held_by_thread() -> bool:
+    """True when `sys.settrace` in one greenlet holds in the others, too. Found by a trial."""
+    outer = sys.gettrace()
+    home = greenlet.getcurrent()
+
+    def mark(*_: object) -> None:
+        return None
+
+    def probe() -> None:
+        sys.settrace(mark)
+        home.switch()
+        sys.settrace(None)
+
+    other = greenlet.greenlet(probe)
+    other.switch()
+    shared = sys.gettrace() is mark
+    other.switch()
+    sys.settrace(outer)
+    return shared
