@@ -15,10 +15,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-from pytest_hricdv.case import CaseResult, execute
-from pytest_hricdv.close.tree_runner import TreeRunner
 from pytest_hricdv.coverage.code_map import map_code
 from pytest_hricdv.coverage.measurement import choose
+from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.extra.closing.tree_runner import TreeRunner
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.run import Actions
 from studies.session import machine

@@ -19,7 +19,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from benchmarks.lost_workers import QUIET, reported, size_options, start, undisturbed
-from pytest_hricdv.campaign.store import Store
+from pytest_hricdv.extra.campaign.store import Store
 
 BRIDGE, NETWORK, PORT = "hricdv0", "10.213.7", 8786
 HOSTS = ("hricdv-1", "hricdv-2", "hricdv-3")

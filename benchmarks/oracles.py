@@ -14,9 +14,9 @@ import time
 from collections.abc import Mapping, Sequence
 from itertools import count
 
-from pytest_hricdv.case import execute, oracles
 from pytest_hricdv.coverage.code_map import map_code
 from pytest_hricdv.coverage.measurement import Measurement, choose
+from pytest_hricdv.execution.case import execute, oracles
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion
 from studies.session import machine

@@ -11,8 +11,8 @@ import sys
 import time
 from typing import Any
 
-from pytest_hricdv.ros2.overlay import virtual_rclpy
-from pytest_hricdv.ros2.processes import ModuleVariables, Process
+from pytest_hricdv.extra.ros2.overlay import virtual_rclpy
+from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.runtime import Kernel
 
 TRIES = 5

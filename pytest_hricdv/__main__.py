@@ -14,7 +14,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pytest_hricdv.message import visible
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.skeleton.skeleton import Skeleton, SkeletonError, name_like
 
 OK, USAGE = 0, 2

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from pytest_hricdv.case import CaseResult, HriCase, execute
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.coverage.measurement import NoMeasurement
+from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, concretize
@@ -21,7 +22,6 @@ from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.options import read_options
 from pytest_hricdv.session.run_context import CONTEXT, RunContext
-from pytest_hricdv.suggestion import nearest
 from pytest_hricdv.testbench import TestbenchError
 
 if TYPE_CHECKING:

@@ -19,9 +19,9 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.runtime import MessageFault
-from pytest_hricdv.suggestion import nearest
 
 Parameters = Mapping[str, float]
 

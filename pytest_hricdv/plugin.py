@@ -80,7 +80,7 @@ def _register_in_controller(config: pytest.Config, context: RunContext, options:
 
     collection = context.collection
     if options.closing.asked:
-        from pytest_hricdv.session.closing import Closing
+        from pytest_hricdv.extra.closing.closing import Closing
 
         collection.closing = Closing(collection, context).suite
     gate_check = GateCheck(collection)

@@ -8,15 +8,15 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from pytest_hricdv._base.message import InputError
 from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances, MessageDisturbance
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
-from pytest_hricdv.message import InputError
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 
 if TYPE_CHECKING:
-    from pytest_hricdv.ros2.launch import RosNode
-    from pytest_hricdv.ros2.system import Ros2Overlay, Ros2System
+    from pytest_hricdv.extra.ros2.launch import RosNode
+    from pytest_hricdv.extra.ros2.system import Ros2Overlay, Ros2System
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 

@@ -20,11 +20,11 @@ try:
 except ImportError as error:
     raise ImportError("pytest_hricdv.strategies needs Hypothesis: pip install hypothesis") from error
 
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import SEED_LIMIT
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler
-from pytest_hricdv.suggestion import nearest
 
 NAME = "property"
 

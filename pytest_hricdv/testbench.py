@@ -11,11 +11,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-from pytest_hricdv.conformance.declaration import Conformance, ConformanceError, Does
 from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.disturbance import Disturbance, Disturbances, Doubled, Late, Lost, lines
-from pytest_hricdv.film.film import Camera, Film
+from pytest_hricdv.extra.film.film import Camera, Film
+from pytest_hricdv.extra.oracle.declaration import Conformance, ConformanceError, Does
+from pytest_hricdv.extra.ros2.declaration import Ros2
+from pytest_hricdv.extra.ros2.launch import RosNode
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
 from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
@@ -25,8 +27,6 @@ from pytest_hricdv.generate.sampler import Chance, Constant, Range
 from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.monitor.vocabulary import Kind
 from pytest_hricdv.online.declaration import Online, OnlineError
-from pytest_hricdv.ros2.declaration import Ros2
-from pytest_hricdv.ros2.launch import RosNode
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import text_of, topic_of
 from pytest_hricdv.runtime.body import Body

@@ -7,9 +7,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv.conformance.declaration import Conformance
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.disturbance import faults
+from pytest_hricdv.extra.oracle.declaration import Conformance
+from pytest_hricdv.extra.ros2.declaration import Ros2, Ros2Error
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
@@ -17,11 +19,9 @@ from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.online.declaration import Online
-from pytest_hricdv.ros2.declaration import Ros2, Ros2Error
 from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime import topic_of
 from pytest_hricdv.runtime.virtual import KINDS
-from pytest_hricdv.suggestion import nearest
 from pytest_hricdv.testbench import ENDS, PARTS, Testbench
 
 
@@ -59,7 +59,7 @@ def _prepare_ros2(testbench: Testbench) -> None:
     if testbench.ros2 is None:
         return
     try:
-        from pytest_hricdv.ros2.system import prepare
+        from pytest_hricdv.extra.ros2.system import prepare
     except ModuleNotFoundError as error:  # it needs PyYAML
         raise Ros2Error(f'ros2: {error}; install the extra: pip install "pytest-hricdv[ros2]"') from None
     prepare()

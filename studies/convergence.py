@@ -23,7 +23,7 @@ from studies import page
 from studies.session import ROOT
 
 if TYPE_CHECKING:
-    from pytest_hricdv.case import CaseResult
+    from pytest_hricdv.execution.case import CaseResult
     from pytest_hricdv.generate.concrete import ConcreteTest
 
 DOCUMENT = ROOT / "docs" / "convergence.md"

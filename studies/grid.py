@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from pytest_hricdv import atomic_file
+from pytest_hricdv._base import atomic_file
 from pytest_hricdv.results.codec import REPORT_NAME, load
 from pytest_hricdv.results.model import Report
 from studies import session

@@ -8,7 +8,7 @@ from typing import Any
 
 import jinja2
 
-from pytest_hricdv import atomic_file
+from pytest_hricdv._base import atomic_file
 from pytest_hricdv.results.proportion import Interval
 
 FOLDER = Path(__file__).parent

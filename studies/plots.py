@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_hricdv import atomic_file
+from pytest_hricdv._base import atomic_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,10 +6,10 @@ import argparse
 import sys
 from collections.abc import Sequence
 
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.run.jitter import MAX_JITTER
 from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem, Result
-from pytest_hricdv.message import visible
 
 _EXAMPLES = """\
 examples:

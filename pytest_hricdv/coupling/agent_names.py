@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.bdi import BdiError, Structure
 from pytest_hricdv.bdi.language.parser import parse_literal
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
@@ -11,7 +12,6 @@ from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Call, Key
 from pytest_hricdv.coupling.hears import CouplingError, Hears
 from pytest_hricdv.coupling.terms import comparable
-from pytest_hricdv.suggestion import nearest
 
 CONTENT = {".send": 2, ".broadcast": 1}
 """The place of the content among the arguments of the actions that send a message."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.bdi.language.project import read_project
 from pytest_hricdv.bdi.run.system import AgentTemplate, read_templates
 from pytest_hricdv.coupling.hears import CouplingError
 from pytest_hricdv.generate.model import Model
-from pytest_hricdv.suggestion import nearest
 
 
 def read_agents(wanted: Sequence[str], model: Model) -> tuple[tuple[AgentTemplate, ...], tuple[str, ...]]:

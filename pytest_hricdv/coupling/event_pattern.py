@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.bdi import Structure, Term, Variable
 from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.logic.substitution import substitute_only
@@ -13,7 +14,6 @@ from pytest_hricdv.coupling.hears import PERCEPT, CouplingError, Hears
 from pytest_hricdv.coupling.terms import term_of
 from pytest_hricdv.monitor import FormulaSource, PastFormula, Value, Vocabulary, parse_condition
 from pytest_hricdv.monitor.analysis import is_instantaneous, topics_of
-from pytest_hricdv.suggestion import nearest
 
 Bindings = dict[Variable, Term]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pytest_hricdv.message import InputError
+from pytest_hricdv._base.message import InputError
 
 PERCEPT = "percept"
 """The source of what an agent perceives, as opposed to what it is told."""

@@ -17,8 +17,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.records import CodeShare, CodeUnderTest, MappedFile, WaiverRecord
-from pytest_hricdv.message import InputError
 
 if TYPE_CHECKING:
     from coverage.parser import PythonParser

@@ -65,7 +65,7 @@ def main() -> None:
 
     task = json.load(sys.stdin)
     if task["virtual_rclpy"]:
-        from pytest_hricdv.ros2.overlay import replace_extension
+        from pytest_hricdv.extra.ros2.overlay import replace_extension
 
         replace_extension()
     measurement = coverage.Coverage(data_file=None, config_file=False, branch=True, include=task["files"])

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
+from pytest_hricdv._base.input_file import from_cache
 from pytest_hricdv.coverage.closure import declare
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
@@ -14,7 +15,6 @@ from pytest_hricdv.coverage.cross_records import ExplorationRecord, PlannedBin, 
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import Exploration
-from pytest_hricdv.input_file import from_cache
 
 CACHE_KEY = "hricdv/exploration-{}"
 

@@ -14,7 +14,7 @@
 Nothing of these is imported here, so that a process that only replays a suite loads no BDI engine.
 """
 
-from pytest_hricdv.message import InputError
+from pytest_hricdv._base.message import InputError
 
 
 class GenerateError(InputError):

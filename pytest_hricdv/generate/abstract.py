@@ -33,10 +33,10 @@ from typing import Any, ClassVar
 
 from msgspec import Struct, ValidationError, convert
 
+from pytest_hricdv._base.message import quoted
 from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.chosen_values import Values
 from pytest_hricdv.generate.rng import canonical_json, derive_seed, digest
-from pytest_hricdv.message import quoted
 
 #: Executed coverage plans: agent -> plan labels, sorted.
 Plans = Mapping[str, tuple[str, ...]]

@@ -22,10 +22,10 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
+from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
-from pytest_hricdv.message import quoted
-from pytest_hricdv.suggestion import nearest
 
 _ATOM = re.compile(r"[a-z]\w*\Z", re.ASCII)
 START = "start"

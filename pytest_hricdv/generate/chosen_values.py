@@ -9,8 +9,8 @@ import math
 import re
 from collections.abc import Mapping
 
+from pytest_hricdv._base.message import quoted
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.message import quoted
 
 #: Number of the command (from 1; 0 is the run) -> parameter -> value, in the unit of the parameter's name.
 Values = Mapping[int, Mapping[str, float]]

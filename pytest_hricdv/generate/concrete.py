@@ -10,15 +10,15 @@ from dataclasses import dataclass, field, replace
 
 from msgspec import Struct
 
+from pytest_hricdv._base.input_file import MalformedError, from_json
+from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, canonical_command, content_digest, id_of_test
 from pytest_hricdv.generate.beliefs import MAX_CONCRETIZATIONS
 from pytest_hricdv.generate.chosen_values import RUN, Values, owner
 from pytest_hricdv.generate.rng import canonical_json, derive_seed, make_rng
 from pytest_hricdv.generate.sampler import SAMPLINGS, Constant, Sampler, Sampling
-from pytest_hricdv.input_file import MalformedError, from_json
-from pytest_hricdv.message import quoted
-from pytest_hricdv.suggestion import nearest
 
 Parameters = Mapping[str, float]
 UNIFORM = "uniform"

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
+from pytest_hricdv._base.message import quoted
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import Draft, Plans
 from pytest_hricdv.generate.beliefs import MAX_TESTS, BeliefSpace
@@ -14,7 +15,6 @@ from pytest_hricdv.generate.model import Model, ModelRun, file_digests
 from pytest_hricdv.generate.qlearning import COLD_START, QLearning, WarmStart
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.suite import Suite
-from pytest_hricdv.message import quoted
 
 if TYPE_CHECKING:
     from pytest_hricdv.generate.model_runner import ModelRunner

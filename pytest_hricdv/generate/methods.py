@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import Draft, target_of_commands
 from pytest_hricdv.generate.beliefs import read_belief_sets
@@ -21,7 +22,6 @@ from pytest_hricdv.generate.rng import make_rng, pick, random_index
 from pytest_hricdv.generate.saved_table import SavedTable
 from pytest_hricdv.generate.suite import Generation, Suite, diagnose
 from pytest_hricdv.generate.suite_files import Files
-from pytest_hricdv.suggestion import nearest
 
 if TYPE_CHECKING:
     from pytest_hricdv.generate.model_runner import ModelRunner

@@ -9,10 +9,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pytest_hricdv._base.input_file import MalformedError, read_bytes, read_text
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import Plans
 from pytest_hricdv.generate.rng import Json, digest
-from pytest_hricdv.input_file import MalformedError, read_bytes, read_text
 
 if TYPE_CHECKING:
     pass

@@ -7,6 +7,7 @@ from functools import lru_cache
 from itertools import combinations
 from pathlib import Path
 
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure, TooLargeError
 from pytest_hricdv.bdi.language.syntax_tree import children
 from pytest_hricdv.bdi.memo import Memo
@@ -14,7 +15,6 @@ from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import Plans, command_from_action
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Exploration, ExploredRun, Model, ModelRun
-from pytest_hricdv.suggestion import nearest
 
 Content = tuple[tuple[str, ...], int]
 """The abstract test of a run, and the plans executed as bits."""

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field, replace
 from random import Random
 from typing import Protocol
 
+from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import MAX_TESTS
 from pytest_hricdv.generate.rng import random_index
-from pytest_hricdv.message import quoted
-from pytest_hricdv.suggestion import nearest
 
 #: A coverage plan: its agent and its label.
 Plan = tuple[str, str]

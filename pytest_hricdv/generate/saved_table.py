@@ -10,15 +10,15 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from pytest_hricdv import atomic_file
+from pytest_hricdv._base import atomic_file
+from pytest_hricdv._base.input_file import MalformedError, from_json, read_text
+from pytest_hricdv._base.message import quoted
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace, read_belief_sets
 from pytest_hricdv.generate.learner import LearningResult
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning, QTable, WarmStart
 from pytest_hricdv.generate.rng import canonical_json, digest
-from pytest_hricdv.input_file import MalformedError, from_json, read_text
-from pytest_hricdv.message import quoted
 
 SCHEMA = "hricdv-qtable/1"
 

@@ -9,11 +9,11 @@ from dataclasses import asdict, dataclass, field, replace
 
 from msgspec import Struct
 
+from pytest_hricdv._base.input_file import MalformedError, from_json
+from pytest_hricdv._base.message import quoted
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, Draft, Plans, TestData, check_suite_name, identify
 from pytest_hricdv.generate.rng import canonical_json
-from pytest_hricdv.input_file import MalformedError, from_json
-from pytest_hricdv.message import quoted
 
 SCHEMA = "hricdv-suite/3"
 

@@ -14,14 +14,14 @@ from typing import TypeVar
 
 from msgspec import Raw, Struct
 
+from pytest_hricdv._base.input_file import MAX_DIGITS, MalformedError, from_json, read_text
+from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest, Draft, canonical_command, identify, slug, target_of_commands
 from pytest_hricdv.generate.beliefs import MAX_TESTS
 from pytest_hricdv.generate.context import GenerationContext, evenly_spaced
 from pytest_hricdv.generate.suite import Generation, Suite
-from pytest_hricdv.input_file import MAX_DIGITS, MalformedError, from_json, read_text
-from pytest_hricdv.message import quoted
-from pytest_hricdv.suggestion import nearest
 
 T = TypeVar("T")
 

@@ -9,7 +9,8 @@ from typing import cast
 
 from lark import Token, Tree
 
-from pytest_hricdv.message import quoted
+from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor import formula as ast
 from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.term_parser import Node, TermParser
@@ -25,7 +26,6 @@ from pytest_hricdv.monitor.units import (
     unit_of,
 )
 from pytest_hricdv.monitor.vocabulary import Vocabulary
-from pytest_hricdv.suggestion import nearest
 
 _QUANTITY = re.compile(r"([\d.]+(?:[eE][+-]?\d+)?)\s*(.*)")
 

@@ -11,7 +11,8 @@ from typing import cast
 
 from lark import Token, Tree
 
-from pytest_hricdv.message import quoted
+from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor import formula as ast
 from pytest_hricdv.monitor.analysis import is_instantaneous, leaves
 from pytest_hricdv.monitor.number_parser import NumberParser
@@ -20,7 +21,6 @@ from pytest_hricdv.monitor.syntax_tree import MAX_DEPTH, nodes, syntax_tree
 from pytest_hricdv.monitor.term_parser import Node
 from pytest_hricdv.monitor.units import Measured, constant
 from pytest_hricdv.monitor.vocabulary import Definition, Vocabulary
-from pytest_hricdv.suggestion import nearest
 
 _FLIPPED: dict[str, ast.Relation] = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Protocol
 
-from pytest_hricdv.message import InputError, excerpt
+from pytest_hricdv._base.message import InputError, excerpt
 from pytest_hricdv.monitor.formula import Formula, PastFormula
 
 _SHOWN = 160

@@ -13,8 +13,8 @@ from typing import Literal
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 
-from pytest_hricdv.grammar import lark_parser
-from pytest_hricdv.message import quoted
+from pytest_hricdv._base.grammar import lark_parser
+from pytest_hricdv._base.message import quoted
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 
 MAX_LENGTH = 100_000

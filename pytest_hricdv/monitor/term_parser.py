@@ -7,13 +7,13 @@ from typing import cast
 
 from lark import Token, Tree
 
-from pytest_hricdv.message import quoted
+from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor import formula as ast
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 from pytest_hricdv.monitor.syntax_tree import MAX_NODES
 from pytest_hricdv.monitor.units import Measured
 from pytest_hricdv.monitor.vocabulary import Kind, Vocabulary, field_of, last_of
-from pytest_hricdv.suggestion import nearest
 
 Node = Tree[Token] | Token
 

@@ -6,9 +6,9 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor.formula import PastFormula, TextTerm
 from pytest_hricdv.monitor.units import Measured, Unit, unit_of
-from pytest_hricdv.suggestion import nearest
 
 Kind = type[bool] | type[float] | type[str]
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from msgspec import structs
 
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.generate.suite_files import dump_tests
-from pytest_hricdv.message import visible
 from pytest_hricdv.report import EXPORT_FORMATS, terminal
 from pytest_hricdv.report.carrying import Carrying
 from pytest_hricdv.report.exported_files import ExportTargets, write_exports

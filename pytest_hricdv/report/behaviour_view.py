@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from pytest_hricdv.message import visible
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.report.formatting import Line, Style, listing, plural, width, wrap
 from pytest_hricdv.results.behaviour import Behaviour, BehaviourChanges, ChangeKind
 from pytest_hricdv.results.behaviour_diff import headline

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from pytest_hricdv import atomic_file
+from pytest_hricdv._base import atomic_file
+from pytest_hricdv.extra.search.records import SearchResult, ShrunkTest
 from pytest_hricdv.report.files import refused
 from pytest_hricdv.results.model import Report, TestResult
-from pytest_hricdv.results.searching import SearchResult, ShrunkTest
 
 FOLDERS = ("failures", "films", "traces")
 """Folders inside of a report."""

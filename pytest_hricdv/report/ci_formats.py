@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage, PlanCoverage
-from pytest_hricdv.message import visible
-from pytest_hricdv.report import behaviour_view, mutation_view, totals
+from pytest_hricdv.extra.mutation import view as mutation_view
+from pytest_hricdv.report import behaviour_view, totals
 from pytest_hricdv.report.explanation import instructions_of, violation
 from pytest_hricdv.report.formatting import by_requirement, fit, percent, plural, seconds, share
 from pytest_hricdv.report.margin import margin_text, margin_unit

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.records import MappedFile
-from pytest_hricdv.message import visible
 from pytest_hricdv.results.model import Report
 
 _HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'

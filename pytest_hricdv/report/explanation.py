@@ -3,8 +3,8 @@
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.records import ReportedNearMiss, ReportedViolation, RequirementResult
-from pytest_hricdv.message import visible
 from pytest_hricdv.report.formatting import by_requirement, natural, plural, quantity, seconds
 from pytest_hricdv.report.margin import margin_text, unit_of
 from pytest_hricdv.results.model import Report, RequirementText, TestResult

@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
-from pytest_hricdv import atomic_file
+from pytest_hricdv._base import atomic_file
 from pytest_hricdv.report.tests_view import FOLDER
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, canonical
 from pytest_hricdv.results.journal import NAME as JOURNAL_NAME

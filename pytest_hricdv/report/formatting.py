@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from pytest_hricdv.conformance.declaration import MODEL
-from pytest_hricdv.message import visible
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.oracle.declaration import MODEL
 
 Style = Literal["plain", "title", "ok", "bad", "warn", "dim"]
 

@@ -13,26 +13,18 @@ import jinja2
 from markupsafe import Markup
 from msgspec import to_builtins
 
-from pytest_hricdv.message import visible
-from pytest_hricdv.report import (
-    behaviour_view,
-    campaign_view,
-    closing_view,
-    explanation,
-    formatting,
-    holes_view,
-    mutation_view,
-    plan_view,
-    tests_view,
-    totals,
-    waivers_view,
-)
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.campaign import view as campaign_view
+from pytest_hricdv.extra.closing import view as closing_view
+from pytest_hricdv.extra.mutation import view as mutation_view
+from pytest_hricdv.extra.trend.records import changes
+from pytest_hricdv.extra.verification_plan import view as plan_view
+from pytest_hricdv.report import behaviour_view, explanation, formatting, holes_view, tests_view, totals, waivers_view
 from pytest_hricdv.report.failure_groups import failure_groups
 from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.requirement_view import requirement_view, triggers_over_time
 from pytest_hricdv.report.sources_view import Tally, code_sources, model_sources
 from pytest_hricdv.results.behaviour_diff import headline
-from pytest_hricdv.results.history import changes
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 EMBEDDED_BYTES = 1_200_000

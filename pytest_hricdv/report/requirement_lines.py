@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from pytest_hricdv.message import visible
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.report import totals
 from pytest_hricdv.report.formatting import LABEL_COLUMNS, Line, Style, fit, labelled, listing, pad, width, wrap
 from pytest_hricdv.results.model import Report, SuiteResult

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.coverage.records import ReportedNearMiss, RequirementResult
+from pytest_hricdv.extra.search.records import SearchResult
 from pytest_hricdv.report.formatting import by_requirement
 from pytest_hricdv.report.margin import NO_TEXT, margin_unit
 from pytest_hricdv.report.totals import known
 from pytest_hricdv.results.model import NcExemption, Report, RequirementText, TestResult
-from pytest_hricdv.results.searching import SearchResult
 
 SHOWN = 25
 """At most so many failures, tight passes and near misses are listed; the table of tests has the others."""

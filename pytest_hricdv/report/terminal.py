@@ -4,18 +4,16 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage
-from pytest_hricdv.message import visible
-from pytest_hricdv.report import (
-    behaviour_view,
-    campaign_view,
-    closing_view,
-    engines_view,
-    mutation_view,
-    plan_view,
-    totals,
-)
+from pytest_hricdv.extra.campaign import view as campaign_view
+from pytest_hricdv.extra.closing import view as closing_view
+from pytest_hricdv.extra.engines import view as engines_view
+from pytest_hricdv.extra.mutation import view as mutation_view
+from pytest_hricdv.extra.search.records import SearchResult, ShrunkTest
+from pytest_hricdv.extra.verification_plan import view as plan_view
+from pytest_hricdv.report import behaviour_view, totals
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
@@ -39,7 +37,6 @@ from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.requirement_lines import requirement_lines
 from pytest_hricdv.results.generation import Diagnosis, GenerationResult
 from pytest_hricdv.results.model import ReplayComparison, Report, SuiteResult
-from pytest_hricdv.results.searching import SearchResult, ShrunkTest
 
 _MAX_GAPS = 8
 _MAX_NOT_RUN = 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 
-from pytest_hricdv.message import visible
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.report.explanation import violation
 from pytest_hricdv.results.model import TestResult
 

@@ -12,9 +12,9 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from itertools import product
 
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.cross_records import ProductCoverage, ProductDeclaration
 from pytest_hricdv.coverage.records import PlanCoverage, RequirementResult
-from pytest_hricdv.message import visible
 from pytest_hricdv.report.code_formats import FileHits, hits
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 
 from msgspec.structs import replace
 
+from pytest_hricdv._base.input_file import from_json
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.records import CodeUnderTest
-from pytest_hricdv.input_file import from_json
 from pytest_hricdv.results.consistency import check_report
 from pytest_hricdv.results.derivation import derive
 from pytest_hricdv.results.journal import Journal

@@ -12,10 +12,10 @@ from typing import Final, Literal
 from msgspec import to_builtins
 from msgspec.structs import asdict
 
-from pytest_hricdv.atomic_file import write_text
+from pytest_hricdv._base.atomic_file import write_text
+from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, check_plain, from_json, read_text
+from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.records import Count, Names, Number, Record
-from pytest_hricdv.input_file import MAX_REPORT_BYTES, MalformedError, check_plain, from_json, read_text
-from pytest_hricdv.message import InputError
 from pytest_hricdv.results.behaviour import Behaviour, BusMessage
 from pytest_hricdv.results.codec import ReportError, canonical
 from pytest_hricdv.results.derivation import percentages

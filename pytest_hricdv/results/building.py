@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypedDict
 
-from pytest_hricdv.case import CaseResult, HriCase
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.reachability import Reachability
 from pytest_hricdv.coverage.records import CodeUnderTest, ReportedNearMiss, ReportedViolation, RequirementResult
+from pytest_hricdv.execution.case import CaseResult, HriCase
+from pytest_hricdv.extra.closing.records import ClosingResult
 from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.suite import Suite, diagnose
 from pytest_hricdv.monitor import Criterion, Verdict, Violation
-from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite
 from pytest_hricdv.results.gates import Exemption

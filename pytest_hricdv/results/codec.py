@@ -10,8 +10,8 @@ from pathlib import Path
 
 import msgspec
 
-from pytest_hricdv.input_file import MAX_REPORT_BYTES, MalformedError, from_json, read_text
-from pytest_hricdv.message import InputError, quoted
+from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, from_json, read_text
+from pytest_hricdv._base.message import InputError, quoted
 from pytest_hricdv.results import journal
 from pytest_hricdv.results.consistency import check_report
 from pytest_hricdv.results.model import SCHEMA, Report, TestResult

@@ -5,10 +5,10 @@ from __future__ import annotations
 import datetime
 from collections.abc import Iterable, Iterator
 
+from pytest_hricdv._base.input_file import MalformedError
+from pytest_hricdv._base.message import quoted
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.cross_product import CrossProduct
-from pytest_hricdv.input_file import MalformedError
-from pytest_hricdv.message import quoted
 from pytest_hricdv.results.model import Report, TestResult
 
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from pytest_hricdv.message import InputError
+from pytest_hricdv._base.message import InputError
 
 KINDS = ("statements", "branches", "plans", "assertions", "cross")
 """Kinds of coverage that have a percentage."""

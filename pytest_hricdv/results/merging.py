@@ -15,15 +15,15 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from msgspec.structs import replace
 
+from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.records import CodeShare
-from pytest_hricdv.message import InputError
+from pytest_hricdv.extra.search.records import SearchResult
+from pytest_hricdv.extra.verification_plan.evaluation import evaluated
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import declare_suite, derive
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.model import GatePolicy, Report, RerunOptions, SessionSummary, SuiteResult, TestResult
-from pytest_hricdv.results.planning import evaluated
-from pytest_hricdv.results.searching import SearchResult
 
 _EQUAL = (
     *("version", "testbench", "requirements", "state", "outcome_label"),

@@ -38,17 +38,17 @@ from pytest_hricdv.coverage.records import (
     SuiteCode,
     SuiteName,
 )
+from pytest_hricdv.extra.campaign.records import CampaignResult
+from pytest_hricdv.extra.closing.records import ClosingResult
+from pytest_hricdv.extra.engines.records import EngineComparison
+from pytest_hricdv.extra.mutation.records import MutationResult
+from pytest_hricdv.extra.search.records import SearchResult, ShrunkTest
+from pytest_hricdv.extra.trend.records import HistoryEntry
+from pytest_hricdv.extra.verification_plan.records import PlanPart
 from pytest_hricdv.results.behaviour import BehaviourChanges
-from pytest_hricdv.results.campaign import CampaignResult
-from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.results.difference import Difference
-from pytest_hricdv.results.engines import EngineComparison
 from pytest_hricdv.results.generation import GenerationResult
-from pytest_hricdv.results.history import HistoryEntry
-from pytest_hricdv.results.mutation import MutationResult
 from pytest_hricdv.results.origin import Origin
-from pytest_hricdv.results.plan import PlanPart
-from pytest_hricdv.results.searching import SearchResult, ShrunkTest
 
 SCHEMA: Final = "hricdv-report/1"
 TestOutcome = Literal["passed", "failed", "known-violation", "engine-sensitive", "error", "not-run"]

@@ -10,7 +10,7 @@ from functools import cached_property
 import msgspec
 import pytest
 
-from pytest_hricdv.case import HriCase
+from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.results.codec import decode, encode
 from pytest_hricdv.results.journal import Journal
 from pytest_hricdv.results.model import TestResult

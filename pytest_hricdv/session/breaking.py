@@ -17,9 +17,9 @@ from types import FrameType
 import pytest
 from _pytest.debugging import pytestPDB
 
-from pytest_hricdv.case import CaseResult, execute
 from pytest_hricdv.coverage.measurement import Measurement, debugger
-from pytest_hricdv.faults import CodeUnderTest
+from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion, PastFormula
 from pytest_hricdv.runtime.plain import Value
@@ -55,7 +55,7 @@ class Now:
 
 @dataclass
 class Events:
-    """Numbers the events of a run, as requirements see them; a watcher (see `pytest_hricdv.case.Watcher`).
+    """Numbers the events of a run, as requirements see them; a watcher (see `pytest_hricdv.execution.case.Watcher`).
 
     Args:
         stop_at: the number of the event at which `stop` is called; 0: at none.

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.case import HriCase
-from pytest_hricdv.message import visible
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.extra.engines.choice import on_engine, on_second_engine
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session import replaying
-from pytest_hricdv.session.engine_choice import on_engine, on_second_engine
 from pytest_hricdv.session.options import SESSION_DAY, Options
 from pytest_hricdv.session.replaying import ReplayInput
 from pytest_hricdv.session.suites import cases, from_text, selected_suites, to_text

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from pytest_hricdv.message import visible
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.report import EXPORT_FORMATS, ci_formats, files
 from pytest_hricdv.report.exported_files import ExportTargets, write_exports
 from pytest_hricdv.results.codec import ReportError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pytest_hricdv.project_files import hashes, short_hash, versions
+from pytest_hricdv._base.project_files import hashes, short_hash, versions
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.options import Options
 from pytest_hricdv.session.replaying import Provenance

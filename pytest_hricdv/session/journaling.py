@@ -10,7 +10,7 @@ from pathlib import Path
 
 import msgspec
 
-from pytest_hricdv.project_files import differences
+from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.report import files
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError

@@ -107,9 +107,9 @@ def warm_start(options: LearningOptions, testbench: Testbench) -> WarmStart:
 
 def _setting(line: str) -> dict[str, Any]:
     """The constant of a line, by name."""
+    from pytest_hricdv._base.suggestion import nearest
     from pytest_hricdv.generate import GenerateError
     from pytest_hricdv.generate.qlearning import QLearning
-    from pytest_hricdv.suggestion import nearest
 
     name, equals, text = (part.strip() for part in line.partition("="))
     defaults = {each.name: each.default for each in fields(QLearning) if each.name != "reward"}

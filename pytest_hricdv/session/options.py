@@ -12,6 +12,8 @@ from typing import Literal
 
 import pytest
 
+from pytest_hricdv.extra.closing.options import NAME as CLOSURE
+from pytest_hricdv.extra.closing.options import ClosingOptions, read_closing
 from pytest_hricdv.results.gates import (
     KNOWN,
     MAX_SHARDS,
@@ -26,8 +28,6 @@ from pytest_hricdv.results.gates import (
     parse_exemptions,
     parse_threshold,
 )
-from pytest_hricdv.session.closing_options import NAME as CLOSURE
-from pytest_hricdv.session.closing_options import ClosingOptions, read_closing
 from pytest_hricdv.session.learning_options import LearningOptions, read_learning
 from pytest_hricdv.session.usage import usage_error
 
@@ -85,7 +85,7 @@ class ClusterOptions:
     """On which cluster the closing loop and a search run tests.
 
     Args:
-        address: as `pytest_hricdv.cluster.address` reads it; empty: on none.
+        address: as `pytest_hricdv.extra.cluster.address` reads it; empty: on none.
         send_code: the project is sent to the workers, which do not have it.
     """
 

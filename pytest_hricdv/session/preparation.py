@@ -12,6 +12,9 @@ from functools import cached_property
 import pytest
 from msgspec import structs
 
+from pytest_hricdv.extra.engines.choice import passed_over
+from pytest_hricdv.extra.film import filming as films
+from pytest_hricdv.extra.traces import tracing
 from pytest_hricdv.report import files, terminal
 from pytest_hricdv.results.baseline import (
     Baseline,
@@ -25,10 +28,8 @@ from pytest_hricdv.results.behaviour_diff import compare_behaviour
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.judgement import Judgement, judge
 from pytest_hricdv.results.model import Report
-from pytest_hricdv.session import films, tracing
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection
-from pytest_hricdv.session.engine_choice import passed_over
 from pytest_hricdv.session.fingerprint import fingerprint
 from pytest_hricdv.session.resuming import Restoring
 from pytest_hricdv.session.run_context import RunContext

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from pytest_hricdv.message import visible
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.report.formatting import fit, width
 
 if TYPE_CHECKING:
-    from pytest_hricdv.case import HriCase
+    from pytest_hricdv.execution.case import HriCase
 
 _MINUTE_S, _HOUR_S = 60, 3600
 

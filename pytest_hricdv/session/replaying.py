@@ -15,10 +15,11 @@ from pathlib import Path
 
 from msgspec import to_builtins
 
-from pytest_hricdv.case import CaseResult, HriCase, execute
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.measurement import NoMeasurement
 from pytest_hricdv.coverage.records import RequirementResult
+from pytest_hricdv.execution.case import CaseResult, HriCase, execute
+from pytest_hricdv.extra.search.replay import Origin, Replay, ReplayError, differences, read, write
 from pytest_hricdv.generate.abstract import slug
 from pytest_hricdv.generate.concrete import ConcreteTest, values_of
 from pytest_hricdv.generate.rng import digest
@@ -27,7 +28,6 @@ from pytest_hricdv.generate.suite import Generation, Suite
 from pytest_hricdv.monitor import Criterion, PastFormula, Verdict
 from pytest_hricdv.results.building import GeneratedSuite, build_result
 from pytest_hricdv.results.model import ReplayComparison, TestResult
-from pytest_hricdv.search.replay import Origin, Replay, ReplayError, differences, read, write
 from pytest_hricdv.session.suites import check_commands
 from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench

@@ -14,30 +14,30 @@ from importlib.metadata import version
 import msgspec
 import pytest
 
-from pytest_hricdv.cluster.address import ClusterError
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.reachability import Reachability, explore, unexplored
+from pytest_hricdv.extra.cluster.address import ClusterError
+from pytest_hricdv.extra.mutation.records import MutationResult
+from pytest_hricdv.extra.search.post_session import PostSession
+from pytest_hricdv.extra.search.records import SearchResult
+from pytest_hricdv.extra.trend.trend import noted
+from pytest_hricdv.extra.verification_plan.evaluation import evaluated
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import list_model
-from pytest_hricdv.message import visible
 from pytest_hricdv.report import files, terminal
 from pytest_hricdv.results.assembling import assemble
 from pytest_hricdv.results.building import SessionInfo, declare_report
 from pytest_hricdv.results.codec import ReportError, encode
 from pytest_hricdv.results.model import GatePolicy, GateResult, ModelSource, Report, RerunOptions, TestResult
-from pytest_hricdv.results.mutation import MutationResult
-from pytest_hricdv.results.planning import evaluated
-from pytest_hricdv.results.searching import SearchResult
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
 from pytest_hricdv.session.origin import origin
-from pytest_hricdv.session.post_session import PostSession
 from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.replaying import Rerunning
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.signals import Signals
-from pytest_hricdv.session.trend import noted
 
 MARKUP: dict[str, dict[str, bool]] = {
     "title": {"bold": True},
@@ -157,7 +157,7 @@ class Reporting:
         """Searches, on a cluster where one is named."""
         if not self.options.cluster.address:
             return after.search(results)
-        from pytest_hricdv.session.remote_runs import remote_runs  # only where it is asked for
+        from pytest_hricdv.extra.cluster.remote_runs import remote_runs  # only where it is asked for
 
         try:
             with remote_runs(self.context, lambda text: self.collection.say(f"hricdv: {text}")) as after.remote:
@@ -170,7 +170,10 @@ class Reporting:
         """Tries mutants of the code under test, if asked to."""
         if self.interrupted or not self.options.mutation.asked:
             return None
-        from pytest_hricdv.session.mutating import Mutating, MutationError  # it needs mutmut, which not everyone has
+        from pytest_hricdv.extra.mutation.mutating import (  # it needs mutmut, which not everyone has
+            Mutating,
+            MutationError,
+        )
 
         self.collection.say("")  # ends the line of dots
         processes = self.aggregation.workers if self.aggregation.is_distributed else os.cpu_count() or 1

@@ -9,9 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.case import CaseResult, Watcher, execute, oracles
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
+from pytest_hricdv.execution.case import CaseResult, Watcher, execute, oracles
+from pytest_hricdv.extra.film.filming import Filming
+from pytest_hricdv.extra.traces.tracing import Tracing
+from pytest_hricdv.extra.verification_plan.file import Known, PlanError, load_plan
+from pytest_hricdv.extra.verification_plan.records import PlanPart
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import (
     Criterion,
@@ -24,13 +28,9 @@ from pytest_hricdv.monitor import (
 )
 from pytest_hricdv.results.building import requirement_texts
 from pytest_hricdv.results.model import RequirementText
-from pytest_hricdv.results.plan import PlanPart
 from pytest_hricdv.run import Actions
 from pytest_hricdv.session.collection import Collection
-from pytest_hricdv.session.films import Filming
-from pytest_hricdv.session.plan_file import Known, PlanError, load_plan
 from pytest_hricdv.session.replaying import Failures, Provenance
-from pytest_hricdv.session.tracing import Tracing
 from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import ConformanceError
 
@@ -170,7 +170,7 @@ class RunContext:
         producing: Actions | None = None,
         watching: Iterable[Watcher] = (),
     ) -> CaseResult:
-        """Run a test as the session judges it; see `pytest_hricdv.case.execute`."""
+        """Run a test as the session judges it; see `pytest_hricdv.execution.case.execute`."""
         bench, known_while = self.collection.testbench, self.known_while
         return execute(bench, self.requirements, test, measurement, context, None, known_while, producing, watching)
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import msgspec
 
-from pytest_hricdv.case import CaseResult, HriCase
+from pytest_hricdv.execution.case import CaseResult, HriCase
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.report import explanation
 from pytest_hricdv.results.building import Ending, build_result

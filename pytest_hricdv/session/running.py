@@ -11,18 +11,18 @@ from typing import TypedDict
 import pytest
 from msgspec.structs import replace
 
-from pytest_hricdv.case import CaseResult, HriCase, execute
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
+from pytest_hricdv.execution.case import CaseResult, HriCase, execute
+from pytest_hricdv.extra.engines.comparison import compare
+from pytest_hricdv.extra.engines.verdict import ENGINE_SENSITIVE, judge_engines, unknown_on_any
+from pytest_hricdv.extra.film.filming import film_text
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import ci_formats, explanation
 from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.codec import encode
-from pytest_hricdv.results.engine_comparison import compare
 from pytest_hricdv.results.model import TestOutcome, TestResult
 from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.session.collection import case_of
-from pytest_hricdv.session.engine_verdict import ENGINE_SENSITIVE, judge_engines, unknown_on_any
-from pytest_hricdv.session.films import film_text
 from pytest_hricdv.session.replaying import replay_mismatch
 from pytest_hricdv.session.run_context import RunContext
 

@@ -17,7 +17,7 @@ from typing import IO, TYPE_CHECKING, NoReturn
 import msgspec
 import pytest
 
-from pytest_hricdv.cluster.identity import identity
+from pytest_hricdv.extra.cluster.identity import identity
 
 try:
     import resource
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 PRELOADED = (
-    "pytest_hricdv.conformance.conformance_monitor",
+    "pytest_hricdv.extra.oracle.conformance_monitor",
     "pytest_hricdv.monitor.parser",
     *(f"pytest_hricdv.session.{name}" for name in ("aggregation", "exports", "preparation", "progress", "reporting")),
 )

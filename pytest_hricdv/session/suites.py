@@ -9,15 +9,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv.atomic_file import write_text
-from pytest_hricdv.case import HriCase
+from pytest_hricdv._base.atomic_file import write_text
+from pytest_hricdv._base.input_file import from_cache
+from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.concrete import UNIFORM, check_values, expand
 from pytest_hricdv.generate.context import GenerationContext, Method
 from pytest_hricdv.generate.methods import ALL, ByHand, select_methods
 from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.generate.suite_files import Files, dump_tests
-from pytest_hricdv.input_file import from_cache
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session.learning_options import METHOD, parameters, warm_start
 from pytest_hricdv.session.options import MAX_TESTS, Options

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pytest_hricdv.message import legible
+from pytest_hricdv._base.message import legible
 
 
 def usage_error(text: str) -> pytest.UsageError:

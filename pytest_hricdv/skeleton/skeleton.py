@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from pytest_hricdv import atomic_file
-from pytest_hricdv.message import InputError
+from pytest_hricdv._base import atomic_file
+from pytest_hricdv._base.message import InputError
 
 TEMPLATE = Path(__file__).parent / "template"
 

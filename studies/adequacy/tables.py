@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import Any
 
+from pytest_hricdv.extra.mutation.records import MutantResult, MutantStatus, MutationResult, MutationScore
 from pytest_hricdv.report.formatting import by_requirement
 from pytest_hricdv.results import proportion
 from pytest_hricdv.results.model import Report
-from pytest_hricdv.results.mutation import MutantResult, MutantStatus, MutationResult, MutationScore
 from studies import page, session
 
 

@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass
 
-from pytest_hricdv.close.observation import code_points
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
+from pytest_hricdv.extra.closing.observation import code_points
+from pytest_hricdv.extra.closing.records import ClosingResult
 from pytest_hricdv.generate.rng import make_rng, shuffled
-from pytest_hricdv.results.closing import ClosingResult
 from pytest_hricdv.results.model import Report, TestResult
 from studies.session import SessionError
 

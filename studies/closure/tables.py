@@ -7,7 +7,7 @@ from statistics import fmean
 from typing import Any
 
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.report.closing_view import kind_text, point_text
+from pytest_hricdv.extra.closing.view import kind_text, point_text
 from pytest_hricdv.results.model import Report
 from studies import estimates, page, session
 from studies.closure.growth import Growth, wanted_points

@@ -12,8 +12,8 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+from pytest_hricdv.extra.engines.agreement import Agreement, agreement
 from pytest_hricdv.results.codec import ReportError
-from pytest_hricdv.results.engine_agreement import Agreement, agreement
 from studies import grid, page, session
 from studies.dependencies import DependencyError
 from studies.engines.tables import context

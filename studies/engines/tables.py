@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
+from pytest_hricdv.extra.engines.agreement import Agreement
 from pytest_hricdv.report.formatting import natural
-from pytest_hricdv.results.engine_agreement import Agreement
 from studies import page, session
 
 PAPER = ("R1", "R2", "R3", "R4")

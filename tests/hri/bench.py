@@ -10,8 +10,8 @@ from itertools import count
 from pathlib import Path
 
 import conftest
-from pytest_hricdv.case import CaseResult, execute
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
+from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.generate.context import GenerationContext

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cache
 
-from pytest_hricdv.case import CaseResult, execute, oracles
 from pytest_hricdv.coverage.code_map import CodeMap, map_code
 from pytest_hricdv.coverage.measurement import Measurement, choose
+from pytest_hricdv.execution.case import CaseResult, execute, oracles
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.monitor import Criterion

@@ -11,7 +11,7 @@ from controller import deciding, finishing, machine
 from controller.ports import LegReady, TurnDone
 from controller.robot import Robot
 from controller.settings import Settings
-from pytest_hricdv.case import execute, oracles
+from pytest_hricdv.execution.case import execute, oracles
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion, Verdict
 from tests.hri import bench

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.case import CaseResult
 from pytest_hricdv.coverage.measurement import Measurement
+from pytest_hricdv.execution.case import CaseResult
 from sim.engines import known
 from sim.workshop import Workshop
 from tests.hri import bench

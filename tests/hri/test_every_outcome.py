@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from controller.journal import DISCARDED, NO_HUMAN_READY, OUTCOMES, SENSING_TIMEOUT
-from pytest_hricdv.case import execute
+from pytest_hricdv.execution.case import execute
 from sim.turns import SENSORS
 from tests.hri import bench
 from tests.hri.disturbed import Line, concrete

@@ -8,7 +8,7 @@ from itertools import islice
 
 import pytest
 
-from pytest_hricdv.case import CaseResult
+from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.generate.concrete import ConcreteTest
 from sim.workshop import Workshop
 from tests.hri import bench

@@ -9,7 +9,7 @@ import pytest
 from controller import finishing, machine
 from controller.robot import Robot
 from controller.settings import Settings
-from pytest_hricdv.case import CaseResult
+from pytest_hricdv.execution.case import CaseResult
 from sim.layout import PICKUP_M
 from tests.hri import bench
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from pytest_hricdv.case import CaseResult, execute, oracles
 from pytest_hricdv.disturbance import MessageDisturbance
+from pytest_hricdv.execution.case import CaseResult, execute, oracles
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import concretize
 from pytest_hricdv.testbench import Constant, Disturbance, Doubled, Late, Lost

@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from pytest_hricdv.case import CaseResult, execute
+from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import abstract_from, concretize
 from pytest_hricdv.online.chooser import (

@@ -12,7 +12,7 @@ import pytest
 from controller import fetching, machine
 from controller.robot import Robot
 from controller.settings import Settings
-from pytest_hricdv.case import CaseResult
+from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Verdict
 from sim.layout import PICKUP_M

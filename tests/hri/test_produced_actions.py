@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from pytest_hricdv.case import CaseResult, execute
+from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, abstract_from, concretize
 from pytest_hricdv.run import Actions, Run
 from sim.engine import SimulationError

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from pytest_hricdv.extra.search import Budget
+from pytest_hricdv.extra.search.shrink import failure_signature, has_signature, shrink
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.search import Budget
-from pytest_hricdv.search.shrink import failure_signature, has_signature, shrink
 from tests.hri import bench
 
 CRUSHED = "rl-leg1-0e72cf23"

@@ -9,7 +9,7 @@ import pytest
 
 import conftest
 from controller import machine
-from pytest_hricdv.case import CaseResult
+from pytest_hricdv.execution.case import CaseResult
 from tests.hri import bench
 from tests.hri.user import HOST, pytest_run
 

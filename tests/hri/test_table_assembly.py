@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.case import HriCase
+from pytest_hricdv.execution.case import HriCase
 
 
 def test_table_assembly(hri_case: HriCase) -> None:

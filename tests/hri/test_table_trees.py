@@ -9,11 +9,11 @@ from functools import cache
 
 import pytest
 
-from pytest_hricdv.case import CaseResult, execute
-from pytest_hricdv.close.branching import Leaf, may_fork
-from pytest_hricdv.close.tree_runner import TreeRunner
 from pytest_hricdv.coverage.code_map import map_code
 from pytest_hricdv.coverage.measurement import Measurement, choose
+from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.extra.closing.branching import Leaf, may_fork
+from pytest_hricdv.extra.closing.tree_runner import TreeRunner
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.run import Actions

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.campaign.conftest import environment
+from tests.extra.campaign.conftest import environment
 from tests.plugin import project
 from tests.plugin.ide import Client, under_an_ide
 

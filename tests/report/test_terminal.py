@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.message import visible
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.report.formatting import Line, fit, listing, pad, width
 from pytest_hricdv.report.terminal import header, summary
 from tests.report import sample

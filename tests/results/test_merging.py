@@ -9,7 +9,7 @@ from msgspec import convert, json
 from msgspec.structs import replace
 
 from pytest_hricdv.coverage.records import CodeShare
-from pytest_hricdv.results.closing import ClosingResult
+from pytest_hricdv.extra.closing.records import ClosingResult
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import derive
 from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards

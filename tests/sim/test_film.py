@@ -11,18 +11,18 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from pytest_hricdv.case import CaseResult
-from pytest_hricdv.film import film
-from pytest_hricdv.film.recorder import ALARM
-from pytest_hricdv.film.video import FRAMES_PER_S
+from pytest_hricdv.execution.case import CaseResult
+from pytest_hricdv.extra.film import film
+from pytest_hricdv.extra.film.filming import FOLDER, Filming
+from pytest_hricdv.extra.film.recorder import ALARM
+from pytest_hricdv.extra.film.video import FRAMES_PER_S
 from pytest_hricdv.results.model import FilmResult
 from pytest_hricdv.runtime import Recorder
-from pytest_hricdv.session.films import FOLDER, Filming
 from sim.film import GAP_PX, HAND_PX, HEIGHT_PX, SCENE_PX, Camera, bodies, visible
 from sim.person import HEAD_RADIUS_M
 from sim.shapes import Box, Cylinder, Sphere
 from sim.world import World
-from tests.film.decoded import decoded
+from tests.extra.film.decoded import decoded
 from tests.hri import bench
 
 IN_THE_WAY = {"rest_x_m": 0.49, "rest_y_m": -0.27, "rest_z_m": 0.53}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pytest_hricdv.message import InputError, excerpt, legible
+from pytest_hricdv._base.message import InputError, excerpt, legible
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,12 +12,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_hricdv import input_file
+from pytest_hricdv._base import input_file
+from pytest_hricdv._base.grammar import lark_parser
+from pytest_hricdv._base.input_file import MalformedError
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
 from pytest_hricdv.bdi.language.syntax import Include, InitialGoal, Plan, Program, Rule, Trigger
 from pytest_hricdv.bdi.language.terms import Structure, Term
-from pytest_hricdv.grammar import lark_parser
-from pytest_hricdv.input_file import MalformedError
 
 if TYPE_CHECKING:
     from lark import Lark

@@ -1,0 +1,1 @@
+"""What everything else stands on: messages of errors, input files, atomic files, grammars."""

@@ -1,0 +1,88 @@
+"""Parsers from lark grammars, with a cache in the user's cache folder: building the tables takes most of the time.
+
+A cached parser is a pickle, so only a folder that no other user can write to is used. A file that is missing,
+damaged or from other versions is ignored and written again; where nothing can be written, the parser is built in
+every process.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import stat
+import sys
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pytest_hricdv._base.atomic_file import write_bytes
+
+if TYPE_CHECKING:
+    from lark import Lark
+
+_DIGEST_BYTES = hashlib.sha256().digest_size
+
+
+def lark_parser(grammar: Path, **options: Any) -> Lark:
+    """The LALR parser of a grammar file.
+
+    Args:
+        grammar: the file, which imports no other.
+        options: of `lark.Lark`. The postlexer must be an instance, without state, of a class in a module.
+    """
+    from lark import Lark
+
+    text = grammar.read_text(encoding="utf-8")
+    file = _cache_file(grammar.stem, text, options)
+    parser = None if file is None else _load(file)
+    if parser is None:
+        parser = Lark(text, parser="lalr", **options)
+        if file is not None:
+            _save(parser, file)
+    return parser
+
+
+def _cache_file(name: str, text: str, options: dict[str, Any]) -> Path | None:
+    """The file of a parser in the user's cache folder, which is created; None if the folder is not safe to use."""
+    import lark
+
+    try:
+        folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "pytest-hricdv"
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not _is_private(folder):
+            return None
+    except (OSError, RuntimeError):  # RuntimeError: there is no home folder
+        return None
+    described = {name: type(value) if name == "postlex" else value for name, value in sorted(options.items())}
+    key = hashlib.sha256(repr((text, described, lark.__version__, sys.version)).encode()).hexdigest()
+    return folder / f"{name}-{key[:16]}.lark"
+
+
+def _is_private(folder: Path) -> bool:
+    """Whether the folder belongs to this user, and no other can write to it."""
+    if sys.platform == "win32":
+        return True  # The user's profile is private; the mode says nothing there.
+    status = folder.stat()
+    return status.st_uid == os.getuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def _load(file: Path) -> Lark | None:
+    """The parser in a cache file; None if there is none that can be used."""
+    from lark import Lark
+
+    try:
+        content = file.read_bytes()
+        digest, data = content[:_DIGEST_BYTES], content[_DIGEST_BYTES:]
+        return Lark.load(BytesIO(data)) if digest == hashlib.sha256(data).digest() else None
+    except Exception:  # Whatever is wrong with a cache, the grammar is at hand.
+        return None
+
+
+def _save(parser: Lark, file: Path) -> None:
+    """Write a parser to its cache file, if that can be done."""
+    buffer = BytesIO()
+    parser.save(buffer)
+    data = buffer.getvalue()
+    with contextlib.suppress(OSError):
+        write_bytes(file, hashlib.sha256(data).digest() + data)

@@ -1,0 +1,224 @@
+"""Files from outside, and texts from them: read within limits, and checked, before anything is made of them.
+
+A file that a user, a colleague or a CI service hands over may be cut off, edited, or not be a file at all. Every reader
+of one begins here, so that all have the same limits and speak of a fault in the same way: with its place.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pytest_hricdv._base.message import InputError, quoted
+
+MAX_BYTES = 20_000_000
+"""Greatest size of a file of tests, a replay file or a table: a hundred times that of a large suite. A text of tests
+that has more takes more than seconds."""
+
+MAX_REPORT_BYTES = 500_000_000
+"""Greatest size of a report or a baseline, which have every run of a suite: enough for 20,000 long ones."""
+
+MAX_TOML_BYTES = 1_000_000
+"""Greatest size of a TOML file, all of which people write: a thousand requirements. Reading more takes seconds."""
+
+MAX_DEPTH = 64
+"""Greatest depth of lists and tables in each other: ten times that of any file here, and safe for Python's stack."""
+
+MAX_DIGITS = 19
+"""Digits of the largest whole number: seeds have 63 bits. Python needs seconds for a number of a million digits."""
+
+_BLOCK = 1_000_000
+"""So many bytes are read of a file that says to have fewer."""
+
+T = TypeVar("T")
+
+_PARTS = re.compile(
+    r'"(?:[^"\\\n]|\\.)*+"|(?P<number>(?<![\w.])[-+]?\d[\d_]*+(?![.\w]))|(?P<word>(?<![\w.])-?(?:NaN|Infinity)\b)'
+    r"|(?P<open>[\[{])|(?P<close>[\]}])"
+)
+_KEY = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_DEEP_KEY = re.compile(rf"(?<![\w.-]){_KEY}(?:[ \t]*+\.[ \t]*+{_KEY}){{{MAX_DEPTH}}}")
+"""Of TOML; the time that `tomllib` needs for one grows with the square of its length."""
+_ZEROS = bytes.maketrans(b"123456789", b"000000000")
+
+
+class MalformedError(InputError, ValueError):
+    """A file is not what it should be.
+
+    The message is to follow the file's name: `:3:7: not JSON ...`, or `: Expected ... - at $.tests[3].outcome`.
+    """
+
+
+def read_text(path: Path, most: int = MAX_BYTES) -> str:
+    """The text of a UTF-8 file, with plain line ends and without a byte order mark.
+
+    Args:
+        path: the file.
+        most: its greatest size, in bytes.
+
+    Raises:
+        FileNotFoundError: there is none.
+        MalformedError: it is a folder, a pipe or a device, unreadable, too large, or not UTF-8.
+    """
+    data = read_bytes(path, most)
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        before = data[: error.start]
+        line, column = before.count(b"\n") + 1, error.start - (before.rfind(b"\n") + 1) + 1
+        raise MalformedError(f":{line}:{column}: not UTF-8 text: byte 0x{data[error.start]:02x}") from None
+    return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
+    """The content of a file. Raises as `read_text`, whatever the bytes are."""
+    try:
+        kind = path.stat().st_mode
+        if not stat.S_ISREG(kind):  # opening a pipe would wait for ever, and a device may have no end
+            what = "a folder" if stat.S_ISDIR(kind) else "no regular file but a pipe, socket or device"
+            raise MalformedError(f": {what}; expected a file")
+        with path.open("rb") as file:
+            size = os.fstat(file.fileno()).st_size
+            data = b"" if size > most else file.read(max(size, _BLOCK) + 1)  # files of /proc have contents, but no size
+    except (FileNotFoundError, MalformedError):
+        raise
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        raise MalformedError(f": cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if max(size, len(data)) > most or len(data) > max(size, _BLOCK):
+        raise MalformedError(f": too large: {max(size, len(data)):,} bytes; expected at most {most:,}")
+    return data
+
+
+def from_json(text: str, kind: type[T]) -> T:
+    """A value of this type from the text of a JSON file; the type is its schema.
+
+    Raises:
+        MalformedError: the text is no JSON, or other JSON than `kind` has, or has a number that is too large.
+    """
+    import msgspec  # not at the top: a session that reads no file does not need it
+
+    if _may_have_long_number(text) and (fault := _limit_fault(text)):  # msgspec's limit is that of a float
+        raise MalformedError(fault)
+    try:
+        return msgspec.json.decode(text, type=kind)
+    except msgspec.ValidationError as error:  # also raised for the valid beginning of a text that is no JSON
+        raise MalformedError(_json_fault(text) or f": {error}") from None
+    except RecursionError:
+        raise MalformedError(_limit_fault(text) or ": nested too deeply") from None
+    except (msgspec.DecodeError, UnicodeEncodeError) as error:  # the latter: a lone surrogate in the text
+        raise MalformedError(_json_fault(text) or f": not JSON: {error}") from None
+
+
+def _may_have_long_number(text: str) -> bool:
+    """Whether there are more digits in a row than a whole number may have; they may also be part of a text.
+
+    A regular expression would take five times as long as reading the file.
+    """
+    digits, run = text.encode("utf-8", "surrogatepass").translate(_ZEROS), b"0" * (MAX_DIGITS + 1)
+    place = digits.find(run)
+    while place >= 0:
+        before = digits[place - 1 : place]
+        if not (before.isalnum() or before == b"."):  # after a point they are decimals
+            return True
+        place = digits.find(run, place + len(run))
+    return False
+
+
+def from_toml(text: str) -> dict[str, object]:
+    """The tables of a TOML file.
+
+    Raises:
+        MalformedError: the text is no TOML, is nested too deeply, or has a number that is too large.
+    """
+    import tomllib
+
+    if deep := _DEEP_KEY.search(text):
+        where = _place(text, deep.start())
+        raise MalformedError(f"{where}: nested too deeply; expected a depth of at most {MAX_DEPTH}")
+    try:
+        tables = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        where = f":{place[1]}:{place[2]}" if place else f":{max(1, len(text.splitlines()))}:1"
+        raise MalformedError(f"{where}: not TOML: {str(error).partition(' (at')[0]}") from None
+    except (RecursionError, ValueError) as error:  # ValueError: a number of thousands of digits, or no such day
+        raise MalformedError(_limit_fault(text) or f": not TOML: {error}") from None
+    check_plain(tables)
+    return tables
+
+
+def from_cache(cache: Any | None, key: str) -> Any:
+    """What pytest's cache has; None where there is none, or it cannot be read: then it is made anew.
+
+    Args:
+        cache: `config.cache`, or None where the cache plugin is off.
+        key: as of `Cache.get`.
+    """
+    try:
+        value = None if cache is None else cache.get(key, None)
+        check_plain(value)
+    except (RecursionError, MalformedError):  # the cache itself catches what is no JSON
+        return None
+    return value
+
+
+def check_plain(value: object) -> None:
+    """Check data that no schema describes.
+
+    Raises:
+        MalformedError: it is nested too deeply, or a number is not finite or too large.
+    """
+    places: list[tuple[str, int, object]] = [("$", 0, value)]
+    while places:
+        place, depth, part = places.pop()
+        if depth > MAX_DEPTH:
+            raise MalformedError(f": nested too deeply; expected a depth of at most {MAX_DEPTH} - at `{place[:40]}...`")
+        if isinstance(part, float) and not math.isfinite(part):
+            raise MalformedError(f": expected a finite number, got {part} - at `{place}`")
+        if isinstance(part, int) and abs(part) >= 10**MAX_DIGITS:
+            raise MalformedError(f": expected at most {MAX_DIGITS} digits, got {quoted(part)} - at `{place}`")
+        places += [(f"{place}{name}", depth + 1, each) for name, each in _items(part)]
+
+
+def _items(value: object) -> Iterator[tuple[str, object]]:
+    if isinstance(value, dict):
+        yield from ((f".{key}", each) for key, each in value.items())
+    elif isinstance(value, list):
+        yield from ((f"[{index}]", each) for index, each in enumerate(value))
+
+
+def _json_fault(text: str) -> str:
+    """Line and column of what is no JSON: the standard decoder names them, msgspec's does not."""
+    import json
+
+    try:
+        json.loads(text, parse_int=str, parse_float=str)
+    except json.JSONDecodeError as error:
+        return f":{error.lineno}:{error.colno}: not JSON, perhaps cut off ({error.msg})"
+    except RecursionError:
+        pass
+    return _limit_fault(text)
+
+
+def _limit_fault(text: str) -> str:
+    """Line and column of the first bracket that is nested too deeply, or number that is too large; else empty."""
+    depth = 0
+    for part in _PARTS.finditer(text):
+        depth += (part.lastgroup == "open") - (part.lastgroup == "close")
+        if depth > MAX_DEPTH:
+            return f"{_place(text, part.start())}: nested too deeply; expected a depth of at most {MAX_DEPTH}"
+        if part.lastgroup == "word":
+            return f"{_place(text, part.start())}: expected a finite number, got {part[0]}"
+        if part.lastgroup == "number" and (digits := len(part[0].lstrip("+-").replace("_", ""))) > MAX_DIGITS:
+            place = _place(text, part.start())
+            return f"{place}: expected a number of at most {MAX_DIGITS} digits, got one of {digits}"
+    return ""
+
+
+def _place(text: str, index: int) -> str:
+    return f":{text.count(chr(10), 0, index) + 1}:{index - text.rfind(chr(10), 0, index)}"

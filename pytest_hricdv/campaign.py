@@ -1,0 +1,8 @@
+"""`python -m pytest_hricdv.campaign`: runs each test with many seeds; see `pytest_hricdv.extra.campaign`."""
+
+import sys
+
+from pytest_hricdv.extra.campaign.__main__ import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Running one concrete test, and the processes in which tests are run."""

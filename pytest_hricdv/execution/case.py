@@ -1,0 +1,333 @@
+"""One generated test: what `hri_case` is, and how it runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Protocol
+
+from pytest_hricdv.coverage.code_map import Bits
+from pytest_hricdv.coverage.cross_product import Bin
+from pytest_hricdv.coverage.measurement import Measurement, debugger
+from pytest_hricdv.execution import faults
+from pytest_hricdv.execution.faults import CodeUnderTest
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, Concretization, concretize
+from pytest_hricdv.monitor import (
+    Criterion,
+    Log,
+    MonitorSet,
+    PastFormula,
+    Requirement,
+    Verdict,
+    Vocabulary,
+    explained,
+    watched,
+)
+from pytest_hricdv.run import Actions
+from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
+from pytest_hricdv.runtime.plain import Value
+from pytest_hricdv.runtime.virtual import VirtualModules
+from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
+
+if TYPE_CHECKING:
+    from pytest_hricdv.extra.oracle.conformance_monitor import ConformanceMonitor
+
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
+
+class Watcher(Protocol):
+    """Sees a run in the words of its requirements, as the monitors do."""
+
+    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None: ...
+
+    def signal(self, time_s: float, name: str, value: Value) -> None: ...
+
+
+class MonitorFeed:
+    """Forwards events of the record to the monitors: those that the vocabulary names, numbers as floats."""
+
+    def __init__(self, monitors: Watcher, vocabulary: Vocabulary) -> None:
+        self._monitors = monitors
+        self._fields = {topic: dict(fields) for topic, fields in vocabulary.messages.items()}
+        self._signals = dict(vocabulary.signals)
+
+    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
+        """See `runtime.record.Listener`. A field that is not as its class declares it is a TypeError."""
+        kinds = self._fields.get(topic)
+        if kinds is None:
+            return  # a topic of ROS 2 that the testbench does not declare, so no requirement names it
+        for name, kind in kinds.items():
+            if not (_is_of(kind, fields[name]) or (kind is not str and isinstance(fields[name], int))):
+                raise TypeError(f"{topic}.{name} is {fields[name]!r} at {time_s:.6f} s: declared as {kind.__name__}")
+        self._monitors.message(time_s, topic, {name: kind(fields[name]) for name, kind in kinds.items()})
+
+    def signal(self, time_s: float, name: str, value: float | bool | str) -> None:
+        """See `runtime.record.Listener`.
+
+        Raises:
+            KeyError: the testbench did not declare such a signal.
+            TypeError: it declared it with another type.
+        """
+        kind = self._signals.get(name)
+        if kind is None:
+            raise KeyError(f"signal {name!r} is recorded but not declared in the testbench's signals")
+        if not _is_of(kind, value):
+            where = f"signal {name} is {value!r} at {time_s:.6f} s"
+            raise TypeError(f"{where}: the testbench declares it as {kind.__name__}")
+        self._monitors.signal(time_s, name, value)
+
+
+def _is_of(kind: type, value: Value) -> bool:
+    """Whether a value is of a declared type; a whole number is a float, a bool is none."""
+    if kind is float:
+        return isinstance(value, float | int) and not isinstance(value, bool)
+    return isinstance(value, kind)
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """The result of one run: outcome, record, a verdict per requirement, and coverage (None: unmeasured)."""
+
+    test: ConcreteTest
+    outcome: Outcome
+    record: Record
+    sim_s: float
+    verdicts: tuple[Verdict, ...]
+    code: Bits | None
+    cross: Mapping[str, tuple[Bin, ...]] = field(default_factory=dict)
+    """The bins that the run hit, by cross product, verdicts included."""
+    acted_s: tuple[float, ...] = ()
+    """When each of the test's actions began (s of simulated time), as far as the testbench's `run` reported it."""
+    ending_faults: tuple[str, ...] = ()
+    """What is wrong with how the run ended, a sentence each (see `pytest_hricdv.execution.faults`)."""
+    bin_faults: tuple[str, ...] = ()
+    """What is wrong with the bins that the run hit, a sentence each."""
+    has_measured_node: bool = True
+    """Whether the testbench's `run` wrapped a node with `run.measured`: otherwise nothing of the code was measured."""
+    error: NodeError | None = None
+    """The failure of a node that ended the run; it is one of the faults."""
+    engine: str = ""
+    """The physics engine that it ran on; empty where the testbench has none."""
+    beside: CaseResult | None = field(default=None, repr=False)
+    """The same test on a second engine, of a session in which engines check each other."""
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """What is wrong with the run beside its requirements, a sentence each."""
+        return (*self.ending_faults, *self.bin_faults)
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """The requirements that the run violated."""
+        return tuple(verdict.requirement for verdict in self.verdicts if verdict.verdict == "Failed")
+
+    def unknown(self, known: Container[str]) -> tuple[str, ...]:
+        """The requirements that the run violated and that are not known to fail, or not under the condition then."""
+        return tuple(each for each in self.failed if each not in known or self.verdict(each).outside)
+
+    def verdict(self, requirement: str) -> Verdict:
+        """The verdict of one requirement. Raises KeyError for one that does not exist."""
+        return {verdict.requirement: verdict for verdict in self.verdicts}[requirement]
+
+
+def execute(
+    testbench: Testbench,
+    requirements: tuple[Criterion, ...],
+    test: ConcreteTest,
+    measurement: Measurement,
+    context: str,
+    filming: Callable[[Run], AbstractContextManager[None]] | None = None,
+    known_while: Mapping[str, PastFormula] = MappingProxyType({}),
+    producing: Actions | None = None,
+    watching: Iterable[Watcher] = (),
+    begun: Callable[[CodeUnderTest], None] = lambda code: None,
+) -> CaseResult:
+    """Run one concrete test: a pure function of the test and the code.
+
+    Args:
+        requirements: of the testbench, loaded, and the agent that each run is compared with, if there is one.
+        measurement: measures the code under test.
+        context: name of this test's share of the measurement.
+        filming: see `Run`.
+        known_while: requirement -> condition under which its violations are known; others are marked as outside.
+        producing: produces the actions while the run goes on; the result's test has those that were taken (see
+            `Run.enacted`).
+        watching: who else sees the run, before what produces its actions asks them.
+        begun: called before the run, with what knows the nodes of the code under test.
+
+    Raises:
+        TestbenchError: the testbench's `run` returned no Outcome.
+        NodeError: a node failed, and after that the testbench or the monitors could not finish the run.
+    """
+    recorder = Recorder()
+    monitors = MonitorSet(_formulas(requirements))
+    followers = _followers(requirements, test)
+    vocabulary = testbench.vocabulary()
+    watchers: tuple[Watcher, ...] = (monitors, *followers, *watching)
+    recorder.listeners += [MonitorFeed(each, vocabulary) for each in watchers]
+    # Disable the watchdog while debugging.
+    kernel = Kernel(stuck_after_s=math.inf if debugger() else None)
+    code = CodeUnderTest(kernel, lambda body: measurement.measured(context, body))
+    begun(code)
+    run = Run(
+        test=test,
+        kernel=kernel,
+        bus=Bus(kernel, testbench.messages, recorder, code.is_running),
+        recorder=recorder,
+        measured=code.node,
+        monitors=monitors,
+        filming=filming,
+        fidelity=testbench.fidelity,
+        engine=testbench.engine,
+        disturbances=testbench.disturbances,
+        producing=producing,
+    )
+    kernel.virtual = frozenset(testbench.virtual)
+    modules = VirtualModules(testbench.code)
+    if testbench.ros2 is not None:
+        from pytest_hricdv.extra.ros2.system import Ros2Overlay  # an optional part
+
+        run.rclpy = Ros2Overlay(testbench.ros2, testbench.code)
+        modules = run.rclpy.modules
+        kernel.virtual |= Ros2Overlay.VIRTUAL
+    try:
+        with modules.installed():
+            outcome, verdicts, record = _finished(testbench, requirements, followers, run, known_while)
+    except Exception:
+        if run.ending is not None and run.ending.error is not None:
+            raise run.ending.error from run.ending.error.__cause__  # what fails after it may be its consequence
+        raise
+    cross, bin_faults = faults.of_bins(testbench, outcome, verdicts)
+    covered = measurement.take(context)
+    ended = [*faults.of_ending(run.ending, code, testbench.may_end)] if run.ending else []
+    ended += run.rclpy.stuck_nodes if run.rclpy is not None else []
+    return CaseResult(
+        test=run.enacted,
+        outcome=outcome,
+        record=record,
+        sim_s=kernel.now_s,
+        verdicts=verdicts,
+        code=covered if code.has_run else None,
+        has_measured_node=code.has_run,
+        cross=cross,
+        acted_s=tuple(run.acted_s),
+        ending_faults=tuple(ended),
+        bin_faults=tuple(bin_faults),
+        error=run.ending.error if run.ending else None,
+        engine=testbench.engine,
+    )
+
+
+def oracles(testbench: Testbench) -> tuple[Criterion, ...]:
+    """The agent that each run of a testbench is compared with, ready for it; none if it declares none.
+
+    Raises:
+        ConformanceError: a correspondence names what the model, or the run, does not have.
+        RequirementError: a condition of it does not parse.
+    """
+    if testbench.conformance is None:
+        return ()
+    from pytest_hricdv.extra.oracle.oracle import load_oracle
+
+    vocabulary, parameters = testbench.vocabulary(), testbench.concretization.run
+    return (load_oracle(testbench.conformance, testbench.model, vocabulary, parameters),)
+
+
+def _formulas(requirements: Iterable[Criterion]) -> tuple[Requirement, ...]:
+    return tuple(each for each in requirements if isinstance(each, Requirement))
+
+
+def _followers(requirements: Sequence[Criterion], test: ConcreteTest) -> tuple[ConformanceMonitor, ...]:
+    others = [each for each in requirements if not isinstance(each, Requirement)]
+    if not others:
+        return ()
+    from pytest_hricdv.extra.oracle.conformance_monitor import ConformanceMonitor  # loads the BDI engine
+    from pytest_hricdv.extra.oracle.oracle import Oracle
+
+    return tuple(ConformanceMonitor(each, test.run) for each in others if isinstance(each, Oracle))
+
+
+def _finished(
+    testbench: Testbench,
+    requirements: tuple[Criterion, ...],
+    followers: tuple[ConformanceMonitor, ...],
+    run: Run,
+    known_while: Mapping[str, PastFormula],
+) -> tuple[Outcome, tuple[Verdict, ...], Record]:
+    """Run it to its end: what the testbench says of it, the verdicts, and the record."""
+    outcome = testbench.run(run)
+    if not isinstance(outcome, Outcome):
+        raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
+    record, end_s = run.recorder.finish(), run.kernel.now_s
+    log = log_of(record, end_s)
+    verdicts = explained(run.monitors.finish(end_s), _formulas(requirements), log)
+    verdicts += tuple(follower.finish(end_s) for follower in followers)
+    return outcome, tuple(_marked(verdict, known_while, log) for verdict in verdicts), record
+
+
+def log_of(record: Record, end_s: float) -> Log:
+    """What requirements are judged by: a record without its disturbances."""
+    heard = tuple(each for each in record.messages if not each.is_disturbance)
+    return Log({**record.signals, **record.texts}, heard, end_s)
+
+
+def _marked(verdict: Verdict, known_while: Mapping[str, PastFormula], log: Log) -> Verdict:
+    """The verdict, with violations marked that are outside of the condition under which they are known."""
+    if not verdict.violations or verdict.requirement not in known_while:
+        return verdict
+    condition = watched(known_while[verdict.requirement], log)
+    violations = (replace(each, outside=not condition.holds_at(each.time_s)) for each in verdict.violations)
+    return replace(verdict, violations=tuple(violations))
+
+
+@dataclass(repr=False)
+class HriCase:
+    """What a test function gets as `hri_case`.
+
+    >>> def test_table_assembly(hri_case):          # doctest: +SKIP
+    ...     hri_case.check(hri_case.run())
+    """
+
+    suite: str
+    abstract: AbstractTest
+    ranges: Concretization
+    sampling: str = UNIFORM
+    fixed: ConcreteTest | None = None
+    """The concrete test to run, of a test that is repeated: nothing is sampled then."""
+    result: CaseResult | None = None
+    checked: bool = False
+    runner: Callable[[HriCase], CaseResult] | None = None
+    judge: Callable[[HriCase, CaseResult], None] | None = None
+
+    @cached_property
+    def concrete(self) -> ConcreteTest:
+        """The test with its parameters, sampled at the first use, because collecting thousands must be fast."""
+        return self.fixed or concretize(self.abstract, self.ranges, sampling=self.sampling)
+
+    def run(self) -> CaseResult:
+        """Run the test in the simulated world, watched by the monitors."""
+        assert self.runner is not None, "hri_case can be run only inside its own test"
+        self.result = self.runner(self)
+        return self.result
+
+    def check(self, result: CaseResult) -> None:
+        """Fail, once and with every violation, when a requirement failed that is not a known violation, or at a fault.
+
+        If a test does not call this, it is done after the test, so that no violation is missed.
+        """
+        assert self.judge is not None, "hri_case can be checked only inside its own test"
+        self.checked = True
+        self.judge(self, result)
+
+    def forget(self) -> None:
+        """Release the run, and parameters that can be sampled again."""
+        self.result = None
+        self.__dict__.pop("concrete", None)
+
+    def __repr__(self) -> str:
+        return f"<hri_case {self.abstract.id}>"

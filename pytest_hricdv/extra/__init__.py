@@ -1,0 +1,1 @@
+"""Optional parts, one folder a feature. Nothing below imports them: see `pytest_hricdv.parts`."""

@@ -1,0 +1,120 @@
+"""Campaigns: run the tests of suites with many seeds each, on one machine or many, and report all runs together.
+
+    python -m pytest_hricdv.campaign run --suite=rl --concretizations=41 --state=campaign.db
+    python -m pytest_hricdv.campaign report --state=campaign.db
+
+A campaign may be ended at any time, by Ctrl-C, by kill -9 or by a power failure: the same command goes on with it.
+Without --cluster it runs on this machine, one worker for each core. With --cluster=tcp://HOST:8786 it runs on the
+workers of a scheduler of Dask (dask scheduler; dask worker tcp://HOST:8786 --nthreads=1), which have the project at the
+same path, or are sent it (--send-code).
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.campaign import audit, commands
+from pytest_hricdv.extra.campaign.commands import OK, USAGE
+from pytest_hricdv.extra.campaign.plan import CampaignError
+from pytest_hricdv.extra.cluster.address import Address, ClusterError
+from pytest_hricdv.results.codec import ReportError
+
+STATE = Path("campaign.db")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Do what the command line says; returns the exit status: see `pytest_hricdv.extra.campaign.commands`."""
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.do(options))
+    except (CampaignError, ClusterError, ReportError) as error:
+        print(visible(f"error: {error}"), file=sys.stderr)
+        return USAGE
+    except BrokenPipeError:  # of whoever read the output
+        sys.stderr.close()
+        return OK
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m pytest_hricdv.campaign",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add_run(subparsers.add_parser("run", help="begin a campaign, or go on with it"))
+    status = subparsers.add_parser("status", help="how far a campaign is, and who has worked for it")
+    status.set_defaults(do=commands.status)
+    report = subparsers.add_parser("report", help="write the report of all runs; exit 1 where a gate fails")
+    report.add_argument("-o", "--output", type=Path, default=Path("hri-report"), help="folder (default hri-report)")
+    report.add_argument("--page", type=Path, metavar="FILE", help="also write a page of tables in Markdown")
+    report.add_argument(
+        "--most",
+        type=_number,
+        default=commands.MOST_LISTED,
+        metavar="N",
+        help=f"list all runs where they are at most N, otherwise those to keep (default {commands.MOST_LISTED})",
+    )
+    report.set_defaults(do=commands.report)
+    export = subparsers.add_parser("export", help="write a row a run for other tools")
+    export.add_argument("--parquet", type=Path, required=True, metavar="FILE", help="file to write")
+    export.set_defaults(do=commands.export)
+    cancel = subparsers.add_parser("cancel", help="let a campaign that runs elsewhere end in an orderly way")
+    cancel.set_defaults(do=commands.cancel)
+    for each in subparsers.choices.values():
+        each.add_argument("--state", type=Path, default=STATE, metavar="FILE", help=f"the campaign (default {STATE})")
+    return parser
+
+
+def _add_run(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("--suite", default="rl", metavar="NAME|PATH[,...]", help="as --hri-suite of pytest (default rl)")
+    add("--seed", type=int, default=0, metavar="N", help="that the suite is generated from (default 0)")
+    add("--tests", type=_number, metavar="N", help="abstract tests per suite (default: that of the method)")
+    add("--concretizations", type=_number, default=1, metavar="K", help="seeds of each test (default 1)")
+    add("--cluster", type=_address, default="local", metavar="ADDRESS", help="local, local:N or tcp://HOST:PORT")
+    add("--send-code", action="store_true", help="send the project to the workers, which do not have it")
+    add("--audit", type=_percent, default=audit.PERCENT, metavar="PCT", help="runs done again elsewhere (default 1 %%)")
+    add(
+        "--run-seconds",
+        type=_number,
+        default=120,
+        metavar="S",
+        help="a run that takes longer is tried again",
+    )
+    add("--retry-lost", action="store_true", help="run again what was lost")
+    add(
+        "pytest", nargs="*", metavar="ARGUMENT", help="further arguments of pytest, after --, as -- --hri-fidelity=full"
+    )
+    parser.set_defaults(do=commands.run)
+
+
+def _number(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and 1 <= int(text) <= 10_000_000):
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number, at least 1")
+    return int(text)
+
+
+def _percent(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value <= 100.0:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a share in per cent, from 0 to 100")
+    return value
+
+
+def _address(text: str) -> Address:
+    try:
+        return Address.parse(text)
+    except ClusterError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,86 @@
+"""The audit of a campaign: some runs are done again, on another worker where there is one, and give the same record.
+
+Where they do not, both are asked for their records, and the first event at which they part is kept: what differs
+between two machines, or two versions, shows there first.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import defaultdict, deque
+from collections.abc import Iterator
+from itertools import zip_longest
+
+import msgspec
+
+from pytest_hricdv.extra.campaign.execution import TASK_RUNS, Execution
+from pytest_hricdv.extra.campaign.plan import Plan, RunKey
+from pytest_hricdv.extra.campaign.row import LOST
+from pytest_hricdv.extra.cluster.cluster import Lost, Question
+from pytest_hricdv.extra.cluster.service import Answer, WorkerName
+from pytest_hricdv.session.run_process import RunTold
+
+PERCENT = 1.0
+"""Share of the runs that are done again."""
+
+_PARTS = 10_000
+
+
+def chosen(plan: Plan, percent: float) -> Iterator[RunKey]:
+    """The runs to repeat: by their names, so that the same are whenever and wherever a campaign runs."""
+    for key in plan.everything():
+        number = int.from_bytes(hashlib.sha256(f"audit {plan.name(key)}".encode()).digest()[:8], "big")
+        if number % _PARTS < percent * _PARTS / 100.0:
+            yield key
+
+
+def audit(execution: Execution, percent: float) -> None:
+    """Repeat what is to be repeated and was not yet. Raises as `Execution.run`."""
+    store = execution.store
+    repeated = {each.key for each in store.repeats()}
+    done, workers = store.done(), store.workers()
+    by_worker: dict[str, list[RunKey]] = defaultdict(list)
+    for key in chosen(execution.plan, percent):
+        if key in done and key not in repeated and (row := store.row(key)).outcome != LOST:
+            by_worker[workers[row.worker].address].append(key)
+    tasks = {}
+    for address, keys in by_worker.items():
+        for first in range(0, len(keys), TASK_RUNS):
+            question = execution.question(keys[first : first + TASK_RUNS], avoid=address)
+            tasks[question.key] = question
+    for _, answer in _asked(execution, deque(tasks.values())):
+        hashes = store.hashes(told.key for told in _told(answer))
+        for told in _told(answer):
+            sha256 = told.result.record_sha256 or ""
+            parting = "" if sha256 == hashes[told.key] else _parting(execution, told.key, answer.worker.address)
+            store.add_repeat(told.key, sha256, answer.worker, parting)
+        execution.told()
+
+
+def _asked(execution: Execution, queue: deque[Question]) -> Iterator[tuple[Question, Answer]]:
+    cluster, service, archive = execution.cluster, execution.service, execution.archive
+    for question, answer in cluster.answers(service, queue, archive, execution.told):
+        if not isinstance(answer, Lost):
+            yield question, answer
+
+
+def _told(answer: Answer) -> list[RunTold]:
+    return [msgspec.json.decode(line, type=RunTold) for line in answer.lines]
+
+
+def _parting(execution: Execution, key: RunKey, there: str) -> str:
+    """The first event at which the records of a run part, on the two workers that disagree."""
+    first = execution.store.workers()[execution.store.row(key).worker].address
+    queue = deque(execution.question([key], avoid=avoid, records=True) for avoid in (first, there))
+    found = [(answer.worker, told.record) for _, answer in _asked(execution, queue) for told in _told(answer)]
+    if len(found) < 2:
+        return "the records cannot be compared: the run could not be done once more"
+    (one, one_record), (other, other_record) = sorted(found, key=lambda each: each[0].address)
+    for number, (here, elsewhere) in enumerate(zip_longest(one_record, other_record, fillvalue="no further event"), 1):
+        if here != elsewhere:
+            return f"event {number}: {here} ({_where(one)}), but {elsewhere} ({_where(other)})"
+    return "done once more, both gave the same record: it changes from run to run"
+
+
+def _where(worker: WorkerName) -> str:
+    return f"{worker.host}, {worker.address}"

@@ -1,0 +1,222 @@
+"""What the commands of a campaign do.
+
+Exit status: 0 where all is well; 1 where runs failed or were lost, a repeated run differs, or a gate fails; 2 where the
+campaign cannot be run or read; 3 where it was ended before all was done.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import shutil
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import closing
+from pathlib import Path
+
+from msgspec import structs
+
+from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.project_files import differences
+from pytest_hricdv.extra.campaign import audit, page
+from pytest_hricdv.extra.campaign.execution import CancelledError, Execution
+from pytest_hricdv.extra.campaign.plan import CampaignError, Plan, plan
+from pytest_hricdv.extra.campaign.progress import FAILED, Progress, outcomes
+from pytest_hricdv.extra.campaign.reporting import campaign_report
+from pytest_hricdv.extra.campaign.row import LOST
+from pytest_hricdv.extra.campaign.store import Counts, Store
+from pytest_hricdv.extra.campaign.table import write_parquet
+from pytest_hricdv.extra.cluster import code_archive
+from pytest_hricdv.extra.cluster.address import ClusterError
+from pytest_hricdv.extra.cluster.cluster import connected
+from pytest_hricdv.report import files, terminal
+from pytest_hricdv.results.judgement import gates_of, judge
+from pytest_hricdv.results.model import GateResult, Report
+
+OK, FAILED_RUNS, USAGE, UNFINISHED = 0, 1, 2, 3
+
+MOST_LISTED = 7000
+"""A page with more tests takes seconds to open."""
+
+_SHOWN = 10
+
+
+def run(options: argparse.Namespace) -> int:
+    """Begin a campaign, or go on with it."""
+    root = Path.cwd()
+    now = plan(_arguments(options), options.concretizations, root)
+    archive = code_archive.pack(root, options.state.resolve()) if options.send_code else b""
+    with closing(_held(options.state.resolve(), now)) as store:
+        if options.retry_lost:
+            store.forget_lost()
+        store.begin(datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"), now)
+        progress = Progress(store, now.runs)
+        progress.say(_headline(options, now, store.counts()))
+        why = _execute(options, now, store, archive, progress)
+        return _ended(options.state, now, store, progress, why)
+
+
+def _arguments(options: argparse.Namespace) -> tuple[str, ...]:
+    """Of pytest."""
+    tests = [f"--hri-tests={options.tests}"] if options.tests else []
+    return (f"--hri-suite={options.suite}", f"--hri-seed={options.seed}", *tests, *options.pytest)
+
+
+def _held(path: Path, now: Plan) -> Store:
+    """The store, new or old, which nobody else writes. Raises CampaignError where it is of another campaign."""
+    if not path.exists():
+        store = Store.created(path, now)
+        store.hold()
+        return store
+    store = Store.opened(path)
+    store.hold()
+    differ = store.plan().difference(now)
+    if differ:
+        stored = store.counts().stored
+        store.close()
+        raise CampaignError(
+            f"{path}: its {stored:,} runs are of another campaign: {differ}. Runs of different code stand in no common "
+            "report: go back to that code to end it, or give another --state"
+        )
+    return store
+
+
+def _headline(options: argparse.Namespace, now: Plan, counts: Counts) -> str:
+    tests = f"{len(now.planned.tests):,} abstract tests, {now.concretizations} seeds of each"
+    done = f"; {counts.stored:,} are done" if counts.stored else ""
+    return f"campaign {options.state}: {tests}: {now.runs:,} runs{done}; on {options.cluster}"
+
+
+def _execute(options: argparse.Namespace, now: Plan, store: Store, archive: bytes, progress: Progress) -> str:
+    """Run what is missing; returns why it ended before all was done."""
+    began_s = time.monotonic()
+    try:
+        with connected(options.cluster, progress.say) as cluster:
+            if cluster.connection.dashboard:
+                progress.say(f"dashboard of the cluster: {cluster.connection.dashboard}")
+            execution = Execution(now, store, cluster, options.run_seconds, archive, progress.show)
+            execution.run()
+            audit.audit(execution, options.audit)
+    except CancelledError:
+        return "cancelled"
+    except KeyboardInterrupt:
+        return "interrupted"
+    except ClusterError as error:
+        return str(error)
+    finally:
+        store.lasted(round(time.monotonic() - began_s, 3))
+    return ""
+
+
+def _ended(state: Path, now: Plan, store: Store, progress: Progress, why: str) -> int:
+    counts = store.counts()
+    if why:
+        progress.say(f"ended before all was done: {why}")
+    for text in _summary(now, store, counts):
+        progress.say(text)
+    if counts.stored < now.runs or why:
+        progress.say("the same command goes on with it")
+        return UNFINISHED
+    progress.say(f"its report: python -m pytest_hricdv.campaign report --state={state}")
+    failed = sum(counts.outcomes.get(name, 0) for name in (*FAILED, LOST))
+    return FAILED_RUNS if failed or counts.differing else OK
+
+
+def _summary(now: Plan, store: Store, counts: Counts) -> Iterator[str]:
+    """How far a campaign is, and what is wrong with it."""
+    yield f"expected {now.runs:,}, stored {counts.stored:,}: {outcomes(counts.outcomes)}"
+    if 0 < now.runs - counts.stored <= _SHOWN:
+        done = store.done()
+        yield f"missing: {', '.join(now.name(key) for key in now.everything() if key not in done)}"
+    yield f"repeated {counts.repeated:,}, on another worker where there is one, of which {counts.differing:,} differ"
+    lost = store.lost()
+    for key, reason in lost[:_SHOWN]:
+        yield f"lost: {now.name(key)}: {reason}"
+    if len(lost) > _SHOWN:
+        yield f"lost: and {len(lost) - _SHOWN:,} more"
+    hashes = store.hashes(each.key for each in store.repeats())
+    for each in [each for each in store.repeats() if each.sha256 != hashes[each.key]][:_SHOWN]:
+        yield f"differs: {now.name(each.key)}: {each.parting}"
+
+
+def status(options: argparse.Namespace) -> int:
+    """How far a campaign is, and who has worked for it."""
+    with closing(Store.opened(options.state.resolve())) as store:
+        now, counts = store.plan(), store.counts()
+        print(
+            f"campaign {options.state}: pytest {' '.join(now.planned.arguments)}, {now.concretizations} seeds of a test"
+        )
+        for text in _summary(now, store, counts):
+            print(visible(text))
+        speed = f", {counts.sim_s / counts.wall_s:,.0f} a second" if counts.wall_s else ""
+        print(f"{counts.sim_s:,.0f} s simulated in {counts.wall_s:,.0f} s{speed}")
+        done, workers = store.runs_of_workers(), store.workers()
+        first = next(iter(workers.values()), None)
+        for number, worker in workers.items():
+            differ = differences(first.versions, worker.versions) if first else ""
+            versions = f"; other versions: {differ}" if differ else ""
+            print(visible(f"worker {worker.address} on {worker.host}: {done.get(number, 0):,} runs{versions}"))
+    return OK
+
+
+def cancel(options: argparse.Namespace) -> int:
+    """Let whoever runs the campaign end it in an orderly way."""
+    with closing(Store.opened(options.state.resolve())) as store:
+        store.cancel()
+    print(f"{options.state}: whoever runs it stops within seconds; what is stored is kept")
+    return OK
+
+
+def report(options: argparse.Namespace) -> int:
+    """Write the report of all runs, and check the gates of the project."""
+    with closing(Store.opened(options.state.resolve())) as store:
+        now = store.plan()
+        if not store.counts().stored:
+            raise CampaignError(f"{options.state}: no run is stored yet: there is nothing to report")
+        made, problem = campaign_report(store, now, options.most, options.output)
+    judgement = judge(
+        made, gates_of(made, fail_on_nc=True), None, datetime.datetime.now(datetime.UTC).date(), whole=True
+    )
+    failed = [problem] if problem else []
+    failed += [*_failures(made), *judgement.failed]
+    made = structs.replace(made, gates=GateResult(failed=tuple(failed), improved=judgement.improved))
+    files.write(made, options.output)
+    for line in terminal.summary(made, options.output, shutil.get_terminal_size().columns):
+        print(line.text)
+    if options.page:
+        files.write_text(options.page, page.text(made, now))
+        print(f"page: {options.page}")
+    for text in failed:
+        print(visible(f"FAILED {text}"))
+    return FAILED_RUNS if failed else OK
+
+
+def _failures(made: Report) -> Iterator[str]:
+    """What fails a campaign beside the gates of a session, a sentence each."""
+    result = made.campaign
+    assert result is not None, "it is a campaign's"
+    if result.missing:
+        yield f"{result.missing:,} of {result.expected:,} runs have no outcome: totals are lower bounds"
+    if result.lost:
+        yield f"{len(result.lost):,} runs were lost: {_some(each.id for each in result.lost)}"
+    if result.differing:
+        yield f"{len(result.differing):,} of {result.repeated:,} repeated runs differ elsewhere"
+    for outcome in FAILED:
+        count = result.outcomes.get(outcome, 0)
+        if count:
+            names = _some(test.id for test in made.tests if test.outcome == outcome)
+            yield f"{count:,} of {result.stored:,} runs: {outcome}: {names}"
+
+
+def _some(names: Iterable[str]) -> str:
+    found = sorted(names)
+    more = f" and {len(found) - _SHOWN:,} more" if len(found) > _SHOWN else ""
+    return ", ".join(found[:_SHOWN]) + more
+
+
+def export(options: argparse.Namespace) -> int:
+    """Write a row a run for other tools."""
+    with closing(Store.opened(options.state.resolve())) as store:
+        rows = write_parquet(store, store.plan(), options.parquet)
+    print(f"{options.parquet}: {rows:,} runs")
+    return OK

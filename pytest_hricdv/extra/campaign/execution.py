@@ -1,0 +1,122 @@
+"""The execution of a campaign: what is missing goes to a cluster in tasks, and what comes back is stored at once."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+
+import msgspec
+
+from pytest_hricdv.extra.campaign.plan import Plan, RunKey
+from pytest_hricdv.extra.campaign.store import Store
+from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question
+from pytest_hricdv.extra.cluster.service import Answer, Service
+from pytest_hricdv.generate.rng import digest
+from pytest_hricdv.session import run_process
+from pytest_hricdv.session.run_process import Job, Order, RunTold, Task
+
+TASK_RUNS = 20
+"""Runs of a task: seconds of work, so that handing it out costs nothing, and little is done again when it is lost."""
+
+SHARES = 4
+"""A thread has at least so many tasks: with fewer, the others would wait for the last one at the end."""
+
+TRIES = 3
+"""A run that ends its process so often is lost."""
+
+
+class CancelledError(Exception):
+    """Somebody asked the campaign to stop."""
+
+
+@dataclass
+class Execution:
+    """Does what is missing.
+
+    Args:
+        plan: what there is to run.
+        store: of the campaign.
+        cluster: that runs it.
+        run_s: a process that has no result for so long (s of wall time) is ended, and its run tried again.
+        archive: of the project; empty where workers have it.
+        told: called whenever something was stored, and from time to time.
+    """
+
+    plan: Plan
+    store: Store
+    cluster: Cluster
+    run_s: float
+    archive: bytes = b""
+    told: Callable[[], None] = lambda: None
+    _tries: Counter[RunKey] = field(default_factory=Counter)
+
+    @property
+    def service(self) -> Service:
+        """What workers are asked."""
+        planned = self.plan.planned
+        directory = "." if self.archive else planned.root
+        job = msgspec.json.encode(Job(planned.arguments))
+        return Service(run_process.__name__, job, directory, planned.project, self.run_s)
+
+    def run(self) -> None:
+        """Run what has no outcome yet.
+
+        Raises:
+            ClusterError: the scheduler is gone, or no worker can run it.
+            CampaignError: the store cannot be written.
+            CancelledError: somebody asked to stop.
+        """
+        done = self.store.done()
+        missing = [key for key in self.plan.everything() if key not in done]
+        size = min(TASK_RUNS, max(1, len(missing) // (SHARES * max(1, self.cluster.threads))))
+        tasks = [missing[first : first + size] for first in range(0, len(missing), size)]
+        keys: dict[str, list[RunKey]] = {}
+        queue: deque[Question] = deque()
+        for task in tasks:
+            self._put(task, keys, queue)
+        for question, answer in self.cluster.answers(self.service, queue, self.archive, self._tick):
+            for again in self._taken(keys[question.key], answer):
+                self._put(again, keys, queue)
+            self.told()
+
+    def _put(self, task: list[RunKey], keys: dict[str, list[RunKey]], queue: deque[Question]) -> None:
+        question = self.question(task)
+        keys[question.key] = task
+        queue.append(question)
+
+    def question(self, task: Sequence[RunKey], *, avoid: str = "", records: bool = False) -> Question:
+        """What is asked for these runs."""
+        key = digest(sorted(self.plan.planned.project.items()), [self.plan.name(each) for each in task], records, avoid)
+        orders = tuple(self._order(each) for each in task)
+        return Question(key[:24], msgspec.json.encode(Task(orders, records)), avoid)
+
+    def _order(self, key: RunKey) -> Order:
+        run = self.plan.run(key)
+        seeds = {suite.name: suite.seed for suite in self.plan.declared.suites}
+        return Order(key, run.suite, seeds[run.suite], run.nodeid, run.test.to_data())
+
+    def _taken(self, task: list[RunKey], answer: Answer | Lost) -> Iterable[list[RunKey]]:
+        """Stores what came back; returns the tasks that are to be done again."""
+        if isinstance(answer, Lost):
+            if len(task) == 1:
+                self.store.add_lost(task[0], answer.reason)
+                return ()
+            return ([key] for key in task)
+        told = [msgspec.json.decode(line, type=RunTold) for line in answer.lines]
+        for each in told:
+            self.store.add(each.key, each.result, each.replay, answer.worker)
+        left = [key for key in task if key not in {each.key for each in told}]
+        if not left:
+            return ()
+        culprit, others = left[0], left[1:]
+        self._tries[culprit] += 1
+        if self._tries[culprit] >= TRIES:
+            self.store.add_lost(culprit, f"its process: {answer.problem}, {TRIES} times")
+            return [others] if others else ()
+        return [each for each in ([culprit], others) if each]
+
+    def _tick(self) -> None:
+        if self.store.is_cancelled:
+            raise CancelledError
+        self.told()

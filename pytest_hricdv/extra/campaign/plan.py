@@ -1,0 +1,166 @@
+"""The plan of a campaign: which tests, with how many seeds each, of which project."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import msgspec
+
+from pytest_hricdv._base.input_file import from_json
+from pytest_hricdv._base.message import InputError
+from pytest_hricdv._base.project_files import differences
+from pytest_hricdv.execution.separate_process import ProcessError, started
+from pytest_hricdv.extra.campaign import planning_process
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import variant
+from pytest_hricdv.results.model import Report, SuiteResult
+
+RunKey = tuple[int, int]
+"""Number of the abstract test, and of the concretization."""
+
+
+class CampaignError(InputError):
+    """A campaign cannot begin, or go on; the text says why, and what to do."""
+
+
+class PlannedTest(msgspec.Struct, frozen=True):
+    """An abstract test: its suite, the id of its pytest item, and all else as `AbstractTest.to_data` gives it."""
+
+    suite: str
+    nodeid: str
+    data: dict[str, object]
+
+
+class Planned(msgspec.Struct, frozen=True):
+    """What pytest finds.
+
+    Args:
+        arguments: of pytest.
+        root: the project's folder.
+        tests: in the order of collection.
+        project: its files, and those of the code under test, name -> hash.
+        versions: of what is installed.
+        declared: the report before the first result.
+        units: signal -> unit.
+    """
+
+    arguments: tuple[str, ...]
+    root: str
+    tests: tuple[PlannedTest, ...]
+    project: Mapping[str, str]
+    versions: Mapping[str, str]
+    declared: msgspec.Raw
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """One run: the pytest item that would run it, and its abstract test."""
+
+    key: RunKey
+    suite: str
+    nodeid: str
+    test: AbstractTest
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a campaign runs.
+
+    Args:
+        planned: what pytest found.
+        concretizations: of each test.
+    """
+
+    planned: Planned
+    concretizations: int
+
+    @property
+    def runs(self) -> int:
+        """How many there are."""
+        return len(self.planned.tests) * self.concretizations
+
+    def everything(self) -> Iterator[RunKey]:
+        """Of all runs: first all tests with the first seed, then with the next one, so that an early look is fair."""
+        return ((test, k) for k in range(self.concretizations) for test in range(len(self.planned.tests)))
+
+    @cached_property
+    def tests(self) -> tuple[AbstractTest, ...]:
+        """The abstract tests."""
+        return tuple(AbstractTest.from_data(each.data) for each in self.planned.tests)
+
+    def run(self, key: RunKey) -> PlannedRun:
+        """The run with this key."""
+        planned, first = self.planned.tests[key[0]], self.tests[key[0]]
+        test = variant(first, key[1])
+        head, bracket, rest = planned.nodeid.rpartition(first.id)
+        return PlannedRun(key, planned.suite, f"{head}{test.id}{rest}" if bracket else planned.nodeid, test)
+
+    def name(self, key: RunKey) -> str:
+        """The id of a run's test."""
+        return variant(self.tests[key[0]], key[1]).id
+
+    @cached_property
+    def declared(self) -> Report:
+        """The report before the first result; how long generation took is left out, as it depends on pytest's cache."""
+        found = from_json(bytes(self.planned.declared).decode(), Report)
+        options = tuple(each for each in found.rerun.options if not each.startswith("--hri-concretizations"))
+        options = (*options, f"--hri-concretizations={self.concretizations}")
+        rerun = msgspec.structs.replace(found.rerun, options=options)
+        return msgspec.structs.replace(found, rerun=rerun, suites=tuple(map(self._sized, found.suites)))
+
+    def _sized(self, suite: SuiteResult) -> SuiteResult:
+        tests = sum(test.suite == suite.name for test in self.planned.tests)
+        generation = msgspec.structs.replace(suite.generation, wall_s=0.0, cached=False)
+        return msgspec.structs.replace(suite, size=self.concretizations * tests, generation=generation)
+
+    def to_json(self) -> bytes:
+        """As the store keeps it."""
+        return msgspec.json.encode({"planned": self.planned, "concretizations": self.concretizations})
+
+    @classmethod
+    def from_json(cls, text: bytes) -> Plan:
+        """The plan that `to_json` wrote. Raises msgspec.DecodeError."""
+        found = msgspec.json.decode(text, type=_Kept)
+        return cls(found.planned, found.concretizations)
+
+    def difference(self, now: Plan) -> str:
+        """In what another plan differs, on one line; empty where runs of both may stand in one report."""
+        if self.planned.arguments != now.planned.arguments:
+            return f"it is of 'pytest {' '.join(self.planned.arguments)}', not of '{' '.join(now.planned.arguments)}'"
+        changed = differences(self.planned.project, now.planned.project)
+        if changed:
+            return changed
+        if self.planned.tests != now.planned.tests:
+            return f"its {len(self.planned.tests)} abstract tests are others than the {len(now.planned.tests)} of now"
+        return ""
+
+
+class _Kept(msgspec.Struct):
+    planned: Planned
+    concretizations: int
+
+
+def plan(arguments: tuple[str, ...], concretizations: int, root: Path) -> Plan:
+    """Let pytest collect the tests of a campaign.
+
+    Args:
+        arguments: of pytest: the suite, its seed and so on.
+        concretizations: of each test.
+        root: the project's folder.
+
+    Raises:
+        CampaignError: pytest refuses, or finds no test.
+    """
+    try:
+        with started(planning_process.__name__, root) as process:
+            process.send(planning_process.Job(arguments))
+            (line,) = process.answer()
+    except ProcessError as error:
+        raise CampaignError(f"the tests cannot be planned: {error}") from None
+    planned = msgspec.json.decode(line, type=Planned)
+    if not planned.tests:
+        raise CampaignError(f"{' '.join(arguments)}: no tests: there is nothing to run")
+    return Plan(planned, concretizations)

@@ -1,0 +1,75 @@
+"""The process that plans a campaign: it lets pytest collect the tests, and answers what it found."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from pytest_hricdv.extra.cluster.identity import identity
+from pytest_hricdv.results.building import declare_report
+from pytest_hricdv.results.codec import encode
+from pytest_hricdv.session.run_context import CONTEXT
+from pytest_hricdv.session.serving import END, UNWARNED, session
+
+_WITHOUT = ("--collect-only", "-q", "-n0", *UNWARNED)
+
+
+@dataclass(frozen=True)
+class Job:
+    """The line that is sent: the arguments of pytest."""
+
+    arguments: tuple[str, ...]
+
+
+class _Planning:
+    """A plugin of pytest that answers what was collected."""
+
+    def __init__(self, job: Job, write: Callable[[bytes], None]) -> None:
+        self._job = job
+        self._write = write
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """Tells the tests, and all that does not depend on their results."""
+        manager = session.config.pluginmanager
+        aggregation = manager.get_plugin("hricdv-aggregation")
+        reporting = manager.get_plugin("hricdv-reporting")
+        assert aggregation is not None, "this is no worker of xdist"
+        assert reporting is not None, "this is no worker of xdist"
+        declared = declare_report(reporting.session_info(), {})
+        here = identity(Path(session.config.rootpath), session.config.stash[CONTEXT].provenance.code)
+        self._write(
+            msgspec.json.encode(
+                {
+                    "arguments": self._job.arguments,
+                    "root": str(session.config.invocation_params.dir),
+                    "tests": [
+                        {"suite": case.suite, "nodeid": nodeid, "data": case.abstract.to_data()}
+                        for nodeid, case in aggregation.chosen.items()
+                    ],
+                    "project": here.project,
+                    "versions": here.versions,
+                    "declared": msgspec.Raw(encode(declared).encode()),
+                }
+            )
+        )
+        self._write(END)
+
+
+def main() -> None:
+    """Plan: the line of standard input is a `Job`."""
+    with session() as (messages, write), tempfile.TemporaryDirectory() as folder:
+        job = msgspec.json.decode(messages.readline(), type=Job)
+        arguments = [*job.arguments, f"--hri-report={folder}", *_WITHOUT]
+        status = pytest.main(arguments, plugins=[_Planning(job, write)])
+    sys.exit(int(status))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,81 @@
+"""The progress of a campaign, on one line that is rewritten on a terminal, and told ten times elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Mapping
+from typing import TextIO
+
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.campaign.row import LOST
+from pytest_hricdv.extra.campaign.store import Store
+from pytest_hricdv.session.progress import time_left
+
+STEPS = 10
+EVERY_S = 1.0
+FAILED = ("failed", "error")
+
+
+def outcomes(counts: Mapping[str, int]) -> str:
+    """`12 failed, 1 lost`."""
+    failed, lost = sum(counts.get(name, 0) for name in FAILED), counts.get(LOST, 0)
+    return f"{failed:,} failed, {lost:,} lost"
+
+
+class Progress:
+    """Tells how far a campaign is.
+
+    Args:
+        store: of the campaign.
+        expected: runs of the campaign.
+        stream: that is written to.
+    """
+
+    def __init__(self, store: Store, expected: int, stream: TextIO = sys.stdout) -> None:
+        self._store = store
+        self._expected = expected
+        self._stream = stream
+        self._began_s = self._last_s = time.monotonic()
+        self._before = store.counts()
+        self._step = self._stored_at_step(self._before.stored)
+        self._rewrites = stream.isatty()
+        self._has_line = False
+
+    def show(self) -> None:
+        """Tell it, where there is something new to tell."""
+        now_s = time.monotonic()
+        if now_s - self._last_s < EVERY_S:
+            return
+        self._last_s = now_s
+        counts = self._store.counts()
+        step = self._stored_at_step(counts.stored)
+        if self._rewrites:
+            self._stream.write(f"\r\x1b[2K{self._line(now_s)}")
+            self._has_line = True
+        elif step > self._step:
+            self._stream.write(f"{self._line(now_s)}\n")
+        self._step = step
+        self._stream.flush()
+
+    def _line(self, now_s: float) -> str:
+        counts, took_s = self._store.counts(), max(1e-9, now_s - self._began_s)
+        done = counts.stored - self._before.stored
+        speed = (counts.sim_s - self._before.sim_s) / took_s
+        left = (self._expected - counts.stored) * took_s / done if done else None
+        parts = [f"{counts.stored:,} of {self._expected:,} runs", outcomes(counts.outcomes)]
+        parts.append(f"{speed:,.0f} simulated s a second")
+        if left is not None and counts.stored < self._expected:
+            parts.append(time_left(left))
+        return ", ".join(parts)
+
+    def say(self, text: str) -> None:
+        """Tell something else, on a line of its own."""
+        if self._has_line:
+            self._stream.write("\r\x1b[2K")
+            self._has_line = False
+        self._stream.write(f"{visible(text)}\n")
+        self._stream.flush()
+
+    def _stored_at_step(self, stored: int) -> int:
+        return stored * STEPS // max(1, self._expected)

@@ -1,0 +1,135 @@
+"""Sums over all runs of a campaign, and the runs that are worth keeping. Read row by row: millions need little room."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from pytest_hricdv.extra.campaign.plan import Plan, RunKey
+from pytest_hricdv.extra.campaign.records import CampaignRequirement, CampaignTest, FailedShare, LeastMargin
+from pytest_hricdv.extra.campaign.row import LOST, Row
+from pytest_hricdv.results.proportion import share
+
+FAILED, PASSED, NC = "Failed", "Passed", "NC"
+
+
+@dataclass
+class _OfTest:
+    """An abstract test, while its runs are read."""
+
+    outcomes: Counter[str] = field(default_factory=Counter)
+    verdicts: dict[str, Counter[str]] = field(default_factory=dict)
+    least: dict[str, tuple[float, RunKey]] = field(default_factory=dict)
+    keep: list[RunKey] = field(default_factory=list)
+
+
+class Statistics:
+    """Takes in rows, by test and concretization.
+
+    Args:
+        requirements: in the order of the rows' verdicts.
+    """
+
+    def __init__(self, requirements: Iterable[str]) -> None:
+        self.requirements = tuple(requirements)
+        self.outcomes: Counter[str] = Counter()
+        self.endings: Counter[str] = Counter()
+        self.triggers: Counter[str] = Counter()
+        self.lost: list[tuple[RunKey, str]] = []
+        self._tests: dict[int, _OfTest] = {}
+        self._statements = self._branches = 0
+        self._seen: set[object] = set()
+
+    def add(self, row: Row) -> None:
+        """Take in a run."""
+        test = self._tests.setdefault(row.key[0], _OfTest())
+        self.outcomes[row.outcome] += 1
+        test.outcomes[row.outcome] += 1
+        self.endings.update(row.ended)
+        if row.outcome == LOST:
+            self.lost.append((row.key, row.note))
+            return
+        if self._adds_coverage(row) | self._adds_violation(test, row):
+            test.keep.append(row.key)
+        for name, verdict, triggers, margin in zip(
+            self.requirements, row.verdicts, row.triggers, row.margins, strict=True
+        ):
+            test.verdicts.setdefault(name, Counter())[verdict] += 1
+            self.triggers[name] += triggers
+            if margin is not None and (name not in test.least or margin < test.least[name][0]):
+                test.least[name] = margin, row.key
+
+    def _adds_coverage(self, row: Row) -> bool:
+        """Whether it hits what no run before did: code, bins, verdicts."""
+        points = {(name, *each) for name, hits in row.bins.items() for each in hits}
+        points |= {judged for judged in zip(self.requirements, row.verdicts, strict=True) if judged[1] != NC}
+        adds = bool(row.statements & ~self._statements or row.branches & ~self._branches or points - self._seen)
+        self._statements |= row.statements
+        self._branches |= row.branches
+        self._seen |= points
+        return adds
+
+    def _adds_violation(self, test: _OfTest, row: Row) -> bool:
+        """Whether it is the first run of its test to violate a requirement, or to end as it did."""
+        failed = {name for name, verdict in zip(self.requirements, row.verdicts, strict=True) if verdict == FAILED}
+        before = {name for name, counts in test.verdicts.items() if counts[FAILED]}
+        return bool(failed - before) or (row.outcome != "passed" and test.outcomes[row.outcome] == 1)
+
+    def least(self, name: str) -> tuple[float, RunKey] | None:
+        """The least margin of a requirement, and the first run that has it."""
+        return min((test.least[name] for test in self._tests.values() if name in test.least), default=None)
+
+    def kept(self) -> list[RunKey]:
+        """The runs that are worth keeping: see `CampaignTest`."""
+        tightest = [least[1] for name in self.requirements if (least := self.least(name)) is not None]
+        return sorted({*tightest, *(key for test in self._tests.values() for key in test.keep)})
+
+    def of_requirements(self, plan: Plan) -> dict[str, CampaignRequirement]:
+        """Each requirement over all runs."""
+        return {name: self._of_requirement(name, plan) for name in self.requirements}
+
+    def _of_requirement(self, name: str, plan: Plan) -> CampaignRequirement:
+        verdicts = [test.verdicts[name] for test in self._tests.values() if name in test.verdicts]
+        counts: Counter[str] = sum(verdicts, Counter())
+        least = self.least(name)
+        return CampaignRequirement(
+            passed=counts[PASSED],
+            failed=counts[FAILED],
+            nc=counts[NC],
+            triggers=self.triggers[name],
+            share=failed_share(counts),
+            ever=sum(each[FAILED] > 0 for each in verdicts),
+            always=sum(0 < each[FAILED] == each.total() for each in verdicts),
+            unsettled=sum(len(+each) > 1 for each in verdicts),
+            least=None if least is None else LeastMargin(margin=least[0], run=plan.name(least[1])),
+        )
+
+    def of_tests(self, plan: Plan) -> Iterator[CampaignTest]:
+        """Each abstract test over all of its seeds."""
+        kept = {key: plan.name(key) for key in self.kept()}
+        by_test: dict[int, list[str]] = {}
+        for key, name in kept.items():
+            by_test.setdefault(key[0], []).append(name)
+        for number, test in sorted(self._tests.items()):
+            yield CampaignTest(
+                id=plan.tests[number].id,
+                suite=plan.planned.tests[number].suite,
+                runs=test.outcomes.total(),
+                outcomes=dict(sorted(test.outcomes.items())),
+                failed={name: failed_share(counts) for name, counts in test.verdicts.items() if counts[FAILED]},
+                least=_named(test.least, plan),
+                keep=tuple(by_test.get(number, ())),
+            )
+
+
+def _named(least: Mapping[str, tuple[float, RunKey]], plan: Plan) -> dict[str, LeastMargin]:
+    return {name: LeastMargin(margin=margin, run=plan.name(key)) for name, (margin, key) in least.items()}
+
+
+def failed_share(counts: Mapping[str, int]) -> FailedShare:
+    """The share of the runs that violated a requirement, of verdict -> runs."""
+    failed, checked = counts.get(FAILED, 0), counts.get(FAILED, 0) + counts.get(PASSED, 0)
+    interval = share(failed, checked)
+    low, high = (interval.low, interval.high) if interval else (0.0, 1.0)
+    return FailedShare(failed=failed, checked=checked, low=round(100 * low, 4), high=round(100 * high, 4))

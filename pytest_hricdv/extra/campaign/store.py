@@ -1,0 +1,304 @@
+"""The store of a campaign: a file of SQLite with a row a run, written the moment the run arrives.
+
+With a write-ahead log, so that `status` and `report` read while a campaign writes; it wants a file system with locks
+and shared memory, as that of the machine where the campaign is started. A session's journal is text instead, for the
+reasons that are given there; it has tests in the hundreds, and nobody asks it for shares of seeds.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import msgspec
+
+from pytest_hricdv.extra.campaign.plan import CampaignError, Plan, RunKey
+from pytest_hricdv.extra.campaign.row import LOST, Row, columns, note, read_row
+from pytest_hricdv.extra.cluster.service import WorkerName
+from pytest_hricdv.results.codec import encode
+from pytest_hricdv.results.folder_lock import FolderLock, LockedError
+from pytest_hricdv.results.model import TestResult
+
+SCHEMA = "hricdv-campaign/2"
+
+_TABLES = """
+CREATE TABLE campaign (name TEXT PRIMARY KEY, value BLOB) WITHOUT ROWID;
+CREATE TABLE workers (id INTEGER PRIMARY KEY, address TEXT, host TEXT, versions TEXT, UNIQUE (address, host, versions));
+CREATE TABLE runs (
+    test INTEGER, k INTEGER, outcome TEXT, note TEXT, sim_s REAL, sha256 TEXT, verdicts TEXT, triggers TEXT,
+    margins TEXT, bins TEXT, ended TEXT, statements TEXT, branches TEXT, worker INTEGER,
+    PRIMARY KEY (test, k)) WITHOUT ROWID;
+CREATE INDEX outcomes ON runs (outcome, sim_s);
+CREATE TABLE results (test INTEGER, k INTEGER, result BLOB, replay BLOB, PRIMARY KEY (test, k));
+CREATE TABLE again (test INTEGER, k INTEGER, sha256 TEXT, worker INTEGER, parting TEXT, PRIMARY KEY (test, k, worker));
+CREATE TABLE sessions (began_utc TEXT, wall_s REAL);
+"""
+
+
+@dataclass(frozen=True)
+class Repeat:
+    """A run that was done again, on another worker: what it gave there, and where the two records part."""
+
+    key: RunKey
+    sha256: str
+    worker: int
+    parting: str
+
+
+@dataclass(frozen=True)
+class Counts:
+    """How far a campaign is: its runs by outcome, and what they simulated (s); how many were repeated, and differ."""
+
+    outcomes: Mapping[str, int]
+    sim_s: float
+    wall_s: float
+    repeated: int
+    differing: int
+
+    @property
+    def stored(self) -> int:
+        """Runs that have an outcome."""
+        return sum(self.outcomes.values())
+
+
+class Store:
+    """A campaign's file. Made by `created` or `opened`.
+
+    All methods raise CampaignError where the file is damaged or cannot be written.
+    """
+
+    def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
+        self.path = path
+        self._connection = connection
+        self._lock: FolderLock | None = None
+
+    @classmethod
+    def created(cls, path: Path, plan: Plan) -> Self:
+        """A new store. Raises CampaignError where there is a file already."""
+        if path.exists():
+            raise CampaignError(f"{path}: there is such a file already")
+        if not path.parent.is_dir():
+            raise CampaignError(f"{path}: there is no folder {path.parent}")
+        with _located(path):
+            store = cls(path, _connection(path))
+            with store._connection:
+                store._connection.executescript(_TABLES)
+                store._put("schema", SCHEMA.encode())
+                store._put("plan", zlib.compress(plan.to_json()))
+        return store
+
+    @classmethod
+    def opened(cls, path: Path) -> Self:
+        """The store in a file. Raises CampaignError where there is none."""
+        if not path.is_file():
+            raise CampaignError(
+                f"{path}: no such campaign: 'python -m pytest_hricdv.campaign run --state={path}' begins one"
+            )
+        with _located(path):
+            store = cls(path, _connection(path))
+            found = store._get("schema")
+            if found != SCHEMA.encode():
+                raise CampaignError(f"{path}: expected a campaign of schema {SCHEMA}, found {found!r}")
+            store._connection.execute("SELECT count(*) FROM results WHERE test < 0").fetchone()
+        return store
+
+    def hold(self) -> None:
+        """Keep others from running this campaign. Raises CampaignError where somebody does."""
+        try:
+            self._lock = FolderLock(self.path.parent, f"{self.path.name}.lock")
+        except LockedError as error:
+            raise CampaignError(f"{self.path}: this campaign is running already ({error})") from None
+        except OSError as error:
+            raise CampaignError(f"{self.path}: {error.strerror}") from None
+
+    def close(self) -> None:
+        """Close the file."""
+        with suppress(sqlite3.Error):
+            self._connection.close()
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
+
+    def plan(self) -> Plan:
+        """What the campaign runs."""
+        with _located(self.path):
+            text = self._get("plan")
+        try:
+            return Plan.from_json(zlib.decompress(text or b""))
+        except (zlib.error, msgspec.DecodeError) as error:
+            raise _damaged(self.path, error) from None
+
+    def begin(self, utc: str, plan: Plan) -> None:
+        """A session begins; the number of concretizations may have grown."""
+        with _located(self.path), self._connection:
+            self._put("plan", zlib.compress(plan.to_json()))
+            self._connection.execute("DELETE FROM campaign WHERE name = 'cancelled'")
+            self._connection.execute("INSERT INTO sessions VALUES (?, 0)", (utc,))
+
+    def lasted(self, wall_s: float) -> None:
+        """The session has lasted so long (s)."""
+        with _located(self.path), self._connection:
+            self._connection.execute(
+                "UPDATE sessions SET wall_s = ? WHERE rowid = (SELECT max(rowid) FROM sessions)", (wall_s,)
+            )
+
+    def cancel(self) -> None:
+        """Ask whoever runs this campaign to stop."""
+        with _located(self.path), self._connection:
+            self._put("cancelled", b"")
+
+    @property
+    def is_cancelled(self) -> bool:
+        """Whether somebody asked to stop."""
+        with _located(self.path):
+            return self._get("cancelled") is not None
+
+    def add(self, key: RunKey, result: TestResult, replay: str, worker: WorkerName) -> None:
+        """Keep a run; one that is there already stays, and where it differs, both are kept."""
+        with _located(self.path), self._connection:
+            number = self._worker(worker)
+            values = (*key, result.outcome, note(result), result.sim_s, result.record_sha256 or "", *columns(result))
+            marks = ", ".join("?" * (len(values) + 1))
+            made = self._connection.execute(f"INSERT OR IGNORE INTO runs VALUES ({marks})", (*values, number))
+            if made.rowcount == 0:
+                self._repeat(key, result.record_sha256 or "", number, "")
+                return
+            packed = zlib.compress(encode(result).encode(), 1), zlib.compress(replay.encode(), 1) if replay else b""
+            self._connection.execute("INSERT OR REPLACE INTO results VALUES (?, ?, ?, ?)", (*key, *packed))
+
+    def add_lost(self, key: RunKey, reason: str) -> None:
+        """Keep that a run cannot be done."""
+        with _located(self.path), self._connection:
+            values = (*key, LOST, reason, 0.0, "", "", "", "", "{}", "[]", "0x0", "0x0", 0)
+            self._connection.execute(f"INSERT OR IGNORE INTO runs VALUES ({', '.join('?' * len(values))})", values)
+
+    def lost(self) -> list[tuple[RunKey, str]]:
+        """Runs that cannot be done, and why."""
+        with _located(self.path):
+            found = self._connection.execute(
+                "SELECT test, k, note FROM runs WHERE outcome = ? ORDER BY test, k", (LOST,)
+            )
+            return [((test, k), note) for test, k, note in found]
+
+    def forget_lost(self) -> None:
+        """Runs that were lost are done again."""
+        with _located(self.path), self._connection:
+            self._connection.execute("DELETE FROM runs WHERE outcome = ?", (LOST,))
+
+    def add_repeat(self, key: RunKey, sha256: str, worker: WorkerName, parting: str) -> None:
+        """Keep what a run gave on another worker."""
+        with _located(self.path), self._connection:
+            self._repeat(key, sha256, self._worker(worker), parting)
+
+    def _repeat(self, key: RunKey, sha256: str, worker: int, parting: str) -> None:
+        self._connection.execute("INSERT OR REPLACE INTO again VALUES (?, ?, ?, ?, ?)", (*key, sha256, worker, parting))
+
+    def done(self) -> set[RunKey]:
+        """Of all runs that have an outcome."""
+        with _located(self.path):
+            return set(self._connection.execute("SELECT test, k FROM runs"))
+
+    def counts(self) -> Counts:
+        """How far the campaign is."""
+        with _located(self.path):
+            grouped = self._connection.execute(
+                "SELECT outcome, count(*), sum(sim_s) FROM runs GROUP BY outcome"
+            ).fetchall()
+            (wall_s,) = self._connection.execute("SELECT total(wall_s) FROM sessions").fetchone()
+        repeats = self.repeats()
+        hashes = self.hashes(each.key for each in repeats)
+        differing = sum(each.sha256 != hashes[each.key] for each in repeats)
+        sim_s = sum(each[2] for each in grouped)
+        return Counts({outcome: count for outcome, count, _ in grouped}, sim_s, wall_s, len(repeats), differing)
+
+    def rows(self) -> Iterator[Row]:
+        """All runs, by test and concretization."""
+        with _located(self.path):
+            for row in self._connection.execute("SELECT * FROM runs ORDER BY test, k"):
+                yield read_row(row)
+
+    def row(self, key: RunKey) -> Row:
+        """One run."""
+        with _located(self.path):
+            return read_row(self._connection.execute("SELECT * FROM runs WHERE test = ? AND k = ?", key).fetchone())
+
+    def hashes(self, keys: Iterable[RunKey]) -> dict[RunKey, str]:
+        """Of the records of these runs."""
+        with _located(self.path):
+            query = "SELECT sha256 FROM runs WHERE test = ? AND k = ?"
+            return {key: self._connection.execute(query, key).fetchone()[0] for key in keys}
+
+    def results(self, keys: Iterable[RunKey]) -> Iterator[tuple[RunKey, TestResult, str]]:
+        """The whole results of runs, and the texts of their replay files."""
+        query = "SELECT result, replay FROM results WHERE test = ? AND k = ?"
+        for key in keys:
+            with _located(self.path):
+                found = self._connection.execute(query, key).fetchone()
+            if found is not None:
+                replay = zlib.decompress(found[1]).decode() if found[1] else ""
+                yield key, msgspec.json.decode(zlib.decompress(found[0]), type=TestResult), replay
+
+    def repeats(self) -> list[Repeat]:
+        """Runs that were done again, in order."""
+        with _located(self.path):
+            found = self._connection.execute("SELECT test, k, sha256, worker, parting FROM again ORDER BY 1, 2, 4")
+            return [Repeat((test, k), sha256, worker, parting) for test, k, sha256, worker, parting in found]
+
+    def workers(self) -> dict[int, WorkerName]:
+        """Number -> worker."""
+        with _located(self.path):
+            found = self._connection.execute("SELECT id, address, host, versions FROM workers ORDER BY id").fetchall()
+        return {number: WorkerName(address, host, json.loads(versions)) for number, address, host, versions in found}
+
+    def runs_of_workers(self) -> dict[int, int]:
+        """Number of a worker -> runs that it did."""
+        with _located(self.path):
+            return dict(self._connection.execute("SELECT worker, count(*) FROM runs WHERE worker > 0 GROUP BY worker"))
+
+    def _worker(self, worker: WorkerName) -> int:
+        values = worker.address, worker.host, json.dumps(dict(worker.versions), sort_keys=True)
+        self._connection.execute("INSERT OR IGNORE INTO workers (address, host, versions) VALUES (?, ?, ?)", values)
+        query = "SELECT id FROM workers WHERE address = ? AND host = ? AND versions = ?"
+        return int(self._connection.execute(query, values).fetchone()[0])
+
+    def _put(self, name: str, value: bytes) -> None:
+        self._connection.execute("INSERT OR REPLACE INTO campaign VALUES (?, ?)", (name, value))
+
+    def _get(self, name: str) -> bytes | None:
+        found = self._connection.execute("SELECT value FROM campaign WHERE name = ?", (name,)).fetchone()
+        return None if found is None else bytes(found[0])
+
+
+def _connection(path: Path) -> sqlite3.Connection:
+    connection = sqlite3.connect(path, timeout=30)
+    connection.execute("PRAGMA journal_mode = WAL")
+    connection.execute("PRAGMA synchronous = NORMAL")
+    return connection
+
+
+@contextmanager
+def _located(path: Path) -> Iterator[None]:
+    """Errors of the file, with its name and what to do."""
+    try:
+        yield
+    except sqlite3.OperationalError as error:
+        if "no such table" in str(error):
+            raise _damaged(path, error) from None
+        raise CampaignError(
+            f"{path}: cannot be read or written: {error}; what was stored before is kept, and the same command goes on"
+        ) from None
+    except (sqlite3.DatabaseError, zlib.error, ValueError) as error:
+        raise _damaged(path, error) from None
+
+
+def _damaged(path: Path, error: Exception) -> CampaignError:
+    return CampaignError(
+        f"{path}: damaged, or no campaign ({error}): 'sqlite3 {path} .recover' may save its rows; otherwise give "
+        "another --state"
+    )

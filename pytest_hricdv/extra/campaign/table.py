@@ -1,0 +1,82 @@
+"""A row a run for other tools: a Parquet file, as data frames and databases read it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from pytest_hricdv._base.atomic_file import replaced
+from pytest_hricdv.extra.campaign.plan import CampaignError, Plan
+from pytest_hricdv.extra.campaign.row import Row
+from pytest_hricdv.extra.campaign.store import Store
+
+BATCH = 10_000
+
+
+def write_parquet(store: Store, plan: Plan, path: Path) -> int:
+    """Write all runs; returns how many.
+
+    Columns: run, test, suite, k, outcome, note, sim_s (s), sha256 of the record, statements and branches covered,
+    worker, host; and for each requirement NAME its verdict NAME, NAME_triggers and NAME_margin (null: there is none).
+
+    Raises:
+        CampaignError: pyarrow is not installed, or the file cannot be written.
+    """
+    try:
+        import pyarrow as arrow
+        from pyarrow import parquet
+    except ImportError:
+        raise CampaignError(
+            "export --parquet: pyarrow is not installed: pip install 'pytest-hricdv[cluster]'"
+        ) from None
+    names = sorted(plan.declared.requirements)
+    schema = arrow.schema(_columns(arrow, names))
+    count, rows = 0, _records(store, plan, names)
+    try:
+        with replaced(path) as part, parquet.ParquetWriter(part, schema) as writer:
+            while batch := list(islice(rows, BATCH)):
+                writer.write_table(arrow.Table.from_pylist(batch, schema=schema))
+                count += len(batch)
+    except OSError as error:
+        raise CampaignError(f"export --parquet={path}: {error.strerror or error}") from None
+    return count
+
+
+def _columns(arrow: Any, names: list[str]) -> list[tuple[str, Any]]:
+    texts = ["run", "test", "suite", "outcome", "note", "sha256", "worker", "host"]
+    found = [(name, arrow.string()) for name in texts]
+    found += [(name, arrow.int64()) for name in ("k", "statements", "branches")]
+    found.append(("sim_s", arrow.float64()))
+    for name in names:
+        found += [(name, arrow.string()), (f"{name}_triggers", arrow.int64()), (f"{name}_margin", arrow.float64())]
+    return found
+
+
+def _records(store: Store, plan: Plan, names: list[str]) -> Iterator[dict[str, object]]:
+    workers = store.workers()
+    for row in store.rows():
+        test, worker = plan.planned.tests[row.key[0]], workers.get(row.worker)
+        yield {
+            "run": plan.name(row.key),
+            "test": plan.tests[row.key[0]].id,
+            "suite": test.suite,
+            "k": row.key[1],
+            "outcome": row.outcome,
+            "note": row.note,
+            "sha256": row.sha256,
+            "worker": worker.address if worker else "",
+            "host": worker.host if worker else "",
+            "statements": row.statements.bit_count(),
+            "branches": row.branches.bit_count(),
+            "sim_s": row.sim_s,
+            **_judged(row, names),
+        }
+
+
+def _judged(row: Row, names: list[str]) -> dict[str, object]:
+    found: dict[str, object] = {}
+    for name, verdict, triggers, margin in zip(names, row.verdicts, row.triggers, row.margins, strict=False):
+        found |= {name: verdict, f"{name}_triggers": triggers, f"{name}_margin": margin}
+    return found

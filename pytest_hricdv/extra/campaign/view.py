@@ -1,0 +1,93 @@
+"""What a report says of a campaign: lines for the terminal, and what its page shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.campaign.records import CampaignResult, CampaignTest, FailedShare, LeastMargin
+from pytest_hricdv.report.formatting import Line, by_requirement, pad, plural, seconds
+from pytest_hricdv.report.tests_view import anchor
+from pytest_hricdv.results.model import Report
+
+_MAX_LISTED = 10
+
+
+def lines(report: Report) -> Iterator[Line]:
+    """The sums over all runs; none where the report is not of a campaign."""
+    result = report.campaign
+    if result is None:
+        return
+    yield Line(headline(result), "title")
+    yield Line(f"  {pad('', 8)}{'passed':>9}{'failed':>9}{'NC':>9}  failed, of those that checked it", "dim")
+    for name in sorted(result.requirements, key=by_requirement):
+        each = result.requirements[name]
+        counts = f"{each.passed:>9,}{each.failed:>9,}{each.nc:>9,}"
+        text = f"  {pad(visible(name), 8)}{counts}  {share_text(each.share)}"
+        yield Line(text, "warn" if each.failed else "plain")
+    for text in notes(result):
+        yield Line(visible(f"  {text}"), "bad" if result.lost or result.differing or result.missing else "plain")
+
+
+def headline(result: CampaignResult) -> str:
+    """`campaign: 6,560 of 6,560 runs: 160 abstract tests, 41 seeds of each, 1024311 s simulated`."""
+    tests = f"{plural(len(result.tests), 'abstract test')}, {plural(result.concretizations, 'seed')} of each"
+    runs = f"{result.stored:,} of {result.expected:,} runs"
+    return f"campaign: {runs}: {tests}, {seconds(result.sim_s)} simulated"
+
+
+def notes(result: CampaignResult) -> Iterator[str]:
+    """What is to be known about its runs, a sentence each."""
+    outcomes = ", ".join(f"{count:,} {name.replace('-', ' ')}" for name, count in result.outcomes.items())
+    if outcomes:
+        yield f"outcomes: {outcomes}"
+    if result.missing:
+        yield f"{result.missing:,} runs have no outcome yet: the figures are of the others"
+    for each in result.lost[:_MAX_LISTED]:
+        yield f"lost: {each.id}: {each.reason}"
+    if result.repeated:
+        again = f"{result.repeated:,} runs were repeated, on another worker where there is one"
+        yield f"{again}: {len(result.differing):,} differ"
+    for different in result.differing[:_MAX_LISTED]:
+        where = f" (versions: {different.versions})" if different.versions else ""
+        yield f"differs: {different.id}: {different.parting}{where}"
+    if not result.is_listed:
+        yield "listed as tests are the runs to keep; what is said of suites and requirements below is of these"
+
+
+def share_text(share: FailedShare) -> str:
+    """`9.53 % (8.84 to 10.26)`, or `-` where no run checked the requirement."""
+    if not share.checked:
+        return "-"
+    value = 100.0 * share.failed / share.checked
+    return f"{value:.2f} % ({share.low:.2f} to {share.high:.2f})"
+
+
+def page(report: Report) -> Mapping[str, Any] | None:
+    """What the page's view shows; None where the report is not of a campaign."""
+    result = report.campaign
+    if result is None:
+        return None
+    return {
+        "result": result,
+        "headline": headline(result),
+        "notes": list(notes(result)),
+        "requirements": {name: result.requirements[name] for name in sorted(result.requirements, key=by_requirement)},
+        "share": share_text,
+        "worst": worst,
+        "margins": margins,
+        "anchors": {test.id: anchor(test.nodeid) for test in report.tests},
+    }
+
+
+def worst(test: CampaignTest) -> list[tuple[str, FailedShare]]:
+    """The requirements that runs of a test violated, those that most violated first."""
+    return sorted(test.failed.items(), key=lambda each: (-each[1].failed, by_requirement(each[0])))
+
+
+def margins(result: CampaignResult, test: CampaignTest) -> list[tuple[str, LeastMargin]]:
+    """The least margins of the requirements that a test violated, and those that are the least of all tests."""
+    least = {name: each.least for name, each in result.requirements.items()}
+    told = (name for name, each in test.least.items() if name in test.failed or each == least[name])
+    return [(name, test.least[name]) for name in sorted(told, key=by_requirement)]

@@ -1,0 +1,78 @@
+"""The archive: all runs, the best test of each point, what is open, how near it came, how often it was aimed at."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.generate.abstract import AbstractTest
+
+GIVEN = "given"
+"""In place of a way: tests of a suite that was there before the loop."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A run in the archive.
+
+    Args:
+        number: from 0, in the order of proposals.
+        test: that was run.
+        observation: what it yielded.
+        way: that proposed it.
+        aims: the points that it was to hit.
+        new: the wanted points that it hit and that no earlier run had hit.
+    """
+
+    number: int
+    test: AbstractTest
+    observation: Observation
+    way: str = GIVEN
+    aims: tuple[Point, ...] = ()
+    new: tuple[Point, ...] = ()
+
+
+class Archive:
+    """What is known of all runs so far.
+
+    Args:
+        wanted: the points that are to be hit, in the order in which they are listed.
+    """
+
+    def __init__(self, wanted: Iterable[Point]) -> None:
+        self.wanted = tuple(dict.fromkeys(wanted))
+        self.entries: list[Entry] = []
+        self.open: dict[Point, None] = dict.fromkeys(self.wanted)
+        """The wanted points that no run has hit, in order; used as an ordered set."""
+        self.best: dict[Point, Entry] = {}
+        """The run that hits a point in the shortest simulated time; of equal ones the first."""
+        self.hit_by: dict[Point, list[int]] = {}
+        """The numbers of the runs that hit a point, in order."""
+        self.nearest: dict[Point, tuple[float, Entry]] = {}
+        """Of a point that was not hit: the least distance, and the first run that had it."""
+        self.tries: Counter[Point] = Counter()
+        """How many runs were aimed at a point while it was open."""
+        self.sim_s = 0.0
+        """Simulated time of all runs (s)."""
+
+    def add(self, observation: Observation, way: str = GIVEN, aims: tuple[Point, ...] = ()) -> Entry:
+        """Keep a run. Runs have to be added in the order in which they were proposed."""
+        test = AbstractTest.from_data(observation.test)
+        self.tries.update(point for point in aims if point in self.open)
+        new = tuple(point for point in observation.points if point in self.open)
+        entry = Entry(len(self.entries), test, observation, way, aims, new)
+        self.entries.append(entry)
+        self.sim_s += observation.sim_s
+        for point in observation.points:
+            self.open.pop(point, None)
+            self.hit_by.setdefault(point, []).append(entry.number)
+            best = self.best.get(point)
+            if best is None or observation.sim_s < best.observation.sim_s:
+                self.best[point] = entry
+        for point, distance in observation.distances:
+            if point not in self.nearest or distance < self.nearest[point][0]:
+                self.nearest[point] = distance, entry
+        return entry

@@ -1,0 +1,232 @@
+"""Closing: generates the suite `closure` by running tests until nothing is open, or the budget is spent."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
+from pytest_hricdv.coverage.cross_product import CrossProduct
+from pytest_hricdv.coverage.reachability import Reachability, explored, reachable
+from pytest_hricdv.execution.separate_process import ProcessError
+from pytest_hricdv.extra.closing import branching_way, online_way
+from pytest_hricdv.extra.closing.archive import GIVEN, Archive
+from pytest_hricdv.extra.closing.branching_way import BranchingWay
+from pytest_hricdv.extra.closing.cache import KeptSuite
+from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
+from pytest_hricdv.extra.closing.evidence import evidence
+from pytest_hricdv.extra.closing.experience import Experience
+from pytest_hricdv.extra.closing.lived_run import role_of
+from pytest_hricdv.extra.closing.loop import NAME, Loop, LoopError
+from pytest_hricdv.extra.closing.model_way import ModelWay, UntriedWay
+from pytest_hricdv.extra.closing.online_way import OnlineWay
+from pytest_hricdv.extra.closing.open_points import Surroundings
+from pytest_hricdv.extra.closing.parameter_way import ParameterWay
+from pytest_hricdv.extra.closing.progress import ClosingProgress, listed
+from pytest_hricdv.extra.closing.records import ClosingEnd, ClosingResult
+from pytest_hricdv.extra.closing.runs import ClosingRuns, RunsHere, RunsOnCluster
+from pytest_hricdv.extra.closing.scripts import Scripts
+from pytest_hricdv.extra.closing.suite import repeatable_suite
+from pytest_hricdv.extra.closing.targets import impossible_points, wanted_points
+from pytest_hricdv.extra.closing.way import Way
+from pytest_hricdv.extra.cluster.address import ClusterError
+from pytest_hricdv.extra.cluster.identity import identity
+from pytest_hricdv.extra.search import Budget
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.abstract import AbstractTest, Plans
+from pytest_hricdv.generate.concrete import concretize
+from pytest_hricdv.generate.model import Exploration
+from pytest_hricdv.generate.rng import digest
+from pytest_hricdv.generate.suite import Generation, Suite
+from pytest_hricdv.online.declaration import OnlineError
+from pytest_hricdv.results.building import GeneratedSuite
+from pytest_hricdv.session.collection import Collection
+from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.suites import generation_context
+from pytest_hricdv.session.usage import usage_error
+
+CACHE_SCHEMA = "hricdv-closing/3"
+
+
+class Closing:
+    """The closing loop of a session.
+
+    Args:
+        collection: of the session.
+        context: of the session.
+    """
+
+    def __init__(self, collection: Collection, context: RunContext) -> None:
+        self._collection = collection
+        self._context = context
+        self._options = collection.options.closing
+
+    def suite(self, given: Sequence[GeneratedSuite]) -> GeneratedSuite:
+        """The suite: from the cache, or of a new loop.
+
+        Args:
+            given: the other suites of the session.
+
+        Raises:
+            pytest.UsageError: there can be no loop, or every run errs.
+        """
+        tests = [test for each in given for test in each.suite.tests] if self._options.given else []
+        kept = KeptSuite(self._collection, self._key(tests))
+        found = kept.read()
+        if found is not None:
+            return found
+        began_s = time.perf_counter()
+        try:
+            with self._runs() as runs:
+                suite, result = self._closed(runs, tests)
+        except (ProcessError, LoopError) as error:
+            raise usage_error(f"--hri-suite={NAME}: no run came to its end: {error}") from None
+        except (GenerateError, CoverageError, OnlineError) as error:
+            raise usage_error(f"--hri-suite={NAME}: {error}") from None
+        except ClusterError as error:
+            raise usage_error(f"--hri-cluster: {error}") from None
+        if result.ended not in ("seconds", "interrupted"):  # otherwise it would depend on the machine
+            kept.write(suite, result, runs.files)
+        return GeneratedSuite(suite, time.perf_counter() - began_s, cached=False, closing=result)
+
+    def _runs(self) -> ClosingRuns:
+        config = self._collection.config
+        if not self._collection.options.cluster.address:
+            return RunsHere(config, _processes(config))
+        here = identity(Path(config.rootpath), self._context.provenance.code)
+        return RunsOnCluster(self._collection, here.project)
+
+    def _closed(self, runs: ClosingRuns, given: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
+        archive, progress = Archive(self._wanted), ClosingProgress(self._collection, self._options.runs)
+        seed = self._collection.options.seed
+        self._collection.say(f"hricdv: closing {listed(archive)}, at most {self._options.runs} runs (seed {seed}) ...")
+        self._run_given(archive, runs, given)
+        budget = Budget(self._options.runs, self._options.seconds)
+        ended = Loop(archive, self._used_ways(), runs.run, seed, budget, progress.show, UntriedWay(self._scripts)).run()
+        suite, result = self._suite(archive, ended, runs)
+        progress.end(archive, ended, len(suite.tests))
+        return suite, result
+
+    def _used_ways(self) -> tuple[Way, ...]:
+        """The ways that are not left out."""
+        ways, without = self._ways(), self._options.without
+        names = [way.name for way in ways]
+        for name in without:
+            if name not in names:
+                raise usage_error(f"--hri-close-without: no way {name!r}; there are: {', '.join(names)}")
+        return tuple(way for way in ways if way.name not in without)
+
+    def _ways(self) -> tuple[Way, ...]:
+        testbench, scripts = self._collection.testbench, self._scripts
+        experience = Experience(scripts, lambda test: concretize(test, testbench.commands).run)
+        disturbances = {name: each.parameters for name, each in testbench.disturbances.items()}
+        role = role_of(testbench)
+        return (
+            ModelWay(scripts, experience),
+            ParameterWay(testbench.commands),
+            DisturbanceWay(scripts, experience, disturbances),
+            BranchingWay(testbench.commands, testbench.cross),
+            *([] if role is None else [OnlineWay(role, scripts.planned)]),
+        )
+
+    def _run_given(self, archive: Archive, runs: ClosingRuns, given: Sequence[AbstractTest]) -> None:
+        """What the other suites hit is not open. They are no part of the budget."""
+        if given:
+            self._collection.say(f"hricdv: running the {len(given)} tests of the other suites first ...")
+        observed = dict(runs.run(given, {})) if given else {}
+        for number in sorted(observed):
+            archive.add(observed[number], GIVEN)
+
+    def _suite(self, archive: Archive, ended: ClosingEnd, runs_again: ClosingRuns) -> tuple[Suite, ClosingResult]:
+        again = branching_way.NAME, online_way.NAME
+        entries, left_out = repeatable_suite(archive, again, runs_again.run_from_the_start)
+        entries = entries[: self._collection.options.tests]
+        erring = [entry.observation.error for entry in archive.entries if entry.observation.error]
+        notes = []
+        if erring:
+            notes.append(f"{len(erring)} runs came to no end; the first: {erring[0]}")
+        if left_out:
+            notes.append(
+                f"{len(left_out)} tests are left out, because from the start they do not do what they did as part of a "
+                f"tree, or with a person who decided during the run; the first: {left_out[0].test.id}"
+            )
+        explored_runs = len(self._exploration.runs)
+        generation = Generation(bdi_runs=explored_runs, declared_plans=self._plans, notes=tuple(notes))
+        suite = Suite.of_tests(NAME, self._collection.options.seed, tuple(entry.test for entry in entries), generation)
+        return suite, evidence(
+            archive,
+            entries,
+            impossible_points(*self._declared),
+            self._surroundings,
+            suite=NAME,
+            ended=ended,
+            budget=self._options.runs,
+            without=[entry.number for entry in left_out],
+        )
+
+    @property
+    def _wanted(self) -> tuple[Point, ...]:
+        return wanted_points(*self._declared, self._context.requirements, self._collection.testbench.transitions)
+
+    @cached_property
+    def _declared(self) -> tuple[CodeMap | None, Plans, Mapping[str, CrossProduct], Reachability]:
+        """What there is to reach, and what the model says of it."""
+        testbench = self._collection.testbench
+        code = self._context.code if self._collection.options.coverage else None
+        return code, self._plans, testbench.cross, reachable(self._exploration, testbench.cross)
+
+    @property
+    def _surroundings(self) -> Surroundings:
+        code, _, cross, reachability = self._declared
+        coordinates = {name: tuple(product.coordinates) for name, product in cross.items()}
+        return Surroundings(code, coordinates, reachability.exploration.plans or {})
+
+    @cached_property
+    def _exploration(self) -> Exploration:
+        context = generation_context(self._collection.options, self._collection.testbench)
+        return explored(context, getattr(self._collection.config, "cache", None))
+
+    @cached_property
+    def _scripts(self) -> Scripts:
+        testbench = self._collection.testbench
+        planned = {name: product.planned for name, product in testbench.cross.items() if product.planned is not None}
+        return Scripts(self._exploration, testbench.beliefs, planned)
+
+    @property
+    def _plans(self) -> Plans:
+        plans: dict[str, tuple[str, ...]] = {}
+        for agent, label in self._exploration.plans:
+            plans[agent] = (*plans.get(agent, ()), label)
+        return plans
+
+    def _key(self, given: Sequence[AbstractTest]) -> str:
+        """Of what a suite depends on, but for the files that runs load."""
+        options, testbench = self._collection.options, self._collection.testbench
+        requirements = testbench.requirements
+        of_file = hashlib.sha256(requirements.read_bytes()).hexdigest() if isinstance(requirements, Path) else ""
+        return digest(
+            CACHE_SCHEMA,
+            generation_context(options, testbench).fingerprint(NAME),
+            self._context.code.sha256,
+            of_file,
+            self._options.runs,
+            self._options.without,
+            options.coverage,
+            testbench.name,
+            testbench.fidelity,
+            testbench.engine,
+            testbench.transitions,
+            [test.id for test in given],
+        )
+
+
+def _processes(config: pytest.Config) -> int:
+    """As many as xdist has workers; without it, as many as there are processors."""
+    return int(getattr(config.option, "numprocesses", None) or os.cpu_count() or 1)

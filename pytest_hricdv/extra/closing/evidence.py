@@ -1,0 +1,197 @@
+"""Evidence: what a closing loop has shown of each point, and how much a further run would find.
+
+Bounds are those of independent trials: where n runs had no success, the probability of a success is below 3/n with
+95 % confidence (rule of three; Hanley, Lippman-Hand, If nothing goes wrong, is everything all right?, JAMA 249, 1983).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Container, Iterable, Mapping, Sequence
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.extra.closing.archive import GIVEN, Archive, Entry
+from pytest_hricdv.extra.closing.open_points import Surroundings, lacking, nearest, waiver
+from pytest_hricdv.extra.closing.records import (
+    ClosingEnd,
+    ClosingResult,
+    GoodTuring,
+    GrowthStep,
+    HitPoint,
+    ImpossiblePoint,
+    KindCount,
+    OpenPoint,
+    ViolationKind,
+    WayResult,
+)
+from pytest_hricdv.extra.closing.targets import by_kind
+from pytest_hricdv.extra.closing.violations import KINDS, described
+from pytest_hricdv.generate.suite_files import dump_tests
+
+RULE_OF_THREE = 3.0
+"""-ln(0.05), rounded up: 95 % confidence."""
+
+
+def evidence(
+    archive: Archive,
+    tests: Iterable[Entry],
+    impossible: Sequence[ImpossiblePoint],
+    known: Surroundings,
+    *,
+    suite: str,
+    ended: ClosingEnd,
+    budget: int,
+    without: Container[int] = (),
+) -> ClosingResult:
+    """What the runs of an archive show.
+
+    Args:
+        archive: all runs.
+        tests: those whose tests are handed over.
+        impossible: points that cannot be hit. One that was hit nevertheless counts as hit.
+        known: of what is tested.
+        suite: the name of the suite.
+        ended: why the loop ended.
+        budget: so many runs were allowed.
+        without: numbers of runs that do not repeat: what only they hit is open.
+    """
+    seen = _Seen(archive, impossible, without)
+    handed = (*(entry for entry in archive.entries if entry.way == GIVEN), *tests)
+    runs = [entry for entry in archive.entries if entry.way != GIVEN]
+    hit = tuple(seen.hit(handed))
+    closed = tuple(each for each in impossible if each.point not in seen.first)
+    left, others = _open([each for each in archive.wanted if each not in seen.first], archive, handed, known)
+    return ClosingResult(
+        suite=suite,
+        ended=ended,
+        budget=budget,
+        runs=len(runs),
+        given=len(archive.entries) - len(runs),
+        erring=sum(bool(entry.observation.error) for entry in runs),
+        sim_s=round(sum(entry.observation.sim_s for entry in runs), 6),
+        bound=rule_of_three(len(runs)),
+        kinds=_kinds(hit, closed, left),
+        ways=_ways(runs, seen.new),
+        growth=tuple(_growth(archive.entries, seen.new)),
+        good_turing=seen.good_turing(len(archive.entries)),
+        hit=hit,
+        impossible=closed,
+        open=left,
+        violations=_violations(archive, handed, without),
+        nearest=others,
+    )
+
+
+def rule_of_three(trials: int) -> float | None:
+    """Upper bound of the probability of what never happened in so many trials; None of no trials."""
+    return min(1.0, RULE_OF_THREE / trials) if trials else None
+
+
+class _Seen:
+    """What runs hit of the points that are wanted or that were thought impossible."""
+
+    def __init__(self, archive: Archive, impossible: Iterable[ImpossiblePoint], without: Container[int]) -> None:
+        points = dict.fromkeys([*archive.wanted, *(each.point for each in impossible)])
+        self._archive = archive
+        self._given = sum(entry.way == GIVEN for entry in archive.entries)
+        self._times: Counter[Point] = Counter()
+        self.first: dict[Point, Entry] = {}
+        self.new: dict[int, Counter[str]] = {}
+        """Number of a run -> kind -> points that no earlier run had hit; without runs that hit no such point."""
+        for entry in (each for each in archive.entries if each.number not in without):
+            found = [point for point in entry.observation.points if point in points]
+            fresh = [point for point in found if point not in self.first]
+            self._times.update(found)
+            self.first.update(dict.fromkeys(fresh, entry))
+            if fresh:
+                self.new[entry.number] = by_kind(fresh)
+        self._order = [point for point in points if point in self.first]
+
+    def hit(self, handed: Sequence[Entry]) -> Iterable[HitPoint]:
+        """The points that are hit, each with the first of these tests that hits it, else with the best of all."""
+        tests = _tests(self._archive, handed)
+        for point in self._order:
+            first = self.first[point]
+            run = 0 if first.way == GIVEN else first.number - self._given + 1
+            yield HitPoint(point=point, test=tests[point], way=first.way, run=run)
+
+    def good_turing(self, runs: int) -> GoodTuring | None:
+        """The estimate of what a further run would find; None where nothing was hit."""
+        once, hits = sum(times == 1 for times in self._times.values()), self._times.total()
+        return GoodTuring(once=once, hits=hits, share=once / hits, points=once / runs) if hits else None
+
+
+def _tests(archive: Archive, handed: Sequence[Entry]) -> dict[Point, str]:
+    """A test that hits each point: the first of these that does, else the best of all."""
+    tests = {point: entry.test.id for point, entry in archive.best.items()}
+    for entry in reversed(handed):
+        tests.update(dict.fromkeys(entry.observation.points, entry.test.id))
+    return tests
+
+
+def _violations(archive: Archive, handed: Sequence[Entry], without: Container[int]) -> tuple[ViolationKind, ...]:
+    counts = Counter(
+        point
+        for entry in archive.entries
+        if entry.number not in without
+        for point in entry.observation.points
+        if point[0] in KINDS
+    )
+    tests = _tests(archive, handed)
+    found = [described(point, counts[point], tests[point]) for point in sorted(counts)]
+    return tuple(sorted(found, key=lambda each: each.known))
+
+
+def _open(
+    points: Iterable[Point], archive: Archive, handed: Sequence[Entry], known: Surroundings
+) -> tuple[tuple[OpenPoint, ...], dict[str, str]]:
+    """The open points; and the tests that came nearest and are not handed over, with their texts."""
+    preferred = {entry.number for entry in handed}
+    found, others = [], {}
+    for point in points:
+        entry = nearest(point, archive, preferred)
+        if entry is not None and entry.number not in preferred:
+            others[entry.test.id] = dump_tests([entry.test])
+        found.append(
+            OpenPoint(
+                point=point,
+                tries=archive.tries[point],
+                bound=rule_of_three(archive.tries[point]),
+                test=entry.test.id if entry is not None else "",
+                lacking=lacking(point, entry, archive, known),
+                waiver=waiver(point, archive),
+            )
+        )
+    return tuple(found), others
+
+
+def _kinds(
+    hit: Iterable[HitPoint], impossible: Iterable[ImpossiblePoint], left: Iterable[OpenPoint]
+) -> dict[str, KindCount]:
+    counts = [by_kind(each.point for each in points) for points in (hit, impossible, left)]
+    kinds = dict.fromkeys(kind for count in counts for kind in count)
+    return {kind: KindCount(hit=counts[0][kind], impossible=counts[1][kind], open=counts[2][kind]) for kind in kinds}
+
+
+def _ways(runs: Sequence[Entry], new: Mapping[int, Counter[str]]) -> dict[str, WayResult]:
+    by_way: dict[str, list[Entry]] = {}
+    for entry in runs:
+        by_way.setdefault(entry.way, []).append(entry)
+    return {
+        way: WayResult(
+            runs=len(entries),
+            sim_s=round(sum(entry.observation.sim_s for entry in entries), 6),
+            new=sum((new.get(entry.number, Counter()) for entry in entries), Counter()),
+        )
+        for way, entries in by_way.items()
+    }
+
+
+def _growth(entries: Iterable[Entry], new: Mapping[int, Counter[str]]) -> Iterable[GrowthStep]:
+    run, sim_s = 0, 0.0
+    for entry in entries:
+        if entry.way != GIVEN:
+            run += 1
+            sim_s += entry.observation.sim_s
+        if entry.number in new:
+            yield GrowthStep(run=run, sim_s=round(sim_s, 6), way=entry.way, new=new[entry.number])

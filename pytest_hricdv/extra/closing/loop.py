@@ -1,0 +1,148 @@
+"""The loop: ways propose a generation of tests, these are run, what they yield decides what is proposed next.
+
+The proposals of a generation are made from the archive alone, are run in any order on any number of processes, and are
+merged in the order in which they were proposed. So the same seed gives the same archive, however many processes run.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from random import Random
+from typing import Protocol
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.extra.closing.archive import Archive, Entry
+from pytest_hricdv.extra.closing.bandit import Bandit, Result
+from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.records import ClosingEnd
+from pytest_hricdv.extra.closing.way import Proposal, Way
+from pytest_hricdv.extra.search import Budget
+from pytest_hricdv.generate.abstract import AbstractTest, Draft, identify
+from pytest_hricdv.generate.rng import make_rng
+from pytest_hricdv.online.chooser import Weight
+
+NAME = "closure"
+"""The name of the method and of its suite."""
+
+GENERATION = 8
+"""So many tests are proposed at a time. Fewer learn sooner, more keep more processes busy."""
+
+OnlineWeights = Mapping[int, Sequence[Weight]]
+"""The numbers of the tests (from 0) in which the person decides during the run, with the weights of choices."""
+
+
+class Runner(Protocol):
+    """Runs tests."""
+
+    def __call__(self, tests: Sequence[AbstractTest], online: OnlineWeights, /) -> Iterable[tuple[int, Observation]]:
+        """The number of each test (from 0) with what it yielded, in any order.
+
+        What is run may be another test than the one that was handed over, where it is made up while it runs, and one
+        may yield several.
+        """
+
+
+class LoopError(Exception):
+    """The loop makes no sense: every run errs. The text has the first error."""
+
+
+@dataclass
+class Loop:
+    """The closing loop.
+
+    Args:
+        archive: which points are wanted, and what is known of them.
+        ways: that propose tests.
+        last: proposes where these do not know enough.
+        runner: runs them.
+        seed: the master seed.
+        budget: of runs and seconds. Runs are what a result depends on; seconds only guard.
+        progress: called with the archive after each generation.
+    """
+
+    archive: Archive
+    ways: Sequence[Way]
+    runner: Runner
+    seed: int
+    budget: Budget
+    progress: Callable[[Archive], None] = lambda archive: None
+    last: Way | None = None
+    _drafts: list[Draft] = field(default_factory=list)
+
+    def run(self) -> ClosingEnd:
+        """Run the loop to its end. At Ctrl-C it keeps what was reached.
+
+        Raises:
+            LoopError: every run of the first generation errs.
+        """
+        bandit = Bandit((way.name for way in self.ways), dict.fromkeys(point[0] for point in self.archive.wanted))
+        try:
+            for number in range(self.budget.runs):
+                if ended := self._ended():
+                    return ended
+                proposals = self._proposals(number, bandit)
+                if not proposals:
+                    return "nothing to try"
+                entries = self._run(proposals)
+                bandit.learn(Result(entry.way, _kinds(entry.new), _kinds(entry.aims)) for entry in entries)
+                self.progress(self.archive)
+        except KeyboardInterrupt:
+            return "interrupted"
+        return self._ended() or "runs"
+
+    def _ended(self) -> ClosingEnd | None:
+        if not self.archive.open:
+            return "closed"
+        if self.budget.used >= self.budget.runs:
+            return "runs"
+        return "seconds" if self.budget.seconds is not None and self.budget.elapsed_s >= self.budget.seconds else None
+
+    def _proposals(self, number: int, bandit: Bandit) -> list[Proposal]:
+        """A generation. What one way cannot use of its share, the others share."""
+        count = min(GENERATION, self.budget.runs - self.budget.used)
+        kinds = Counter(point[0] for point in self.archive.open)
+        rng = make_rng(NAME, self.seed, number, "shares")
+        found: list[Proposal] = []
+        ways = [*self.ways]
+        for attempt in range(len(self.ways)):
+            shares = bandit.shares([way.name for way in ways], count - len(found), kinds, rng)
+            for way in [*ways]:
+                if wanted := shares[way.name]:
+                    proposed = way.propose(self.archive, wanted, self._rng(number, way, attempt))[:wanted]
+                    found += proposed
+                    if len(proposed) < wanted:
+                        ways.remove(way)
+        if self.last is not None and len(found) < count:
+            found += self.last.propose(self.archive, count - len(found), self._rng(number, self.last, 0))
+        return found
+
+    def _rng(self, generation: int, way: Way, attempt: int) -> Random:
+        return make_rng(NAME, self.seed, generation, way.name, attempt)
+
+    def _run(self, proposals: Sequence[Proposal]) -> list[Entry]:
+        """Run a generation, and merge it in order: of an interrupted one, what has come to its end."""
+        tests, observed = self._identified([each.draft for each in proposals]), dict[int, list[Observation]]()
+        online = {place: each.weights for place, each in enumerate(proposals) if each.weights is not None}
+        entries: list[Entry] = []
+        try:
+            for place, observation in self.runner(tests, online):
+                self.budget.used += 1
+                observed.setdefault(place, []).append(observation)
+        finally:
+            for place in sorted(observed):
+                proposal = proposals[place]
+                entries += [self.archive.add(each, proposal.way, proposal.aims) for each in observed[place]]
+        if all(entry.observation.error for entry in self.archive.entries):
+            raise LoopError(self.archive.entries[0].observation.error)
+        return entries
+
+    def _identified(self, drafts: list[Draft]) -> list[AbstractTest]:
+        """The tests of new drafts: equal ones are numbered among all so far, so each has its own seed."""
+        self._drafts += drafts
+        return [*identify(NAME, self.seed, self._drafts)[len(self._drafts) - len(drafts) :]]
+
+
+def _kinds(points: Iterable[Point]) -> frozenset[str]:
+    return frozenset(point[0] for point in points)

@@ -1,0 +1,167 @@
+"""What one run yields: the points that it hits, what became of each interaction, and how near it came to other points.
+
+A point is a tuple of texts, the kind first (as `pytest_hricdv.coverage.closure.Point`):
+
+    ("statement", file, line)  ("branch", file, line, line)  ("plan", agent, label)  ("bin", cross product, *bin)
+    ("verdict", requirement, "Passed" | "Failed")            ("antecedent", requirement, "true" | "false")
+    ("condition", requirement, conjunct of its antecedent, "true" | "false")
+    ("transition", state of the code under test, next state)
+    and kinds of violations, see `pytest_hricdv.extra.closing.violations`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import msgspec
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.coverage.code_map import Bits, CodeMap
+from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
+from pytest_hricdv.execution.case import CaseResult, log_of
+from pytest_hricdv.extra.closing.decision_points import DecisionPoint, decision_points
+from pytest_hricdv.extra.closing.violations import violation_points
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.monitor import Criterion, NearestMiss, Requirement, Verdict
+from pytest_hricdv.monitor.antecedent import conjunct_outcomes
+from pytest_hricdv.online.chooser import Choice
+
+
+class Observation(msgspec.Struct, frozen=True):
+    """One run.
+
+    Args:
+        test: that was run, as `AbstractTest.to_data` gives it.
+        points: that it hits, sorted.
+        hits: cross product -> the bins of its interactions, in their order.
+        distances: (a point that it does not hit, how far it was from it); 0 is a hit, and points are compared with
+            themselves only.
+        missing: requirement that nothing triggered -> the conditions that were false when it was nearest to it.
+        sim_s: simulated time (s).
+        record_sha256: of its record.
+        failed: requirements that it violates and that are not known to fail; then its faults.
+        decisions: where the person decided what to do next.
+        choices: what was chosen then, where the person decided during the run.
+        error: why it came to no end; empty where it did. Then it hits nothing.
+    """
+
+    test: dict[str, Any]
+    points: tuple[Point, ...] = ()
+    hits: dict[str, tuple[Bin, ...]] = {}
+    distances: tuple[tuple[Point, float], ...] = ()
+    missing: dict[str, tuple[str, ...]] = {}
+    sim_s: float = 0.0
+    record_sha256: str = ""
+    failed: tuple[str, ...] = ()
+    decisions: tuple[DecisionPoint, ...] = ()
+    choices: tuple[Choice, ...] = ()
+    error: str = ""
+
+
+def observe(
+    test: AbstractTest,
+    result: CaseResult,
+    *,
+    code: CodeMap,
+    cross: Mapping[str, CrossProduct],
+    requirements: Sequence[Criterion],
+    known: Container[str],
+    state: str = "",
+    choices: Sequence[Choice] = (),
+) -> Observation:
+    """What a run yields.
+
+    Args:
+        test: that was run.
+        code: under test.
+        cross: the cross products of the testbench.
+        requirements: that the run was judged by.
+        known: requirements that are known to fail.
+        state: the field that names the state of the code under test (see `Testbench`).
+        choices: of a person who decided during the run.
+    """
+    points = {*code_points(code, result.code), *plan_points(test), *_bin_points(result, cross)}
+    points.update(_requirement_points(result))
+    points.update(_condition_points(result, requirements))
+    points.update(_transition_points(result, state))
+    points.update(
+        violation_points(test.lines, result, cross=cross, requirements=requirements, known=known, state=state)
+    )
+    return Observation(
+        test=test.to_data(),
+        points=tuple(sorted(points)),
+        hits={name: tuple(tuple(each) for each in hits) for name, hits in result.outcome.cross.items()},
+        distances=tuple(_distances(result.verdicts)),
+        missing={each.requirement: each.nearest_miss.missing for each in result.verdicts if each.nearest_miss},
+        sim_s=result.sim_s,
+        record_sha256=result.record.sha256,
+        failed=(*result.unknown(known), *result.faults),
+        decisions=decision_points(result, state),
+        choices=tuple(choices),
+    )
+
+
+def code_points(code: CodeMap, bits: Bits | None) -> Iterator[Point]:
+    """The statements and branches of a set of bits."""
+    if bits is None:
+        return
+    statement = branch = 0
+    for file in code.files:
+        for place, line in enumerate(file.statements, statement):
+            if bits.statements >> place & 1:
+                yield "statement", file.name, str(line)
+        for place, (begin, end) in enumerate(file.branches, branch):
+            if (bits.branches or 0) >> place & 1:
+                yield "branch", file.name, str(begin), str(end)
+        statement += len(file.statements)
+        branch += len(file.branches)
+
+
+def plan_points(test: AbstractTest) -> Iterator[Point]:
+    """The plans that the model executed for a test."""
+    for agent, labels in test.plans.items():
+        yield from (("plan", agent, label) for label in labels)
+
+
+def _bin_points(result: CaseResult, cross: Mapping[str, CrossProduct]) -> Iterator[Point]:
+    for name, hits in result.cross.items():
+        yield from (("bin", name, *hit) for hit in hits if hit not in cross[name].forbidden)
+
+
+def _requirement_points(result: CaseResult) -> Iterator[Point]:
+    for verdict in result.verdicts:
+        name = verdict.requirement
+        yield "antecedent", name, "true" if verdict.attempts else "false"
+        if verdict.verdict != "NC":
+            yield "verdict", name, verdict.verdict
+
+
+def _condition_points(result: CaseResult, requirements: Iterable[Criterion]) -> Iterator[Point]:
+    log = log_of(result.record, result.sim_s)
+    for requirement in requirements:
+        if isinstance(requirement, Requirement):
+            for text, outcomes in conjunct_outcomes(requirement.formula.antecedent, log).items():
+                yield from (("condition", requirement.id, text, str(outcome).lower()) for outcome in outcomes)
+
+
+def _transition_points(result: CaseResult, state: str) -> Iterator[Point]:
+    topic, _, name = state.partition(".")
+    states = [str(each.fields[name]) for each in result.record.messages if each.topic == topic]
+    yield from (("transition", *each) for each in pairwise(states))
+
+
+def _distances(verdicts: Sequence[Verdict]) -> Iterator[tuple[Point, float]]:
+    for verdict in verdicts:
+        miss = verdict.nearest_miss
+        if miss is not None:
+            yield ("verdict", verdict.requirement, "Passed"), _distance(miss)
+            yield from ((("condition", verdict.requirement, text, "true"), _distance(miss)) for text in miss.missing)
+
+
+def _distance(miss: NearestMiss) -> float:
+    """The number of conditions that were false; of a single one that compares numbers, how far it was, below 1."""
+    if len(miss.missing) == 1 and miss.distance is not None:
+        return abs(miss.distance) / (1.0 + abs(miss.distance))
+    return float(len(miss.missing))

@@ -1,0 +1,141 @@
+"""The way of the person who lives in the run: the agent of the model decides from what happens there.
+
+What it decides is drawn by weights, each turn aimed at another open point: what made such a point likelier in earlier
+runs is likelier, and so is what was seldom chosen.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import accumulate
+from random import Random
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.extra.closing.archive import Archive
+from pytest_hricdv.extra.closing.choice_statistics import ChoiceStatistics
+from pytest_hricdv.extra.closing.interactions import Planned
+from pytest_hricdv.extra.closing.way import Proposal
+from pytest_hricdv.generate.abstract import Draft
+from pytest_hricdv.generate.beliefs import START
+from pytest_hricdv.generate.rng import pick
+from pytest_hricdv.online.chooser import ANY_STATE, ANY_TURN, DISTURBANCE, GOAL, NONE, Choice, Weight
+from pytest_hricdv.online.role import Role
+
+NAME = "online"
+
+AIMS = 4
+"""So many open points a run is aimed at, one a turn."""
+
+ALIKE = 3.0
+"""How much likelier a further aim is for each coordinate that it has in common with the first one."""
+
+NEAREST = 2.0
+"""How much likelier is what was chosen in the run that came nearest to the aim."""
+
+SURPRISES = (0.0, 1.0, 3.0)
+"""How often somebody has an idea of their own in a run, and how often something goes wrong; one of these a run."""
+
+LIKELIEST = 0.25
+"""Neither is likelier than this between two commands."""
+
+COMMANDS = 10
+"""How long a run is as long as there is none to know it from."""
+
+TRIED_OFTEN = 8.0
+"""After so many times, an option is less likely by a factor of the square root of two."""
+
+
+class OnlineWay:
+    """See the module.
+
+    Args:
+        role: of the person.
+        planned: `planned` of each cross product that has it.
+    """
+
+    name = NAME
+
+    def __init__(self, role: Role, planned: Mapping[str, Planned]) -> None:
+        groups = {name: (NONE, *group) for name, group in role.space.groups.items()}
+        self._options: Mapping[str, Sequence[str]] = {START: role.space.start, **groups}
+        self._rare: Mapping[str, Sequence[str]] = {GOAL: role.goals, DISTURBANCE: role.disturbances}
+        self._statistics = ChoiceStatistics(planned)
+        self._learned = 0
+
+    def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
+        """See `Way`."""
+        for entry in archive.entries[self._learned :]:
+            self._statistics.learn(entry)
+        self._learned = len(archive.entries)
+        return [self._proposal(archive, rng) for _ in range(count)] if archive.open else []
+
+    def _proposal(self, archive: Archive, rng: Random) -> Proposal:
+        aims = _drawn(archive, rng)
+        lengths = [len(entry.test.lines) for entry in archive.entries] or [COMMANDS]
+        commands = max(sum(lengths) / len(lengths), 1.0)
+        surprises = {about: min(pick(rng, SURPRISES) / commands, LIKELIEST) for about in self._rare}
+        weights = (each for place in self._places(aims) for each in self._weights(archive, *place, surprises))
+        return Proposal(Draft(NAME, (), (), name="a person who decides during the run"), NAME, aims, tuple(weights))
+
+    def _places(self, aims: Sequence[Point]) -> Iterator[tuple[str, int, str, Sequence[Point]]]:
+        """States, turns, what is decided there, and the aims then: before the first turn, that of the first one."""
+        known = [(ANY_STATE, about) for about in (*self._options, *self._rare)]
+        for state, about in dict.fromkeys([*known, *self._statistics.places]):
+            for turn in range(len(aims) + 1):
+                yield state, turn, about, aims[max(turn - 1, 0) :][:1]
+        yield from ((state, ANY_TURN, about, aims) for state, about in known)
+
+    def _weights(
+        self, archive: Archive, state: str, turn: int, about: str, aims: Sequence[Point], surprises: Mapping[str, float]
+    ) -> Iterator[Weight]:
+        rare = about in self._rare
+        options = self._rare[about] if rare else self._options.get(about, ())  # acts are as the agent has them
+        worths = {option: self._worth(archive, (state, about, option), aims) for option in options}
+        if rare:
+            yield state, turn, about, NONE, 1.0 - surprises[about]
+            scale = surprises[about] / sum(worths.values()) if worths else 0.0
+            worths = {option: worth * scale for option, worth in worths.items()}
+        yield from ((state, turn, about, option, worth) for option, worth in worths.items())
+
+    def _worth(self, archive: Archive, option: tuple[str, str, str], aims: Sequence[Point]) -> float:
+        """How much likelier the aims are with an option, the less it was tried the more."""
+        lifts = [self._statistics.lift(option, aim) * _climbed(archive, option, aim) for aim in aims]
+        mean = sum(lifts) / len(lifts) if lifts else 1.0
+        return mean / math.sqrt(1.0 + self._statistics.times(option) / TRIED_OFTEN)
+
+
+def _climbed(archive: Archive, option: tuple[str, str, str], aim: Point) -> float:
+    """More than 1 for what was chosen in the run that came nearest to an aim."""
+    if aim not in archive.nearest:
+        return 1.0
+    chosen: Sequence[Choice] = archive.nearest[aim][1].observation.choices
+    return NEAREST if any((each.about, each.option) == option[1:] for each in chosen) else 1.0
+
+
+def _drawn(archive: Archive, rng: Random) -> tuple[Point, ...]:
+    """Open points that runs can be nearer to or farther from; those likelier at which fewer runs were aimed.
+
+    The further ones are likely to be like the first one, so that one run can hit them all.
+    """
+    left = {
+        point: 1.0 / (1 + archive.tries[point])
+        for point in archive.open
+        if point[0] == "bin" or point in archive.nearest
+    }
+    found: list[Point] = []
+    while left and len(found) < AIMS:
+        points, upto = [*left], [*accumulate(left.values())]
+        found.append(points[min(bisect_right(upto, rng.random() * upto[-1]), len(points) - 1)])
+        del left[found[-1]]
+        if len(found) == 1:
+            left = {point: weight * ALIKE ** _same(point, found[0]) for point, weight in left.items()}
+    return tuple(found)
+
+
+def _same(point: Point, other: Point) -> int:
+    """How many coordinates two bins of a cross product have in common."""
+    if point[0] != "bin" or point[:2] != other[:2]:
+        return 0
+    return sum(one == another for one, another in zip(point[2:], other[2:], strict=True))

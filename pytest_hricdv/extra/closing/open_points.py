@@ -1,0 +1,113 @@
+"""Points that no run has hit: which run came nearest, what it lacked, and how a person declares a point impossible."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping
+from dataclasses import dataclass, field
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.coverage.code_map import CodeMap
+from pytest_hricdv.coverage.cross_product import Bin
+from pytest_hricdv.extra.closing.archive import Archive, Entry
+from pytest_hricdv.extra.closing.nearness import nearest_runs
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What is tested, as far as an open point is explained by it.
+
+    Args:
+        code: under test; None where it is not measured.
+        coordinates: cross product -> the names of its coordinates.
+        plans: agent -> plan -> beliefs that, by the model, lead to it.
+    """
+
+    code: CodeMap | None = None
+    coordinates: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    plans: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
+
+    def text(self, file: str, line: str) -> str:
+        """The text of a line of the code, as ` (`...`)`; empty where it is not known."""
+        for each in self.code.files if self.code is not None else ():
+            lines = each.text.splitlines()
+            if each.name == file and 0 < int(line) <= len(lines):
+                return f" (`{lines[int(line) - 1].strip()}`)"
+        return ""
+
+
+def nearest(point: Point, archive: Archive, preferred: Container[int]) -> Entry | None:
+    """The run that came nearest to a point; None where nothing is known.
+
+    Args:
+        preferred: numbers of runs: of equally near ones, the first of these is taken.
+    """
+    if point[0] == "bin":
+        return _nearest_bin(point, archive, preferred)
+    near = nearest_runs(point, archive)
+    same = [entry for distance, entry in near if distance == near[0][0]]
+    return next((entry for entry in same if entry.number in preferred), same[0] if same else None)
+
+
+def _nearest_bin(point: Point, archive: Archive, preferred: Container[int]) -> Entry | None:
+    """The run that hit a bin which is nearest to this one; of equally near ones, a run that was aimed at it."""
+    found = [
+        (_distance(point[2:], hit), point not in entry.aims, entry.number not in preferred, entry.number)
+        for entry in archive.entries
+        for hit in entry.observation.hits.get(point[1], ())
+    ]
+    return archive.entries[min(found)[3]] if found else None
+
+
+def _distance(one: Bin, other: Bin) -> tuple[int, tuple[bool, ...]]:
+    """In how many coordinates bins differ, and in which: in late ones rather than in those that are planned."""
+    differing = tuple(a != b for a, b in zip(one, other, strict=True))
+    return sum(differing), differing
+
+
+def lacking(point: Point, entry: Entry | None, archive: Archive, known: Surroundings) -> str:
+    """What a run lacked to hit a point, or what else is known of the point; may be empty."""
+    match point:
+        case ("bin", product, *wanted) if entry is not None:
+            hit = min(entry.observation.hits[product], key=lambda each: _distance(tuple(wanted), each))
+            names = known.coordinates[product]
+            parts = zip(names, wanted, hit, strict=True)
+            return ", ".join(f"{name} {there} instead of {mine}" for name, mine, there in parts if mine != there)
+        case ("verdict", requirement, "Passed") if entry is not None:
+            return " & ".join(entry.observation.missing.get(requirement, ()))
+        case ("condition", *names, "false") if ("condition", *names, "true") in archive.best:
+            return "it was always true: the antecedent may do without it"
+        case ("statement", file, line):
+            return _before(file, line, archive, known)
+        case ("branch", file, begin, end) if entry is not None:
+            goes = "the exit" if int(end) < 0 else f"line {end}"
+            return f"line {begin}{known.text(file, begin)} has to go on to {goes}"
+        case ("plan", agent, label):
+            beliefs = known.plans.get(agent, {}).get(label, ())
+            return f"the beliefs {' '.join(beliefs)} reach it" if beliefs else ""
+    return ""
+
+
+def _before(file: str, line: str, archive: Archive, known: Surroundings) -> str:
+    """The statement at which the code has to go on to a line that was not executed, as far as that is known."""
+    for point in archive.open:
+        if point[:2] == ("branch", file) and point[3] == line and ("statement", file, point[2]) in archive.best:
+            return f"line {point[2]}{known.text(file, point[2])} has to go on to it"
+    executed = [int(each[2]) for each in archive.best if each[:2] == ("statement", file) and int(each[2]) < int(line)]
+    last = str(max(executed, default=0))
+    return f"executed up to line {last}{known.text(file, last)}" if executed else ""
+
+
+def waiver(point: Point, archive: Archive) -> str:
+    """The line by which a person declares a point impossible; empty where there is none."""
+    match point:
+        case ("bin", product, *parts):
+            return f'cross product {product}: impossible={{{tuple(parts)}: "why"}}'
+        case ("statement", file, line):
+            return f"{file}:{line}: # unreachable: why"
+        case ("branch", file, begin, end):
+            ends = [line for line in (begin, end) if ("statement", file, line) in archive.open]
+            return f"{file}:{ends[0]}: # unreachable: why" if ends else ""
+        case ("verdict", requirement, "Passed"):
+            violated = ("verdict", requirement, "Failed") in archive.best
+            return f"{'hri_known_violations' if violated else 'hri_allow_nc'} = {requirement}: why"
+    return ""

@@ -1,0 +1,198 @@
+"""The process of a closing loop: it runs tests that it is sent, in forks, and answers what they yield.
+
+Each run begins from the same state of this process, whatever ran before: so it is the same on any number of processes.
+Tests with a common beginning are run as one tree (see `pytest_hricdv.extra.closing.branching`).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import io
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from pytest_hricdv.execution.case import CaseResult, Watcher
+from pytest_hricdv.extra.closing.branching import Leaf
+from pytest_hricdv.extra.closing.lived_run import LivedRun, role_of
+from pytest_hricdv.extra.closing.observation import Observation, observe
+from pytest_hricdv.extra.closing.tree_runner import TreeRunner
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import ConcreteTest, concretize
+from pytest_hricdv.online.chooser import Weight
+from pytest_hricdv.online.role import Role
+from pytest_hricdv.results.codec import encode
+from pytest_hricdv.run import Actions
+from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.serving import END, in_session, introduce, leave_no_core, limit_time, preload, session
+
+RUN_S = 60.0
+"""A run that takes more processor time (s) does not end."""
+
+LIMIT_S = 60.0
+"""A run that takes more time (s) waits for what never comes."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """The first line that is sent.
+
+    Args:
+        arguments: of pytest, as the session was started with.
+        processes: at the same time.
+    """
+
+    arguments: tuple[str, ...]
+    processes: int
+
+
+@dataclass(frozen=True)
+class Generation:
+    """A further line.
+
+    Args:
+        tests: to run, as `AbstractTest.to_data` gives them.
+        from_the_start: each alone, and not as trees.
+        online: the numbers of those in which the person decides during the run, with the weights of choices.
+    """
+
+    tests: tuple[dict[str, Any], ...]
+    from_the_start: bool = False
+    online: dict[int, tuple[Weight, ...]] = field(default_factory=dict)
+
+
+class Told(msgspec.Struct, frozen=True, tag=True):
+    """What the test with this number yielded."""
+
+    number: int
+    observation: Observation
+
+
+class Done(msgspec.Struct, frozen=True, tag=True):
+    """All tests of a generation were run. `files`: of the project, that are loaded here, sorted."""
+
+    files: tuple[str, ...]
+
+
+class _Serving:
+    """Runs the tests that are sent.
+
+    Args:
+        job: how.
+        write: sends a line.
+        context: of the session that is configured here.
+    """
+
+    def __init__(self, job: Job, write: Callable[[bytes], None], context: RunContext) -> None:
+        self._job = job
+        self._write = write
+        self._context = context
+        self._collection = context.collection
+        self._is_warm = False
+        self._online: dict[str, tuple[Weight, ...]] = {}
+        """Of the present generation: the ids of tests in which the person decides during the run."""
+        self._lived: LivedRun | None = None
+        """The last run of this process, if the person decided in it."""
+
+    def serve(self, messages: Iterable[bytes]) -> None:
+        """Run one generation after the other, until there is none."""
+        leave_no_core()
+        testbench = self._collection.testbench
+        engine = [testbench.engines[testbench.engine]] if testbench.engine else []
+        for name in (*testbench.requires, *engine):
+            importlib.import_module(name)
+        _ = self._context.code, self._context.measurement, self._role  # once, and not in each fork
+        introduce(self._context, self._write)
+        for line in messages:
+            generation = msgspec.json.decode(line, type=Generation)
+            tests = [AbstractTest.from_data(each) for each in generation.tests]
+            self._online = {tests[number].id: weights for number, weights in generation.online.items()}
+            for told in self._run(tests, from_the_start=generation.from_the_start):
+                self._write(encode(told).encode())
+            self._write(msgspec.json.encode(Done(self._files())))
+            self._write(END)
+
+    def _run(self, tests: Sequence[AbstractTest], *, from_the_start: bool) -> Iterator[Told]:
+        commands = self._collection.testbench.commands
+        concrete = [concretize(test, commands) for test in tests]
+        well: list[ConcreteTest] = []
+        runner = TreeRunner(self._execute_in_fork, lambda leaf: self._told(tests, leaf), self._job.processes, LIMIT_S)
+        for number, text in runner.run(concrete, from_the_start=from_the_start):
+            observation = msgspec.json.decode(text, type=Observation)
+            yield Told(number, observation)
+            if not observation.error:
+                well.append(concrete[number])
+        if not self._is_warm:
+            self._warm(well)
+
+    def _execute_in_fork(self, test: ConcreteTest, actions: Actions) -> CaseResult:
+        limit_time(RUN_S)
+        return self._execute(test, actions)
+
+    @cached_property
+    def _role(self) -> Role | None:
+        return role_of(self._collection.testbench)
+
+    def _execute(self, test: ConcreteTest, actions: Actions | None) -> CaseResult:
+        weights, self._lived, watching = self._online.get(test.id), None, list[Watcher]()
+        if weights is not None and self._role is not None:
+            self._lived = LivedRun(self._role, self._collection.testbench.commands, test.seed, weights)
+            actions, watching = self._lived.actions, [self._lived.agent]
+        with contextlib.redirect_stdout(io.StringIO()):
+            return self._context.execute(test, self._context.measurement, "closing", actions, watching)
+
+    def _told(self, tests: Sequence[AbstractTest], leaf: Leaf[CaseResult]) -> str:
+        return encode(self._observed(tests[leaf.number], leaf))
+
+    def _observed(self, test: AbstractTest, leaf: Leaf[CaseResult]) -> Observation:
+        if leaf.result is None:
+            return Observation(test.to_data(), error=leaf.problem)
+        lived = self._lived
+        return observe(
+            test if lived is None else lived.recorded(leaf.result),
+            leaf.result,
+            code=self._context.code,
+            cross=self._collection.testbench.cross,
+            requirements=self._context.requirements,
+            known=self._context.known,
+            state=self._collection.testbench.state,
+            choices=() if lived is None else lived.agent.choices,
+        )
+
+    def _warm(self, tests: Sequence[ConcreteTest]) -> None:
+        """Repeat a test here that came to its end in a fork: what it imports and computes once, later forks have."""
+        if tests:
+            self._execute(min(tests, key=lambda test: (len(test.actions), test.to_json())), None)
+            self._is_warm = True
+
+    def _files(self) -> tuple[str, ...]:
+        root = self._collection.config.rootpath
+        found = {str(getattr(module, "__file__", None) or "") for module in [*sys.modules.values()]}
+        installed = ("site-packages", "dist-packages")
+        own = (Path(name) for name in found if name.endswith(".py"))
+        return tuple(
+            sorted(
+                path.relative_to(root).as_posix()
+                for path in own
+                if path.is_relative_to(root) and not set(installed) & set(path.parts)
+            )
+        )
+
+
+def main() -> None:
+    """Serve: the first line of standard input is a `Job`, the others are generations."""
+    preload()
+    with session() as (messages, write):
+        job = msgspec.json.decode(messages.readline(), type=Job)
+        status = in_session(job.arguments, lambda context: _Serving(job, write, context).serve(messages))
+    sys.exit(status or 1)
+
+
+if __name__ == "__main__":
+    main()

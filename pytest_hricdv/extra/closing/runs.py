@@ -1,0 +1,174 @@
+"""The runs of a closing loop: in a process beside the session, or on a cluster; of both, this is the session's end."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Self
+
+import msgspec
+import pytest
+
+from pytest_hricdv.execution.separate_process import SeparateProcess, started
+from pytest_hricdv.extra.closing import process as closing_process
+from pytest_hricdv.extra.closing.loop import OnlineWeights
+from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.process import Done, Generation, Job, Told
+from pytest_hricdv.extra.cluster import code_archive
+from pytest_hricdv.extra.cluster.address import Address
+from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
+from pytest_hricdv.extra.cluster.service import Service
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.session.collection import Collection
+from pytest_hricdv.session.serving import arguments_of
+
+GENERATION_S = 600.0
+"""A process on a cluster that has yielded nothing for so long (s) is taken for lost."""
+
+
+class ClosingRuns(ABC):
+    """Runs tests for a closing loop; a context manager, which ends the processes."""
+
+    files: tuple[str, ...] = ()
+    """Of the project, that the runs have loaded."""
+
+    def __init__(self) -> None:
+        self._stack = ExitStack()
+
+    @abstractmethod
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *error: object) -> None:
+        self._stack.close()
+
+    def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
+        """Run tests, as trees; yields the number of each and what it yields, as soon as it is known.
+
+        Raises:
+            ProcessError, ClusterError: there is nothing that runs them.
+        """
+        return self._run(tests, online, from_the_start=False)
+
+    def run_from_the_start(
+        self, tests: Sequence[AbstractTest], online: OnlineWeights
+    ) -> Iterator[tuple[int, Observation]]:
+        """The same, with each test alone."""
+        return self._run(tests, online, from_the_start=True)
+
+    @abstractmethod
+    def _run(
+        self, tests: Sequence[AbstractTest], online: OnlineWeights, *, from_the_start: bool
+    ) -> Iterator[tuple[int, Observation]]: ...
+
+    def _told(self, lines: Iterable[bytes], numbers: Sequence[int]) -> Iterator[tuple[int, Observation]]:
+        """What an answer says of the tests with these numbers."""
+        for line in lines:
+            told = msgspec.json.decode(line, type=Told | Done)
+            if isinstance(told, Done):
+                self.files = tuple(sorted({*self.files, *told.files}))
+            else:
+                yield numbers[told.number], told.observation
+
+
+class RunsHere(ClosingRuns):
+    """Runs tests in a process beside the session.
+
+    Args:
+        config: of the session.
+        processes: so many runs at a time.
+    """
+
+    def __init__(self, config: pytest.Config, processes: int) -> None:
+        super().__init__()
+        self._config = config
+        self._processes = processes
+
+    def __enter__(self) -> Self:
+        directory = self._config.invocation_params.dir
+        self._process: SeparateProcess = self._stack.enter_context(started(closing_process.__name__, directory))
+        self._process.send(Job(arguments_of(self._config), self._processes))
+        self._has_begun = False
+        return self
+
+    def _run(
+        self, tests: Sequence[AbstractTest], online: OnlineWeights, *, from_the_start: bool
+    ) -> Iterator[tuple[int, Observation]]:
+        if not self._has_begun:  # not when it is started: until it is asked, the session has other things to do
+            self._has_begun = True
+            deque(self._process.answer(), maxlen=0)  # who it is, which is known here
+        everything = range(len(tests))
+        self._process.send(_generation(tests, everything, online, from_the_start=from_the_start))
+        yield from self._told(self._process.answer(), everything)
+
+
+@dataclass
+class _Part:
+    """Some of the tests of a generation."""
+
+    numbers: Sequence[int]
+    told: set[int] = field(default_factory=set)
+
+
+class RunsOnCluster(ClosingRuns):
+    """Runs tests on the workers of a cluster.
+
+    Args:
+        collection: of the session.
+        project: files that have to be there as they are here, name -> hash.
+
+    Raises:
+        ClusterError: there is no such cluster, or the project is too large to be sent.
+    """
+
+    def __init__(self, collection: Collection, project: Mapping[str, str]) -> None:
+        super().__init__()
+        options, config = collection.options.cluster, collection.config
+        self._collection = collection
+        self._address = Address.parse(options.address)
+        root, here = Path(config.rootpath), config.invocation_params.dir
+        self._archive = code_archive.pack(root) if options.send_code else b""
+        directory = here.relative_to(root) if options.send_code else here
+        job = msgspec.json.encode(Job(arguments_of(config), 1))
+        self._service = Service(closing_process.__name__, job, str(directory), project, GENERATION_S)
+
+    def __enter__(self) -> Self:
+        self._cluster: Cluster = self._stack.enter_context(
+            connected(self._address, lambda text: self._collection.say(f"hricdv: {text}"))
+        )
+        return self
+
+    def _run(
+        self, tests: Sequence[AbstractTest], online: OnlineWeights, *, from_the_start: bool
+    ) -> Iterator[tuple[int, Observation]]:
+        parts, questions = dict[str, _Part](), deque[Question]()
+        for numbers in _parted(len(tests), max(1, self._cluster.threads)):
+            generation = _generation(tests, numbers, online, from_the_start=from_the_start)
+            parts[tests[numbers[0]].id] = _Part(numbers)
+            questions.append(Question(tests[numbers[0]].id, msgspec.json.encode(generation)))
+        for question, answer in self._cluster.answers(self._service, questions, self._archive):
+            part = parts[question.key]
+            lines = () if isinstance(answer, Lost) else answer.lines
+            for number, observation in self._told(lines, part.numbers):
+                part.told.add(number)
+                yield number, observation
+            problem = answer.reason if isinstance(answer, Lost) else answer.problem
+            for number in sorted(set(part.numbers) - part.told):
+                yield number, Observation(tests[number].to_data(), error=problem)
+
+
+def _generation(
+    tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineWeights, *, from_the_start: bool
+) -> Generation:
+    weights = {place: tuple(online[number]) for place, number in enumerate(numbers) if number in online}
+    return Generation(tuple(tests[number].to_data() for number in numbers), from_the_start, weights)
+
+
+def _parted(size: int, parts: int) -> list[range]:
+    """Numbers from 0 in so many parts of about the same size; neighbours, which can begin alike, stay together."""
+    bounds = [size * part // parts for part in range(parts + 1)]
+    return [range(low, high) for low, high in pairwise(bounds) if low < high]

@@ -1,0 +1,195 @@
+"""What a report says of its closing loop: lines for the terminal, and what its page shows."""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.closing.records import ClosingResult, GoodTuring, GrowthStep, OpenPoint, ViolationKind
+from pytest_hricdv.report.formatting import Line, Style, and_more, pad, percent, plural, quantity, seconds
+from pytest_hricdv.report.tests_view import anchor
+from pytest_hricdv.results.model import Report
+
+_MAX_OPEN = 9
+_MAX_VIOLATIONS = 5
+_KINDS = {"verdict": "verdicts", "branch": "branches"}
+_ENDED = {
+    "closed": "nothing is open",
+    "runs": "the budget of runs is used up",
+    "seconds": "the budget of time is used up",
+    "nothing to try": "no way knows a further test",
+    "interrupted": "interrupted",
+}
+
+Point = tuple[float, float]
+
+
+def lines(report: Report) -> Iterator[Line]:
+    """The points by kind, and those left open; none where there was no closing loop."""
+    result = report.closing
+    if result is None:
+        return
+    yield Line(headline(result), "title")
+    yield Line(f"  {pad('points', 14)}{'hit':>7}{'impossible':>12}{'open':>7}", "dim")
+    for kind, count in result.kinds.items():
+        style: Style = "warn" if count.open else "plain"
+        text = f"  {pad(visible(kind_text(kind)), 14)}{count.hit:>7}{count.impossible:>12}{count.open:>7}"
+        yield Line(text, style)
+    for text in notes(result):
+        yield Line(f"  {text}", "dim")
+    yield from _violations(result)
+    for point in _shown(result.open):
+        yield Line(visible(f"  open: {point_text(point.point)}: {evidence_text(point)}"), "warn")
+    if len(result.open) > _MAX_OPEN:
+        yield Line(f"  open:{and_more(len(result.open) - _MAX_OPEN).removeprefix(', and')}: see the report", "warn")
+
+
+def _shown(points: Sequence[OpenPoint]) -> list[OpenPoint]:
+    """Some points of each kind, those that most runs were aimed at."""
+    most_tried = sorted(points, key=lambda each: -each.tries)
+    places: Counter[str] = Counter()
+    ranked = []
+    for number, point in enumerate(most_tried):
+        places[point.point[0]] += 1
+        ranked.append((places[point.point[0]], number))
+    chosen = {number for _, number in sorted(ranked)[:_MAX_OPEN]}
+    kinds = list(dict.fromkeys(point.point[0] for point in points))
+    shown = [point for number, point in enumerate(most_tried) if number in chosen]
+    return sorted(shown, key=lambda each: kinds.index(each.point[0]))
+
+
+def _violations(result: ClosingResult) -> Iterator[Line]:
+    new = [each for each in result.violations if not each.known]
+    for each in new[:_MAX_VIOLATIONS]:
+        text = f"  violated: {violation_text(each)}: {plural(each.runs, 'run')} ({each.test})"
+        yield Line(visible(text), "bad")
+    more = plural(len(new[_MAX_VIOLATIONS:]), "more kind") if len(new) > _MAX_VIOLATIONS else ""
+    known = f"{len(result.violations) - len(new)} known" if len(result.violations) > len(new) else ""
+    if more or known:
+        yield Line(f"  kinds of violations: {', '.join(filter(None, (more, known)))}, see the report", "dim")
+
+
+def violation_text(violation: ViolationKind) -> str:
+    """`R4 (arm_speed < 0.25) in Reset, released`: what is violated, in which state, and how the interaction ended."""
+    what = f"{violation.requirement} ({violation.part})" if violation.requirement else violation.part
+    where = f" in {violation.state}" if violation.state else ""
+    return what + where + (f", {violation.outcome}" if violation.outcome else "")
+
+
+def headline(result: ClosingResult) -> str:
+    """`closing: 400 runs, 30211 s simulated; ended: the budget of runs is used up`."""
+    return f"closing: {plural(result.runs, 'run')}, {seconds(result.sim_s)} simulated; ended: {_ENDED[result.ended]}"
+
+
+def notes(result: ClosingResult) -> Iterator[str]:
+    """What is known of a further run, and of runs that came to no end, a sentence each."""
+    if result.erring:
+        yield f"{plural(result.erring, 'run')} came to no end"
+    if result.good_turing is not None and result.open:
+        yield _further(result.good_turing)
+
+
+def _further(estimate: GoodTuring) -> str:
+    share = percent(100.0 * estimate.share)
+    return f"a further run would hit {quantity(estimate.points)} new points, {share} of its points (Good-Turing)"
+
+
+def kind_text(kind: str) -> str:
+    """`statements`: the name of a kind of points."""
+    return _KINDS.get(kind, f"{kind}s")
+
+
+def point_text(point: Sequence[str]) -> str:
+    """`controller/robot.py:42`, `controller/robot.py:42->44`, `decision: 101 x released`, `R5 Passed`."""
+    match point:
+        case ("statement", file, line):
+            return f"{file}:{line}"
+        case ("branch", file, begin, end):
+            return f"{file}:{begin}->{'exit' if end.startswith('-') else end}"
+        case ("bin", product, *parts):
+            return f"{product}: {' x '.join(parts)}"
+        case ("plan", agent, label):
+            return f"{agent}: {label}"
+        case ("condition", requirement, conjunct, outcome):
+            return f"{requirement}: {conjunct} {outcome}"
+        case ("transition", state, following):
+            return f"{state} -> {following}"
+        case (_, *names):
+            return " ".join(names)
+    return ""
+
+
+def evidence_text(point: OpenPoint) -> str:
+    """`120 tries, below 2.5 %; outcome released instead of discarded (closure-...)`."""
+    nearest = f"{point.lacking} ({point.test})" if point.test else point.lacking
+    return "; ".join(filter(None, (tries_text(point), nearest.strip())))
+
+
+def tries_text(point: OpenPoint) -> str:
+    """`120 tries, below 2.5 %`: the runs aimed at a point, and what that says of their chance."""
+    if point.bound is None:
+        return "never aimed at"
+    return f"{point.tries} {'try' if point.tries == 1 else 'tries'}, below {percent(100.0 * point.bound)}"
+
+
+def page(report: Report) -> dict[str, Any] | None:
+    """What the page shows; None where there was no closing loop."""
+    result = report.closing
+    if result is None:
+        return None
+    anchors = {test.id: anchor(test.nodeid) for test in report.tests}
+    used = {id: text for id, text in result.nearest.items() if id not in anchors}
+    return {
+        "result": result,
+        "headline": headline(result),
+        "notes": [*notes(result)],
+        "kinds": {kind_text(kind): count for kind, count in result.kinds.items()},
+        "anchors": anchors,
+        "open": [(point, kind_text(point.point[0]), point_text(point.point)) for point in result.open],
+        "nearest": used,
+        "replays": {test.id: test.replay for test in report.tests if test.replay},
+        "impossible": _reasons(result),
+    }
+
+
+def _reasons(result: ClosingResult) -> list[tuple[str, str, str, int]]:
+    """Kind, by what, why, and how many points are impossible for this reason."""
+    counts = Counter((kind_text(each.point[0]), each.by, each.reason) for each in result.impossible)
+    return [(kind, by, reason, count) for (kind, by, reason), count in counts.items()]
+
+
+def curves(report: Report) -> dict[str, Any] | None:
+    """Plain data for the plots: how many points were hit after so many runs and simulated seconds (s).
+
+    Returns:
+        `kinds`: kind -> per cent of its possible points, over `runs` and over `sim_s`; `ways`: way -> how many points
+        it hit first, over the same.
+    """
+    result = report.closing
+    if result is None:
+        return None
+    kinds = {}
+    for kind, count in result.kinds.items():
+        # What is impossible is none of them, unless it was hit.
+        share = 100.0 / max(count.hit + count.open, 1)
+        kinds[kind_text(kind)] = _series(result, [(step, share * step.new.get(kind, 0)) for step in result.growth])
+    ways = {}
+    for way in result.ways:
+        steps = [(step, float(sum(step.new.values()))) for step in result.growth if step.way == way]
+        ways[way] = _series(result, steps)
+    return {"kinds": kinds, "ways": ways}
+
+
+def _series(result: ClosingResult, steps: Iterable[tuple[GrowthStep, float]]) -> dict[str, list[Point]]:
+    """The sum so far, from the beginning to the end of the loop."""
+    total = 0.0
+    runs: list[Point] = [(0, 0.0)]
+    sim_s: list[Point] = [(0.0, 0.0)]
+    for step, gain in steps:
+        if gain:
+            total += gain
+            runs.append((step.run, round(total, 2)))
+            sim_s.append((round(step.sim_s, 1), round(total, 2)))
+    runs.append((result.runs, round(total, 2)))
+    sim_s.append((round(result.sim_s, 1), round(total, 2)))
+    return {"runs": runs, "sim_s": sim_s}

@@ -1,0 +1,93 @@
+"""Kinds of violations: by requirement and part of it, state of the code under test, and how the interaction ended.
+
+    ("violation", requirement, part, state, outcome)      one that is not known
+    ("known violation", requirement, part, state, outcome)
+    ("fault", text without numbers)                       what was wrong with a run beside its requirements
+
+As they are points, the archive keeps the shortest run of each kind, and a suite has a test for it.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from collections.abc import Container, Iterator, Mapping, Sequence
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.coverage.cross_product import CrossProduct
+from pytest_hricdv.disturbance import PREFIX
+from pytest_hricdv.execution.case import CaseResult
+from pytest_hricdv.extra.closing.records import ViolationKind
+from pytest_hricdv.extra.search.shrink import failure_signature
+from pytest_hricdv.monitor import Criterion
+
+NEW, KNOWN, FAULT = "violation", "known violation", "fault"
+KINDS = (NEW, KNOWN, FAULT)
+
+_NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+
+
+def violation_points(
+    lines: Sequence[str],
+    result: CaseResult,
+    *,
+    cross: Mapping[str, CrossProduct],
+    requirements: Sequence[Criterion],
+    known: Container[str],
+    state: str = "",
+) -> Iterator[Point]:
+    """The kinds of a run's violations and faults.
+
+    Args:
+        lines: of the test that was run.
+        cross, requirements, known, state: as of `pytest_hricdv.extra.closing.observation.observe`.
+    """
+    by_id = {each.id: each for each in requirements}
+    for verdict in result.verdicts:
+        for violation in verdict.violations:
+            kind = KNOWN if verdict.requirement in known and not violation.outside else NEW
+            part = " & ".join(failure_signature(by_id[verdict.requirement], violation))
+            outcome = _interaction(lines, result, violation.time_s, cross)
+            yield kind, verdict.requirement, part, _state(result, violation.time_s, state), outcome
+    yield from ((FAULT, _NUMBER.sub("#", fault)) for fault in result.faults)
+
+
+def _state(result: CaseResult, time_s: float, state: str) -> str:
+    """What the code had last named as its state; empty where it names none."""
+    topic, _, name = state.partition(".")
+    said = [each for each in result.record.messages if each.topic == topic and each.time_s <= time_s]
+    return str(said[-1].fields[name]) if said else ""
+
+
+def _interaction(lines: Sequence[str], result: CaseResult, time_s: float, cross: Mapping[str, CrossProduct]) -> str:
+    """How the interaction ended in which the person was at a time; empty before the first one, and if it did not end.
+
+    Cross products with `planned` tell with which action an interaction begins.
+    """
+    begun = lines[: bisect_right(result.acted_s, time_s)]
+    commands = [line for line in begun if not line.startswith(PREFIX)]
+    numbers = [len([*product.planned(commands)]) for product in cross.values() if product.planned is not None]
+    number = max(numbers, default=0)
+    return result.outcome.outcomes[number - 1] if 0 < number <= len(result.outcome.outcomes) else ""
+
+
+def described(point: Point, runs: int, test: str) -> ViolationKind:
+    """The record of a kind of violations.
+
+    Args:
+        point: of the kind.
+        runs: that had one.
+        test: the id of one that has it.
+    """
+    if point[0] == FAULT:
+        return ViolationKind(requirement="", part=point[1], runs=runs, test=test)
+    _, requirement, part, state, outcome = point
+    return ViolationKind(
+        requirement=requirement,
+        part=part,
+        state=state,
+        outcome=outcome,
+        known=point[0] == KNOWN,
+        runs=runs,
+        test=test,
+    )

@@ -1,0 +1,44 @@
+"""A way to reach points: it proposes tests, from what is known of all runs so far and from nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from random import Random
+from typing import Protocol
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.extra.closing.archive import Archive
+from pytest_hricdv.generate.abstract import Draft
+from pytest_hricdv.online.chooser import Weight
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A test to run.
+
+    Args:
+        draft: the test, with the values that are chosen for it.
+        way: the name of the way that proposes it.
+        aims: the points that it is to hit.
+        weights: where the person decides during the run: of what is chosen. The test is then what it became.
+    """
+
+    draft: Draft
+    way: str
+    aims: tuple[Point, ...] = ()
+    weights: tuple[Weight, ...] | None = None
+
+
+class Way(Protocol):
+    """One way to reach points."""
+
+    @property
+    def name(self) -> str:
+        """In progress lines, reports and the choice among ways."""
+
+    def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
+        """Up to `count` tests to run next; none where this way knows nothing to try.
+
+        The same for the same archive and random stream, whatever was proposed before. Of `rng` only `random()` is
+        used (see `pytest_hricdv.generate.rng`).
+        """

@@ -1,0 +1,233 @@
+"""The session's side of a cluster: questions go out, answers come back, whatever happens to workers in between."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from pytest_hricdv._base.project_files import differences
+from pytest_hricdv.extra.cluster import service as worker_side
+from pytest_hricdv.extra.cluster.address import Address, ClusterError
+from pytest_hricdv.extra.cluster.connection import CONNECT_S, GONE, Connection, connection
+from pytest_hricdv.extra.cluster.identity import plugin_versions
+from pytest_hricdv.extra.cluster.service import Answer, Service
+
+if TYPE_CHECKING:
+    from distributed import Future
+
+AHEAD = 3
+"""So many questions a thread are handed out: enough that none waits, and few when a worker is lost with them."""
+
+WAIT_FOR_WORKERS_S, WAIT_FOR_LOCAL_S = 60.0, 10.0
+
+TICK_S = 0.5
+"""What happens without an answer, as a worker that comes or goes, is looked at so often (s)."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked.
+
+    Args:
+        key: equal for equal questions only.
+        message: a line.
+        avoid: the address of a worker that is to leave it to another one, if there is any.
+    """
+
+    key: str
+    message: bytes
+    avoid: str = ""
+
+
+@dataclass(frozen=True)
+class Lost:
+    """Nobody answers a question: the workers that were asked were lost, again and again."""
+
+    reason: str
+
+
+@dataclass
+class Cluster:
+    """Workers that answer questions. Made by `connected`.
+
+    Args:
+        address: of the cluster.
+        say: receives what a person should know, a sentence each.
+        connection: to its scheduler.
+    """
+
+    address: Address
+    say: Callable[[str], None]
+    connection: Connection
+    refused: dict[str, str] = field(default_factory=dict)
+    """Workers that are not asked: address -> why."""
+    _lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
+    """Questions may come from several threads."""
+    _checked: dict[str, int] = field(default_factory=dict)
+    """Workers that may be asked: address -> threads."""
+
+    @property
+    def threads(self) -> int:
+        """How many questions are answered at a time."""
+        return sum(self._checked.values())
+
+    def answers(
+        self, service: Service, queue: deque[Question], archive: bytes = b"", tick: Callable[[], None] = lambda: None
+    ) -> Iterator[tuple[Question, Answer | Lost]]:
+        """Ask until the queue is empty, from left to right; questions may be added in the meantime.
+
+        A question whose worker is lost is asked again, of another one.
+
+        Args:
+            service: that answers.
+            queue: of questions.
+            archive: of the project; empty where workers have it.
+            tick: called at least twice a second; what it raises ends the questions.
+
+        Raises:
+            ClusterError: the scheduler is gone, or no worker can answer.
+        """
+        pending: dict[Future[Any], Question] = {}
+        try:
+            while queue or pending:
+                tick()
+                try:
+                    self.look_at_workers()
+                    while queue and len(pending) < AHEAD * max(1, self.threads):
+                        future = self._submit(service, queue[0], archive)
+                        pending[future] = queue.popleft()
+                    for future in self._done(pending):
+                        result = self._result(future, pending[future], queue)
+                        question = pending.pop(future)
+                        if result is not None:
+                            yield question, result
+                except GONE as error:
+                    queue.extendleft(reversed([*pending.values()]))
+                    pending.clear()
+                    self._renew(error)
+        finally:
+            with suppress(*GONE):
+                if pending:
+                    self.connection.client.cancel([*pending], force=True)
+
+    def _renew(self, error: Exception) -> None:
+        """The scheduler is gone, and with it all that was asked. Raises ClusterError if it stays away."""
+        with self._lock:
+            self.connection.renew(error)
+            self._checked.clear()
+            self.refused.clear()
+
+    def _submit(self, service: Service, question: Question, archive: bytes) -> Future[Any]:
+        """Hand a question out; only to workers that may be asked."""
+        allowed = [each for each in self._checked if each != question.avoid] or [*self._checked]
+        limited = bool(self.refused) or bool(question.avoid)
+        return self.connection.client.submit(
+            worker_side.ask,
+            service,
+            question.message,
+            archive,
+            key=f"hricdv-{question.key}-{time.monotonic_ns()}",
+            pure=False,
+            workers=allowed if limited else None,
+            allow_other_workers=bool(question.avoid) and not self.refused,
+        )
+
+    def _done(self, pending: Mapping[Future[Any], Question]) -> list[Future[Any]]:
+        from distributed import wait
+
+        if not pending:
+            return []
+        with suppress(TimeoutError):
+            wait([*pending], timeout=TICK_S, return_when="FIRST_COMPLETED")
+        return [future for future in pending if future.done()]
+
+    def _result(self, future: Future[Any], question: Question, queue: deque[Question]) -> Answer | Lost | None:
+        """What came of a question; None where it is asked again."""
+        from distributed import KilledWorker
+
+        try:
+            answer = future.result(timeout=CONNECT_S)
+        except TimeoutError:  # the worker that had the answer is gone: it is asked again
+            queue.append(question)
+            return None
+        except KilledWorker as error:
+            last = f", the last of them {error.last_worker.address}" if error.last_worker else ""
+            return Lost(f"{error.allowed_failures + 1} workers were lost with it{last}")
+        assert isinstance(answer, Answer), "it is what a worker returns"
+        if not answer.unable:
+            return answer
+        queue.appendleft(question)
+        self._refuse(answer.worker.address, f"{answer.unable} ({answer.worker.host})")
+        return None
+
+    def _refuse(self, worker: str, why: str) -> None:
+        if worker not in self.refused:
+            self.refused[worker] = why
+            self.say(f"worker {worker} is not asked: {why}")
+        self._checked.pop(worker, None)
+
+    def look_at_workers(self) -> None:
+        """Note which workers there are; waits for one. Raises ClusterError if none comes, or none can be asked."""
+        with self._lock:
+            self._await_workers()
+
+    def _await_workers(self) -> None:
+        """Notes which workers there are; each is checked when it is new. Raises ClusterError if there is none."""
+        began_s = time.monotonic()
+        while True:
+            found = self._threads_of_workers()
+            self._checked = {worker: threads for worker, threads in self._checked.items() if worker in found}
+            new = [worker for worker in found if worker not in self._checked and worker not in self.refused]
+            if new:
+                self._check({worker: found[worker] for worker in new})
+            if self._checked:
+                return
+            if found and set(found) <= set(self.refused):
+                reasons = "; ".join(f"{worker}: {self.refused[worker]}" for worker in sorted(found))
+                raise ClusterError(f"{self.address}: no worker can be asked: {reasons}")
+            waited_s = time.monotonic() - began_s
+            if self.connection.is_local and waited_s > WAIT_FOR_LOCAL_S:
+                raise OSError(f"no worker in {WAIT_FOR_LOCAL_S:.0f} s")
+            if waited_s > WAIT_FOR_WORKERS_S:
+                raise ClusterError(
+                    f"{self.address}: no worker has come in {WAIT_FOR_WORKERS_S:.0f} s: start one with "
+                    f"'dask worker {self.address}'"
+                )
+            time.sleep(TICK_S / 5)  # it only asks again: what it waits for is a worker that may be asked
+
+    def _threads_of_workers(self) -> dict[str, int]:
+        if not self.connection.is_open:
+            raise OSError("the scheduler is gone")
+        workers = self.connection.client.scheduler_info(n_workers=-1)["workers"]
+        return {address: int(each["nthreads"]) for address, each in workers.items()}
+
+    def _check(self, new: Mapping[str, int]) -> None:
+        """Refuses workers with other versions of what both ends need."""
+        wanted = plugin_versions()
+        told = self.connection.client.run(plugin_versions, workers=[*new], on_error="return")
+        for worker, threads in new.items():
+            found = told.get(worker)
+            if isinstance(found, dict) and found == wanted:
+                self._checked[worker] = threads
+            elif isinstance(found, dict):
+                self._refuse(worker, f"its versions are others: {differences(wanted, found)}")
+            elif isinstance(found, ImportError):
+                self._refuse(worker, f"pytest-hricdv is not installed there ({found})")
+
+
+@contextmanager
+def connected(address: Address, say: Callable[[str], None]) -> Iterator[Cluster]:
+    """A cluster with at least one worker.
+
+    Raises:
+        ClusterError: Dask distributed is not installed, there is no scheduler, or no worker comes.
+    """
+    with connection(address, say) as made:
+        cluster = Cluster(address, say, made)
+        cluster.look_at_workers()
+        yield cluster

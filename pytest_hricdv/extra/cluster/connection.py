@@ -1,0 +1,167 @@
+"""The connection to a scheduler of Dask: made, made anew where the scheduler was gone for a while, and ended."""
+
+from __future__ import annotations
+
+import importlib.util
+import logging
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any
+
+from pytest_hricdv.extra.cluster import service as worker_side
+from pytest_hricdv.extra.cluster.address import Address, ClusterError
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+CONNECT_S, WAIT_FOR_SCHEDULER_S = 5.0, 120.0
+MOST_RESTARTS = 20
+"""So often workers of this machine are started anew; they end where a run kills its worker, or nothing can run."""
+
+GONE = (CancelledError, TimeoutError, OSError)
+"""The errors of a connection that is gone."""
+
+
+class Connection:
+    """A connection.
+
+    Args:
+        address: of the scheduler; where it says so, scheduler and workers are started on this machine.
+        say: receives what a person should know, a sentence each.
+
+    Raises:
+        ClusterError: there is no scheduler.
+    """
+
+    def __init__(self, address: Address, say: Callable[[str], None]) -> None:
+        self._address = address
+        self._say = say
+        self._local: Any = None
+        self._restarts = 0
+        self.client: Client = self._connected()
+
+    @property
+    def dashboard(self) -> str:
+        """The address of Dask's own page; empty where it cannot be made."""
+        return str(self.client.dashboard_link) if importlib.util.find_spec("bokeh") is not None else ""
+
+    @property
+    def is_local(self) -> bool:
+        """Whether the workers are on this machine, and belong to this connection."""
+        return self._local is not None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the scheduler is there, as far as is known."""
+        return bool(self.client.status == "running")
+
+    def renew(self, error: Exception) -> None:
+        """Connect anew to a scheduler that is gone for a while; everything that it knew is gone.
+
+        Raises:
+            ClusterError: it does not return.
+        """
+        if self._local is not None:
+            self._restart(error)
+            return
+        self._say(f"the scheduler {self._address} is gone; waiting for it for {WAIT_FOR_SCHEDULER_S:.0f} s ...")
+        self._close_client()
+        began_s = time.monotonic()
+        while True:
+            try:
+                self.client = self._connected()
+            except ClusterError:
+                if time.monotonic() - began_s > WAIT_FOR_SCHEDULER_S:
+                    raise ClusterError(f"{self._address}: the scheduler is gone, and did not return") from None
+            else:
+                self._say(f"the scheduler {self._address} is back")
+                return
+
+    def _restart(self, error: Exception) -> None:
+        """Start scheduler and workers of this machine anew: nannies give up on workers that die when they begin."""
+        self._restarts += 1
+        if self._restarts > MOST_RESTARTS:
+            raise ClusterError(f"{self._address}: the workers of this machine end again and again: {error}") from None
+        self._say("the workers of this machine are gone: others are started")
+        self._close_client()
+        self._close_local()
+        self._local = None
+        self.client = self._connected()
+
+    def _connected(self) -> Client:
+        from distributed import Client
+
+        try:
+            if not self._address.scheduler:
+                self._local = self._local or _local_cluster(self._address.workers)
+            return Client(self._local or self._address.scheduler, timeout=CONNECT_S)
+        except (OSError, TimeoutError, ValueError) as error:
+            why = str(error).partition("\n")[0]
+            raise ClusterError(
+                f"{self._address}: no scheduler answers there ({why}): start one with 'dask scheduler', or give local"
+            ) from None
+
+    def _close_client(self) -> None:
+        with suppress(*GONE):
+            self.client.close(timeout=2)
+
+    def close(self) -> None:
+        """Leave the cluster: workers that stay end their processes, and workers of this machine end."""
+        if self._local is None:
+            with suppress(*GONE):
+                self.client.run(worker_side.end_processes, wait=True, on_error="return")
+        self._close_client()
+        self._close_local()
+
+    def _close_local(self) -> None:
+        if self._local is not None:
+            with suppress(*GONE):
+                self._local.close(timeout=5)
+
+
+@contextmanager
+def connection(address: Address, say: Callable[[str], None]) -> Iterator[Connection]:
+    """A connection, closed in the end.
+
+    Raises:
+        ClusterError: Dask distributed is not installed, or there is no scheduler.
+    """
+    if importlib.util.find_spec("distributed") is None:
+        raise ClusterError(
+            f"{address}: Dask distributed is not installed: pip install 'pytest-hricdv[cluster]'"
+        ) from None
+    with _quiet():
+        made = Connection(address, say)
+        try:
+            yield made
+        finally:
+            made.close()
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Dask's log says what is said here in fewer words."""
+    log = logging.getLogger("distributed")
+    before = log.level
+    log.setLevel(logging.CRITICAL + 1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            yield
+        finally:
+            log.setLevel(before)
+
+
+def _local_cluster(workers: int) -> Any:
+    from distributed import LocalCluster
+
+    return LocalCluster(
+        n_workers=workers,
+        threads_per_worker=1,
+        processes=True,
+        memory_limit=0,
+        silence_logs=logging.CRITICAL,
+    )

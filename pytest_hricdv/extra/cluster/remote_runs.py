@@ -1,0 +1,89 @@
+"""Single tests that no suite has, run on a cluster: for the searches of a session, several of which go on at a time."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+
+from pytest_hricdv.coverage.records import RequirementResult
+from pytest_hricdv.extra.cluster import code_archive
+from pytest_hricdv.extra.cluster.address import Address
+from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
+from pytest_hricdv.extra.cluster.identity import identity
+from pytest_hricdv.extra.cluster.service import Service
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import ConcreteTest, values_of
+from pytest_hricdv.generate.rng import digest
+from pytest_hricdv.session import run_process
+from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.run_process import Job, Order, RunTold, Task
+from pytest_hricdv.session.serving import arguments_of
+
+RUN_S = 120.0
+"""A run that takes longer (s of wall time) is given up."""
+
+
+@dataclass
+class RemoteRuns:
+    """Runs tests on a cluster; of several threads at a time.
+
+    Args:
+        cluster: that runs them.
+        service: that is asked.
+        archive: of the project; empty where workers have it.
+    """
+
+    cluster: Cluster
+    service: Service
+    archive: bytes
+    is_over: threading.Event = field(default_factory=threading.Event)
+    """Set where nobody waits for runs any more."""
+
+    def run(self, test: ConcreteTest, requirement: str) -> RequirementResult | None:
+        """Run a test; what became of a requirement, None where the run came to no end.
+
+        Raises:
+            KeyboardInterrupt: it is over.
+            ClusterError: the scheduler is gone, or no worker can run it.
+        """
+        question = Question(digest(test.to_json())[:24], msgspec.json.encode(Task((_order(test),))))
+        for _, answer in self.cluster.answers(self.service, deque([question]), self.archive, self._check):
+            if not isinstance(answer, Lost) and answer.lines:
+                result = msgspec.json.decode(answer.lines[0], type=RunTold).result
+                return None if result.outcome == "error" else result.requirements[requirement]
+        return None
+
+    def _check(self) -> None:
+        if self.is_over.is_set():
+            raise KeyboardInterrupt
+
+
+def _order(test: ConcreteTest) -> Order:
+    lines = tuple(action.command for action in test.actions)
+    abstract = AbstractTest(test.id, "search", "search", (), lines, seed=test.seed, values=values_of(test))
+    return Order((0, 0), "search", 0, test.id, abstract.to_data())
+
+
+@contextmanager
+def remote_runs(context: RunContext, say: Callable[[str], None]) -> Iterator[RemoteRuns]:
+    """Of the cluster that the session's options name.
+
+    Raises:
+        ClusterError: there is no such cluster.
+    """
+    collection = context.collection
+    options, config = collection.options.cluster, collection.config
+    root, here = Path(config.rootpath), config.invocation_params.dir
+    archive = code_archive.pack(root) if options.send_code else b""
+    directory = here.relative_to(root) if options.send_code else here
+    project = identity(root, context.provenance.code).project
+    job = msgspec.json.encode(Job(arguments_of(config)))
+    service = Service(run_process.__name__, job, str(directory), project, RUN_S)
+    with connected(Address.parse(options.address), say) as cluster:
+        yield RemoteRuns(cluster, service, archive)

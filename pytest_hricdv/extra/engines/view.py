@@ -1,0 +1,50 @@
+"""What a report says of two physics engines that check each other: lines for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.engines.agreement import Agreement, VerdictAgreement, agreement
+from pytest_hricdv.report.formatting import Line, natural, percent, plural, share, wrap
+from pytest_hricdv.report.margin import margin_text, margin_unit
+from pytest_hricdv.results.model import Report
+
+_MAX_TESTS = 8
+_INDENT = "    "
+
+
+def lines(report: Report, columns: int) -> Iterator[Line]:
+    """How far the engines agree, and the first tests that depend on the engine; none where tests ran on one."""
+    found = agreement(report.tests)
+    if found is None:
+        return
+    yield Line(f"engines: {plural(found.tests, 'test')} on {' and '.join(found.engines)}", "title")
+    alike = f"{found.same} of {found.interactions} end alike{_percent(found.same, found.interactions)}"
+    yield Line(visible(f"  {report.outcome_label}: {alike}"))
+    pairs, same = (sum(getattr(each, name) for each in found.verdicts.values()) for name in ("tests", "same"))
+    yield Line(f"  verdicts: {same} of {pairs} agree{_percent(same, pairs)}")
+    for name in sorted(found.verdicts, key=natural):
+        if found.verdicts[name].same < found.verdicts[name].tests:
+            yield Line(visible(f"  {name}: {_verdicts(found.verdicts[name], margin_unit(report, name))}"), "warn")
+    yield from _differing(found, columns)
+
+
+def _verdicts(each: VerdictAgreement, unit: str) -> str:
+    text = f"{each.same} of {each.tests} agree"
+    text += f", {each.tolerated} within tolerance" if each.tolerated else ""
+    return text + (f"; margins differ by at most {margin_text(each.margin, unit)}" if each.margin is not None else "")
+
+
+def _differing(found: Agreement, columns: int) -> Iterator[Line]:
+    for test in sorted(found.differing, key=natural)[:_MAX_TESTS]:
+        yield Line(visible(f"  {test}"), "warn")
+        for text in found.differing[test]:
+            for line in wrap(visible(text).split(), columns - len(_INDENT)):
+                yield Line(f"{_INDENT}{line}")
+    if len(found.differing) > _MAX_TESTS:
+        yield Line(f"  and {plural(len(found.differing) - _MAX_TESTS, 'more test')}", "warn")
+
+
+def _percent(part: int, whole: int) -> str:
+    return f" ({percent(share(part, whole))})"

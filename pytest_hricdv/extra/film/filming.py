@@ -1,0 +1,189 @@
+"""Films: a failed test is run again with a camera in its world. Measured runs are never rendered."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from itertools import chain
+from pathlib import Path
+
+from pytest_hricdv._base.atomic_file import temporary_path
+from pytest_hricdv.coverage.measurement import NoMeasurement
+from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.extra.film.film import Film, Schedule, key_moments, schedule
+from pytest_hricdv.extra.film.recorder import Alarm, FilmedWorld, FilmRecorder
+from pytest_hricdv.extra.film.video import FRAMES_PER_S, Video, video
+from pytest_hricdv.monitor import Criterion, MonitorSet, Verdict
+from pytest_hricdv.report.explanation import violation
+from pytest_hricdv.report.formatting import plural
+from pytest_hricdv.results.building import reported_violation
+from pytest_hricdv.results.model import FilmResult
+from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
+from pytest_hricdv.testbench import Run, Testbench, TestbenchError
+
+FOLDER = "films"
+
+FILMS_EACH = 5
+"""Maximum number of filmed failures of each requirement in a process: a film takes far longer than its test."""
+
+UNMEASURED = NoMeasurement("a replay for its film")
+
+
+def check(testbench: Testbench) -> None:
+    """Raise TestbenchError, with what to do, if nothing can be filmed."""
+    if testbench.film is None:
+        raise TestbenchError(
+            f"--hri-film: testbench {testbench.name!r} cannot be filmed: "
+            "give it film=Film(camera=...) (from pytest_hricdv.testbench import Film)"
+        )
+    if find_spec("PIL") is None:
+        raise TestbenchError('--hri-film: Pillow is not installed: pip install "pytest-hricdv[sim]"')
+
+
+class Filming:
+    """Films the failures of one process.
+
+    Args:
+        testbench: one that `check` passed.
+        requirements: of the testbench.
+        folder: of the report; films go into a folder inside.
+    """
+
+    def __init__(self, testbench: Testbench, requirements: tuple[Criterion, ...], folder: Path) -> None:
+        self._testbench = testbench
+        self._requirements = requirements
+        self._folder = folder
+        self._filmed: Counter[str] = Counter()
+
+    def film(self, result: CaseResult) -> FilmResult:
+        """Film the run that gave this result.
+
+        Errors are written into its `note`: a failed test must be reported even when the disk is full.
+        """
+        failed = [verdict.requirement for verdict in result.verdicts if verdict.verdict == "Failed"] or [""]
+        if all(self._filmed[requirement] >= FILMS_EACH for requirement in failed):
+            what = " and ".join(failed) or "an assertion"
+            return _without(
+                f"not filmed: {plural(FILMS_EACH, 'failure')} of {what} had been filmed in this process; "
+                "run this test alone to see it"
+            )
+        self._filmed.update(failed)
+        name = re.sub(r"[^A-Za-z0-9._-]", "_", result.test.id)
+        try:
+            with contextlib.redirect_stdout(io.StringIO()):
+                return self._replay(result, self._folder / FOLDER / name)
+        except Exception as error:
+            return _without(f"not filmed: {type(error).__name__}: {error}")
+
+    def _replay(self, result: CaseResult, path: Path) -> FilmResult:
+        assert self._testbench.film is not None
+        path.parent.mkdir(parents=True, exist_ok=True)
+        film = video(path)
+        try:
+            film_run = FilmRun(self._testbench.film, result, film)
+            again = execute(self._testbench, self._requirements, result.test, UNMEASURED, "film", film_run.rolling)
+            if film_run.recorder is None:
+                raise TestbenchError("the testbench's run did not call run.go")
+            film.finish()
+            strip = path.with_name(path.name + ".png")
+            film_run.recorder.strip().save(temporary_path(strip), format="PNG")
+            temporary_path(strip).replace(strip)
+        finally:
+            film.discard()
+        same = again.record.sha256 == result.record.sha256
+        return FilmResult(
+            video=f"{FOLDER}/{film.path.name}",
+            strip=f"{FOLDER}/{strip.name}",
+            seconds=round(film.frames / FRAMES_PER_S, 2),
+            frames=film.frames,
+            note="" if same else f"the replay differs from the run (record {again.record.sha256}): compare with care",
+        )
+
+
+class FilmRun:
+    """One run being filmed."""
+
+    def __init__(self, film: Film, result: CaseResult, video: Video) -> None:
+        self._film = film
+        self._result = result
+        self._video = video
+        self.recorder: FilmRecorder | None = None
+
+    @contextlib.contextmanager
+    def rolling(self, run: Run) -> Iterator[None]:
+        """Context of the run: a camera in its world takes the pictures."""
+        world = run.kernel.world
+        if world is None:
+            raise TestbenchError("a film needs a world: run.kernel.world is None")
+        camera = self._film.camera(world)
+        with contextlib.closing(camera):
+            view = ReplayView(run.recorder, run.monitors)
+            plan, alarms = self._plan(), _alarms(self._result.verdicts)
+            self.recorder = FilmRecorder(camera, plan, view, self._film.state, alarms, self._video)
+            run.kernel.world = FilmedWorld(world, self.recorder)
+            self.recorder.take_picture(run.kernel.now_us)
+            yield
+            self.recorder.end(run.kernel.now_us)
+
+    def _plan(self) -> Schedule:
+        result = self._result
+        violations_s = sorted(alarm.time_s for alarm in _alarms(result.verdicts))
+        first_s = violations_s[0] if violations_s else None
+        moments = key_moments(self._film.moments, _events(result.record), first_s, result.sim_s)
+        return schedule(moments, violations_s, result.sim_s, self._film.period_us)
+
+
+@dataclass(frozen=True)
+class ReplayView:
+    """Messages and verdicts of the replay for captions; a `film.recorder.RunView`."""
+
+    recorder: Recorder
+    monitors: MonitorSet
+
+    def messages(self) -> Sequence[RecordedMessage]:
+        """All so far."""
+        return self.recorder.messages
+
+    def verdicts(self) -> Mapping[str, str]:
+        """Requirement -> verdict if the run ended now."""
+        return self.monitors.so_far()
+
+
+def film_text(film: FilmResult, folder: Path) -> str:
+    """Where the film is, for the text of a failing test."""
+    lines = [f"film:  {folder / film.video}", f"strip: {folder / film.strip}"] if film.video and film.strip else []
+    return "\n".join([*lines, *([film.note] if film.note else [])])
+
+
+def _events(record: Record) -> list[tuple[float, str]]:
+    """Messages, and signals when they become true, in the order of time."""
+    messages = ((message.time_s, message.topic) for message in record.messages)
+    signals = (
+        (time_s, name)
+        for name, (times, values) in record.signals.items()
+        for time_s, value in zip(times, values, strict=True)
+        if value == 1.0
+    )
+    return sorted(chain(messages, signals))
+
+
+def _alarms(verdicts: Sequence[Verdict]) -> list[Alarm]:
+    found = [
+        Alarm(
+            each.time_s,
+            verdict.requirement,
+            f"{verdict.requirement} {violation(reported_violation(each), {})}",
+        )
+        for verdict in verdicts
+        for each in verdict.violations
+    ]
+    return sorted(found, key=lambda alarm: alarm.time_s)
+
+
+def _without(note: str) -> FilmResult:
+    return FilmResult(video=None, strip=None, seconds=None, frames=0, note=note)

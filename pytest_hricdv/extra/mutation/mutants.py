@@ -1,0 +1,125 @@
+"""The mutants of the code under test: every change that an operator makes, once, in the order of the text."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from types import CodeType
+
+from pytest_hricdv.coverage.code_map import CodeMap
+from pytest_hricdv.extra.mutation.names import Names
+from pytest_hricdv.extra.mutation.operators import OPERATORS
+from pytest_hricdv.extra.mutation.source import Source
+from pytest_hricdv.generate.rng import digest, make_rng, shuffled
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """The code under test with one fault.
+
+    Args:
+        id: from the content: the same after changes elsewhere in the code.
+        file: name of the changed file.
+        line: the first line that differs.
+        statement: the number of the statement, as in the bits of coverage.
+        operator: what was done.
+        before: the lines that differ, without their indentation.
+        after: what they became; empty where they are gone.
+        text: of the whole file.
+    """
+
+    id: str
+    file: str
+    line: int
+    statement: int
+    operator: str
+    before: str
+    after: str
+    text: str
+
+
+def all_mutants(code: CodeMap) -> tuple[Mutant, ...]:
+    """Every mutant of the code, in the order of files and lines.
+
+    Changes that compile to the same code as the original, or as an earlier mutant, are left out: the simplest of
+    equivalent mutants (Papadakis et al.: Trivial Compiler Equivalence, ICSE 2015).
+    """
+    sources = [Source(file) for file in code.files]
+    names = Names.of(sources)
+    found: list[Mutant] = []
+    first = 0
+    for source in sources:
+        numbers = {line: first + place for place, line in enumerate(source.file.statements)}
+        found += _of_file(source, names, numbers)
+        first += len(numbers)
+    return tuple(found)
+
+
+def sample(mutants: Sequence[Mutant], seed: int, most: int | None) -> list[Mutant]:
+    """Mutants in the order in which they are tried: shuffled, so that the first ones stand for all; at most so many."""
+    return shuffled(make_rng("mutants", seed), mutants)[:most]
+
+
+def _of_file(source: Source, names: Names, numbers: dict[int, int]) -> Iterator[Mutant]:
+    path = str(source.file.path)
+    seen = {_compiled(source.file.text, path)}
+    ids: Counter[str] = Counter()
+    for operator, line, text in _changed_texts(source, names):
+        compiled = _compiled(text, path)
+        if compiled is None or compiled in seen:
+            continue
+        seen.add(compiled)
+        place, before, after = _difference(source.file.text, text, line)
+        key = digest("mutant", source.file.name, operator, before, after)[:8]
+        ids[key] += 1
+        name = key if ids[key] == 1 else f"{key}-{ids[key]}"
+        yield Mutant(name, source.file.name, place, numbers[line], operator, before, after, text)
+
+
+def _changed_texts(source: Source, names: Names) -> Iterator[tuple[str, int, str]]:
+    for node, line in source.places():
+        for name, operator in OPERATORS.items():
+            for old, new in operator(node, source, names):
+                yield name, line, source.changed(old, new)
+
+
+def _compiled(text: str, path: str) -> object:
+    """What a text compiles to, without places in the text, to be compared; None where it is no Python."""
+    try:
+        return _content(compile(text, path, "exec", dont_inherit=True))
+    except SyntaxError:  # a change that is right by itself and wrong where it stands, such as a break outside of a loop
+        return None
+
+
+def _content(code: CodeType) -> object:
+    constants = tuple(
+        _content(each) if isinstance(each, CodeType) else (type(each), repr(each)) for each in code.co_consts
+    )
+    names = (code.co_name, code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
+    return code.co_code, constants, names, code.co_flags, code.co_argcount, code.co_exceptiontable
+
+
+def _difference(old: str, new: str, statement: int) -> tuple[int, str, str]:
+    """The first line that differs, and the differing lines of both texts; of what is only added, with the statement."""
+    before, after = old.splitlines(), new.splitlines()
+    start = _common(before, after)
+    end = _common(before[start:][::-1], after[start:][::-1])
+    gone, came = _text(before[start : len(before) - end]), _text(after[start : len(after) - end])
+    if gone:
+        return start + 1, gone, came
+    first = before[statement - 1].strip()
+    return statement, first, f"{first} ... {came}"
+
+
+def _common(some: Sequence[str], others: Sequence[str]) -> int:
+    count = 0
+    for one, other in zip(some, others, strict=False):
+        if one != other:
+            break
+        count += 1
+    return count
+
+
+def _text(lines: Sequence[str]) -> str:
+    return "\n".join(line.strip() for line in lines)

@@ -1,0 +1,219 @@
+"""Mutating: when all tests have run, faults are put into the code under test, to see which of them the tests notice."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from pytest_hricdv.coverage.closure import PointIndex
+from pytest_hricdv.coverage.code_map import Bits
+from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.execution.separate_process import ProcessError, started
+from pytest_hricdv.extra.mutation import process as mutant_process
+from pytest_hricdv.extra.mutation.mutants import Mutant, all_mutants, sample
+from pytest_hricdv.extra.mutation.process import Job, RunTold, Told, Trial, TrialTest, TrialTold
+from pytest_hricdv.extra.mutation.records import (
+    MutantResult,
+    MutantRun,
+    MutationEnd,
+    MutationResult,
+    mutant_status,
+    scored,
+)
+from pytest_hricdv.extra.mutation.trial_order import Candidate, TrialOrder
+from pytest_hricdv.results.baseline import behaviour_of
+from pytest_hricdv.results.behaviour import Behaviour
+from pytest_hricdv.results.behaviour_diff import change_of
+from pytest_hricdv.results.derivation import coverage_of
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.session.progress import time_left
+from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.serving import arguments_of
+
+LEAST_RUN_S, FACTOR = 10, 10
+"""A run that takes more processor time (s) than this, and than so many times the slowest test, does not end."""
+
+STEPS = 10
+"""Progress is told so many times."""
+
+
+class MutationError(Exception):
+    """Mutants cannot be tried; the text says why, and what to do."""
+
+
+@dataclass
+class Mutating:
+    """Tries the mutants of the code under test on the tests of a session.
+
+    Args:
+        context: of the session.
+        chosen: node id -> test, of the session.
+        processes: at the same time.
+        say: receives progress messages.
+    """
+
+    context: RunContext
+    chosen: Mapping[str, HriCase]
+    processes: int
+    say: Callable[[str], None]
+
+    def mutate(self, results: Sequence[TestResult]) -> MutationResult:
+        """Try the mutants. At Ctrl-C it stops, and keeps what was found until then.
+
+        Args:
+            results: of the session's tests.
+
+        Raises:
+            MutationError: no test can take part, or tests run otherwise than in the session.
+        """
+        began_s, options = time.perf_counter(), self.context.options.mutation
+        results = sorted(results, key=lambda result: (result.suite, result.id, result.nodeid))  # workers finish anyhow
+        tests = {result.id: result for result in results if _takes_part(result)}
+        if not tests:
+            raise MutationError("no mutant was tried: expected tests that pass and that were measured")
+        every = all_mutants(self.context.code)
+        drawn = sample(every, self.context.options.seed, options.mutants)
+        order = TrialOrder(self._candidates([*tests.values()]), options.tests)
+        trials = _Trials(drawn, order, tests, self.say)
+        self.say(f"hricdv: trying {len(drawn)} mutants on {len(tests)} tests, {self.processes} at a time ...")
+        directory = self.context.collection.config.invocation_params.dir
+        ended = trials.follow(self._job(trials.planned(self.context), tests), directory)
+        return scored(
+            mutants=tuple(trials.result(mutant) for mutant in every if mutant.id in trials.runs),
+            made=len(every),
+            seed=self.context.options.seed,
+            tests_per_mutant=options.tests,
+            matrix=options.matrix,
+            left_out=tuple(result.id for result in results if not _takes_part(result)),
+            processes=self.processes,
+            wall_s=round(time.perf_counter() - began_s, 3),
+            ended=ended,
+            requirements={name: text.group for name, text in self.context.texts.items()},
+        )
+
+    def _candidates(self, results: Sequence[TestResult]) -> list[Candidate]:
+        code, cross = self.context.code, self.context.collection.testbench.cross
+        index = PointIndex(code.statements, code.branches, {name: each.forbidden for name, each in cross.items()})
+        found = []
+        for result in results:
+            bits = Bits.of(result.code)
+            assert bits is not None, "a test that takes part was measured"
+            points = index.points(coverage_of(result).runs)
+            found.append(Candidate(result.id, result.suite, bits.statements, points, result.sim_s))
+        return found
+
+    def _job(self, trials: Sequence[Trial], tests: Mapping[str, TestResult]) -> Job:
+        options = self.context.options.mutation
+        slowest_s = max(result.wall_s or 0.0 for result in tests.values())
+        one_of_each = {result.nodeid.partition("[")[0]: result.id for result in tests.values()}
+        return Job(
+            arguments=arguments_of(self.context.collection.config),
+            tests={name: self._trial_test(result) for name, result in tests.items()},
+            control=Trial("", tuple(one_of_each.values())),
+            trials=tuple(trials),
+            processes=self.processes,
+            run_s=max(LEAST_RUN_S, FACTOR * slowest_s),
+            seconds=options.seconds,
+            matrix=options.matrix,
+        )
+
+    def _trial_test(self, result: TestResult) -> TrialTest:
+        concrete = self.chosen[result.nodeid].concrete
+        return TrialTest(result.suite, concrete, result.record_sha256, result.ended, result.outcomes)
+
+
+class _Trials:
+    """The trials of mutants, and what is known of them."""
+
+    def __init__(
+        self,
+        mutants: Sequence[Mutant],
+        order: TrialOrder,
+        tests: Mapping[str, TestResult],
+        say: Callable[[str], None],
+    ) -> None:
+        self.runs: dict[str, list[MutantRun]] = {mutant.id: [] for mutant in mutants}
+        self._differences: dict[str, str] = {}
+        self._tests = tests
+        self._mutants = mutants
+        self._order = order
+        self._say = say
+        self._began_s = time.monotonic()
+        self._done: set[str] = set()
+
+    def planned(self, context: RunContext) -> list[Trial]:
+        """What is to be tried: not the mutants whose statement no test executes."""
+        paths = {file.name: str(file.path) for file in context.code.files}
+        plans = [(mutant, self._order.tests(mutant.statement)) for mutant in self._mutants]
+        return [Trial(mutant.id, tests, paths[mutant.file], mutant.text) for mutant, tests in plans if tests]
+
+    def follow(self, job: Job, directory: Path) -> MutationEnd:
+        """Have a job done in a process that starts in this directory.
+
+        Raises:
+            MutationError: it was not: something is wrong with it.
+        """
+        try:
+            with started(mutant_process.__name__, directory) as process:
+                process.send(job)
+                for line in process.lines():
+                    self._note(msgspec.json.decode(line, type=Told), len(job.trials))
+        except ProcessError as error:
+            raise MutationError(f"mutants could not be tried: {error}") from None
+        except KeyboardInterrupt:
+            return "interrupted"
+        return "done" if len(self._done) == len(job.trials) else "seconds"
+
+    def result(self, mutant: Mutant) -> MutantResult:
+        """What became of a mutant."""
+        executing = self._order.executing(mutant.statement)
+        runs, complete = tuple(self.runs[mutant.id]), not executing or mutant.id in self._done
+        status = mutant_status(runs, executed=bool(executing), complete=complete)
+        return MutantResult(
+            id=mutant.id,
+            file=mutant.file,
+            line=mutant.line,
+            operator=mutant.operator,
+            before=mutant.before,
+            after=mutant.after,
+            executing=executing,
+            runs=runs,
+            complete=complete,
+            status=status,
+            difference=self._differences.get(mutant.id, "") if status == "survived" else "",
+        )
+
+    def _note(self, told: Told, total: int) -> None:
+        if isinstance(told, RunTold):
+            self.runs[told.mutant].append(told.run)
+            if told.behaviour is not None:
+                self._differences[told.mutant] = _difference(self._tests[told.run.test], told.behaviour)
+        elif isinstance(told, TrialTold):
+            self._done.add(told.mutant)
+            self._tell_progress(len(self._done), total)
+        else:
+            raise MutationError(
+                f"no mutant was tried: {told.reason}, where the code under test is as it was in the session; does "
+                "a fixture of the test function change what a run depends on?"
+            )
+
+    def _tell_progress(self, done: int, total: int) -> None:
+        if done * STEPS // total > (done - 1) * STEPS // total and done < total:
+            killed = sum(any(run.oracles for run in self.runs[name]) for name in self._done)
+            left_s = (time.monotonic() - self._began_s) / done * (total - done)
+            self._say(f"hricdv: {done} of {total} mutants, {killed} killed, {time_left(left_s)}")
+
+
+def _difference(before: TestResult, now: Behaviour) -> str:
+    change = change_of(behaviour_of(before), now)
+    # The comparison speaks of a baseline: here it is the same test without the fault.
+    return f"{before.id}: {change.text.replace('in the baseline', 'without the fault')}" if change else ""
+
+
+def _takes_part(result: TestResult) -> bool:
+    """A test that fails without a fault cannot notice one; of an unmeasured one it is unknown what it executes."""
+    return result.outcome in ("passed", "known-violation") and result.code is not None

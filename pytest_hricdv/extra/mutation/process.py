@@ -1,0 +1,247 @@
+"""The process that tries mutants: it reads a job, and forks a process for each mutant, which runs tests one by one.
+
+A mutant needs that nothing of the code under test has been imported. So pytest is configured only in the fork of a
+mutant, where conftest files, the testbench and the world are then imported, with the mutant.
+"""
+
+from __future__ import annotations
+
+import re
+import resource
+import signal
+import sys
+import time
+from collections import deque
+from collections.abc import Container, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import msgspec
+
+from pytest_hricdv.coverage.measurement import NoMeasurement
+from pytest_hricdv.execution.case import CaseResult, HriCase
+from pytest_hricdv.execution.process_pool import Line, ProcessPool, Send
+from pytest_hricdv.extra.mutation.faulty_import import FaultyImport
+from pytest_hricdv.extra.mutation.records import BIN, ENDING, EXCEPTION, MutantRun
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.results.baseline import behaviour_of
+from pytest_hricdv.results.behaviour import Behaviour
+from pytest_hricdv.results.building import build_result
+from pytest_hricdv.results.codec import encode
+from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.serving import in_session, limit_time, preload, session, silence
+
+SILENCE = 30
+"""A mutant that gives no sign of life for so many times the processor time of a run waits for what never comes."""
+
+UNMEASURED = NoMeasurement("a mutant")
+_ADDRESS = re.compile(r"\b0x[0-9a-f]+")
+
+
+@dataclass(frozen=True)
+class TrialTest:
+    """A test to run with mutants, and what it does without a fault: the hash of its record, its end, its outcomes."""
+
+    suite: str
+    concrete: ConcreteTest
+    record_sha256: str | None
+    ended: str
+    outcomes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A mutant with the ids of the tests to try it on, in order.
+
+    Args:
+        mutant: its id.
+        path: of the changed file; empty for the code as it is.
+        text: of the changed file.
+    """
+
+    mutant: str
+    tests: tuple[str, ...]
+    path: str = ""
+    text: str = field(default="", repr=False)
+
+
+@dataclass(frozen=True)
+class Job:
+    """What the process is to do.
+
+    Args:
+        arguments: of pytest, as the session was started with.
+        tests: id -> test.
+        control: the code as it is: its runs must be those of the session.
+        trials: in order.
+        processes: at the same time.
+        run_s: a run that takes more processor time (s) does not end.
+        seconds: no mutant is begun after so many seconds; None: no limit.
+        matrix: try a mutant on all of its tests; otherwise up to the first of each suite that fails.
+    """
+
+    arguments: tuple[str, ...]
+    tests: dict[str, TrialTest]
+    control: Trial
+    trials: tuple[Trial, ...]
+    processes: int
+    run_s: float
+    seconds: float | None
+    matrix: bool
+
+    def left(self, trial: Trial, runs: Sequence[MutantRun]) -> tuple[str, ...]:
+        """The tests of a trial that are still to be run after these runs."""
+        done = {run.test for run in runs}
+        over = set() if self.matrix else {run.suite for run in runs if run.oracles}
+        return tuple(test for test in trial.tests if test not in done and self.tests[test].suite not in over)
+
+
+class RunTold(msgspec.Struct, frozen=True, tag=True):
+    """A run of a mutant; the first one that changed and in which nothing failed has its whole behaviour."""
+
+    mutant: str
+    run: MutantRun
+    behaviour: Behaviour | None = None
+
+
+class TrialTold(msgspec.Struct, frozen=True, tag=True):
+    """All runs of a mutant that were needed are done."""
+
+    mutant: str
+
+
+class Unlike(msgspec.Struct, frozen=True, tag=True):
+    """Without any fault, runs are not those of the session: nothing was tried."""
+
+    reason: str
+
+
+Told = RunTold | TrialTold | Unlike
+
+
+def told(job: Job) -> Iterator[Told]:
+    """Do a job; what there is to tell, as soon as it is known."""
+    for event in _tried(replace(job, seconds=None), [job.control]):
+        if isinstance(event, RunTold) and (event.run.oracles or event.run.changed):
+            failed = ", ".join(event.run.oracles)
+            yield Unlike(f"{event.run.test}: {event.run.note or (failed and f'{failed} failed') or 'another record'}")
+            return
+    yield from _tried(job, job.trials)
+
+
+def _tried(job: Job, trials: Sequence[Trial]) -> Iterator[RunTold | TrialTold]:
+    began_s = time.monotonic()
+    runs: dict[str, list[MutantRun]] = {trial.mutant: [] for trial in trials}
+    queue = deque(trials)
+    pool = ProcessPool[Trial](lambda trial, send: _Trying(job, trial, send).run(), job.processes, SILENCE * job.run_s)
+    for event in pool.run(queue):
+        trial = event.item
+        if isinstance(event, Line):
+            run_told = msgspec.json.decode(event.text, type=RunTold)
+            runs[trial.mutant].append(run_told.run)
+            yield run_told
+            continue
+        left = job.left(trial, runs[trial.mutant])
+        if left:  # the process ended within a run
+            runs[trial.mutant].append(_ended_run(job.tests[left[0]].suite, left[0], event.problem))
+            yield RunTold(trial.mutant, runs[trial.mutant][-1])
+            left = job.left(trial, runs[trial.mutant])
+        if left:
+            queue.appendleft(replace(trial, tests=left))
+        else:
+            yield TrialTold(trial.mutant)
+        if job.seconds is not None and time.monotonic() - began_s > job.seconds:
+            queue.clear()
+
+
+def _ended_run(suite: str, test: str, problem: str) -> MutantRun:
+    """The run in which a process came to its end, or was ended."""
+    spins = signal.SIGXCPU.name in problem
+    oracle = ENDING if spins or not problem.startswith("ended") else EXCEPTION
+    note = "takes too much processor time" if spins else problem
+    return MutantRun(test=test, suite=suite, oracles=(oracle,), changed=True, note=note)
+
+
+class _Trying:
+    """Tries one mutant in its own process; a plugin of the pytest that is configured there."""
+
+    def __init__(self, job: Job, trial: Trial, send: Send) -> None:
+        self._job = job
+        self._trial = trial
+        self._send = send
+        self._runs: list[MutantRun] = []
+
+    def run(self) -> None:
+        """Run the tests of the trial; each run is sent."""
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        if self._trial.path:
+            sys.meta_path.insert(0, FaultyImport(Path(self._trial.path), self._trial.text))
+            silence(2)
+        limit_time(self._job.run_s)
+        in_session(self._job.arguments, self._run_all)
+        if not self._runs:
+            self._tell(self._trial.tests[0], (EXCEPTION,), "the testbench cannot be built")
+
+    def _run_all(self, context: RunContext) -> None:
+        while left := self._job.left(self._trial, self._runs):
+            limit_time(self._job.run_s)
+            self._run(left[0], context)
+
+    def _run(self, name: str, context: RunContext) -> None:
+        test = self._job.tests[name]
+        try:
+            result = context.execute(test.concrete, UNMEASURED, "mutant")
+        except Exception as error:
+            self._tell(name, (EXCEPTION,), f"{type(error).__name__}: {error}")
+            return
+        oracles = tuple(_failed(result, context.known))
+        outcome = result.outcome
+        now = (result.record.sha256, outcome.ended, tuple(outcome.outcomes))
+        changed = now != (test.record_sha256, test.ended, test.outcomes)
+        first = changed and not oracles and not any(run.changed for run in self._runs)
+        behaviour = _behaviour(test, result, context) if first else None
+        self._tell(name, oracles, "; ".join(result.faults), changed=changed, behaviour=behaviour)
+
+    def _tell(
+        self,
+        name: str,
+        oracles: tuple[str, ...],
+        note: str = "",
+        *,
+        changed: bool = True,
+        behaviour: Behaviour | None = None,
+    ) -> None:
+        suite, note = self._job.tests[name].suite, _ADDRESS.sub("0x...", note)
+        self._runs.append(MutantRun(test=name, suite=suite, oracles=oracles, changed=changed, note=note))
+        self._send(encode(RunTold(self._trial.mutant, self._runs[-1], behaviour)))
+
+
+def _failed(result: CaseResult, known: Container[str]) -> Iterator[str]:
+    """The oracles that fail a run."""
+    yield from result.unknown(known)
+    if result.ending_faults:
+        yield EXCEPTION if result.error is not None else ENDING
+    if result.bin_faults:
+        yield BIN
+
+
+def _behaviour(test: TrialTest, result: CaseResult, context: RunContext) -> Behaviour:
+    concrete, ranges = test.concrete, context.collection.testbench.commands
+    lines = tuple(action.command for action in concrete.actions)
+    abstract = AbstractTest(concrete.id, test.suite, "mutant", (), lines, seed=concrete.seed)
+    case = HriCase(test.suite, abstract, ranges, fixed=concrete)
+    return behaviour_of(build_result(case, concrete.id, result, requirements=context.requirements))
+
+
+def main() -> None:
+    """Do the job that is read from standard input; a line of standard output is a `Told`."""
+    preload()
+    with session() as (messages, write):
+        job = msgspec.json.decode(messages.readline(), type=Job)
+        for each in told(job):
+            write(msgspec.json.encode(each))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,125 @@
+"""What a report says of mutants: lines for the terminal, a sentence, and what its page shows."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.mutation.records import MutantResult, MutantStatus, MutationResult, MutationScore, OracleScore
+from pytest_hricdv.report.formatting import Line, Style, and_more, natural, pad, percent, plural, seconds, width
+from pytest_hricdv.results.model import Report
+
+_MAX_EXAMPLES = 5
+
+WHY: Mapping[MutantStatus, str] = {
+    "survived": "a record changed, and nothing failed: an oracle is missing",
+    "unchanged": "no record changed: a stimulus is missing, or it is equivalent",
+    "not executed": "no test executes the statement",
+    "not tried": "time was over before all of its tests had run",
+}
+"""What a mutant that was not killed tells."""
+
+
+def lines(report: Report) -> Iterator[Line]:
+    """The scores, and the first mutants of each kind that survived; none where no mutants were tried."""
+    result = report.mutation
+    if result is None:
+        return
+    yield Line(headline(result), "title")
+    if len(result.suites) > 1:
+        for name, score in result.suites.items():
+            yield Line(visible(f"  suite {name}: {score_text(score)}"))
+    groups = {f"group {name}": score for name, score in result.groups.items()}
+    yield from _oracles({**_in_order(report, result.oracles), **groups})
+    for status in WHY:
+        yield from _examples([mutant for mutant in result.mutants if mutant.status == status], status)
+    for text in notes(result):
+        yield Line(visible(f"  {text}"), "warn")
+
+
+def headline(result: MutationResult) -> str:
+    """`mutants: 81.2 % killed (302 of 372), 1210 runs in 9 min 12 s`."""
+    runs = sum(len(mutant.runs) for mutant in result.mutants)
+    return f"mutants: {score_text(result.total)}, {plural(runs, 'run')} in {seconds(result.wall_s)}"
+
+
+def score_text(score: MutationScore) -> str:
+    """`81.2 % killed (302 of 372)`."""
+    share = "none tried" if score.percent is None else f"{percent(score.percent)} killed"
+    return f"{share} ({score.killed} of {score.mutants - score.not_tried})"
+
+
+def notes(result: MutationResult) -> Iterator[str]:
+    """What is to be known about a score, a sentence each."""
+    if result.made > len(result.mutants):
+        yield f"{len(result.mutants)} of {result.made} mutants were drawn"
+    most = result.tests_per_mutant
+    alive = [mutant for mutant in result.mutants if mutant.status in ("survived", "unchanged")]
+    partly = sum(any(most is not None and count > most for count in mutant.executing.values()) for mutant in alive)
+    if partly and most is not None:
+        yield f"{partly} that were not killed were tried on {plural(most, 'test')} of a suite, and more execute them"
+    if result.left_out:
+        left_out = plural(len(result.left_out), "test")
+        yield f"{left_out} took no part, failing or unmeasured without a fault: {_listed(result.left_out)}"
+    if result.ended != "done":
+        why = "time was over" if result.ended == "seconds" else "it was interrupted"
+        yield f"{plural(result.total.not_tried, 'mutant')} not tried: {why}"
+
+
+def page(report: Report) -> dict[str, Any] | None:
+    """What the page shows; None where no mutants were tried."""
+    result = report.mutation
+    if result is None:
+        return None
+    by_status = {status: [each for each in result.mutants if each.status == status] for status in ("killed", *WHY)}
+    return {
+        "result": result,
+        "headline": headline(result),
+        "notes": [*notes(result)],
+        "oracles": _in_order(report, result.oracles),
+        "alive": {status: (why, by_status[status]) for status, why in WHY.items() if by_status[status]},
+        "killed": by_status["killed"],
+        "tests": {test.id: test for test in report.tests},
+    }
+
+
+def _in_order(report: Report, oracles: Mapping[str, OracleScore]) -> dict[str, OracleScore]:
+    """Requirements first, then what else can fail."""
+    names = sorted(oracles, key=lambda name: (name not in report.requirements, natural(name)))
+    return {name: oracles[name] for name in names}
+
+
+def _oracles(oracles: Mapping[str, OracleScore]) -> Iterator[Line]:
+    room = max([9, *(width(visible(name)) for name in oracles)])
+    yield Line(f"  {pad('killed by', room)}{'mutants':>9}{'only by it':>12}", "dim")
+    for name, score in oracles.items():
+        style: Style = "plain" if score.killed else "dim"
+        yield Line(f"  {pad(visible(name), room)}{score.killed:>9}{score.only:>12}", style)
+
+
+def _examples(mutants: Sequence[MutantResult], status: MutantStatus) -> Iterator[Line]:
+    if not mutants:
+        return
+    yield Line(f"  {len(mutants)} {status}: {WHY[status]}", "warn")
+    for mutant in mutants[:_MAX_EXAMPLES]:
+        yield Line(visible(f"    {_place(mutant)}  {mutant.operator}: {_change(mutant)}"))
+        if mutant.difference:
+            yield Line(visible(f"      {mutant.difference}"), "dim")
+    if len(mutants) > _MAX_EXAMPLES:
+        yield Line(
+            f"    ... and {and_more(len(mutants) - _MAX_EXAMPLES).removeprefix(', and ')}: see the report", "dim"
+        )
+
+
+def _place(mutant: MutantResult) -> str:
+    """`controller/robot.py:55`."""
+    return f"{mutant.file}:{mutant.line}"
+
+
+def _change(mutant: MutantResult) -> str:
+    """The first line that differs, before and after."""
+    before, after = (text.partition("\n")[0] for text in (mutant.before, mutant.after))
+    return before if after in ("", "pass") else f"{before} -> {after}"
+
+
+def _listed(names: Sequence[str], most: int = 3) -> str:
+    return ", ".join(names[:most]) + (and_more(len(names) - most) if len(names) > most else "")

@@ -1,0 +1,161 @@
+"""Follows one run with an agent of the model, and gives the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+
+from pytest_hricdv.bdi import BdiError
+from pytest_hricdv.coupling.event_pattern import Bindings, EventPattern
+from pytest_hricdv.coupling.events import Events, Happening
+from pytest_hricdv.coupling.hears import CouplingError
+from pytest_hricdv.extra.oracle.declaration import MODEL, ConformanceError
+from pytest_hricdv.extra.oracle.oracle import Oracle
+from pytest_hricdv.extra.oracle.product import NOTHING, Deviation, Heard, Observation, Product
+from pytest_hricdv.monitor import Attempt, Value, Verdict, Violation
+
+
+class ConformanceMonitor:
+    """Listens to a run, as the monitors of requirements do.
+
+    An input just before a time-out of the agent may come after that of the code under test, and both is right. So where
+    a run deviates after such a race, it is followed once more with the input heard later, and goes on like that if it
+    conforms. The last two races are tried.
+
+    Args:
+        oracle: what the run is compared with.
+        parameters: of the run, by name.
+    """
+
+    def __init__(self, oracle: Oracle, parameters: Mapping[str, float]) -> None:
+        self._oracle = oracle
+        limits = oracle.declaration.limits
+        self._limits = {name: parameters[limit] if isinstance(limit, str) else limit for name, limit in limits.items()}
+        self._declared: list[tuple[str, int, EventPattern]] = [
+            *(("heard", number, event) for number, event in enumerate(oracle.hears)),
+            *(("does", number, event) for number, event in enumerate(oracle.does)),
+            *(("fails", number, event) for number, event in oracle.fails.items()),
+            *((("until", 0, oracle.until),) if oracle.until is not None else ()),
+        ]
+        events = [event for _, _, event in self._declared]
+        names = (name for event in events for name in event.sources.values())
+        self._events = Events((event.condition for event in events), names)
+        self._log: list[Observation] = []
+        self._delayed: frozenset[int] = frozenset()
+        self._product = Product(oracle, self._limits)
+        self._left_s: float | None = None
+        """When the run left what the model knows."""
+        self._doubted: Deviation | None = None
+        """The last deviation that was none for an agent that heard an input later."""
+        self._error: BdiError | CouplingError | None = None
+        """Raised at the end: when it occurs, a node runs, and it would be an error of this node."""
+
+    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
+        """A message has arrived, as for a `MonitorSet`."""
+        if topic in self._events.topics and not self._ended:
+            self._observe(self._events.message(time_s, topic, fields))
+
+    def signal(self, time_s: float, name: str, value: Value) -> None:
+        """A signal has a new value, as for a `MonitorSet`."""
+        if name in self._events.signals and not self._ended:
+            self._observe(self._events.signal(time_s, name, value))
+
+    def finish(self, time_s: float) -> Verdict:
+        """The run ended at `time_s` (s): the verdict.
+
+        Raises:
+            ConformanceError: the agent could not go on, or a value that it hears is not known yet.
+        """
+        self._observe(self._events.flush())
+        if not self._ended:
+            self._go_on(partial(Product.finish, time_s=time_s))
+        if self._error is not None:
+            raise ConformanceError(f"Conformance: {self._error}") from self._error
+        return self._verdict(time_s if self._left_s is None else self._left_s)
+
+    @property
+    def _ended(self) -> bool:
+        return self._product.deviation is not None or self._error is not None or self._left_s is not None
+
+    def _observe(self, happenings: Iterable[Happening]) -> None:
+        for happening in happenings:
+            if self._ended:
+                continue
+            if any(self._declared[index][0] == "until" for index in happening.numbers):
+                self._left_s = happening.time_s
+                self._go_on(partial(Product.finish, time_s=happening.time_s))
+                continue
+            try:
+                observation = self._observation(happening)
+            except CouplingError as error:
+                self._error = error
+                continue
+            self._go_on(partial(Product.step, observation=observation))
+            self._log.append(observation)
+
+    def _go_on(self, step: Callable[[Product], None]) -> None:
+        """Take a step; where it deviates, with an agent that heard an input after its time-out, if that conforms."""
+        try:
+            step(self._product)
+            deviation = self._product.deviation
+            if deviation is None:
+                return
+            for number in reversed(self._product.races[-2:]):
+                product = Product(self._oracle, self._limits, self._delayed | {number})
+                for observation in self._log:
+                    product.step(observation)
+                step(product)
+                if product.deviation is None:
+                    self._product, self._delayed, self._doubted = product, self._delayed | {number}, deviation
+                    return
+        except BdiError as error:
+            self._error = error
+
+    def _observation(self, happening: Happening) -> Observation:
+        heard: list[Heard] = []
+        does: dict[int, Bindings] = {}
+        fails: dict[int, Bindings] = {}
+        for index in happening.numbers:
+            kind, number, event = self._declared[index]
+            bindings = event.bindings(self._events.values)
+            if kind == "heard":
+                declared = self._oracle.declaration.hears[number]
+                heard.append(Heard(event.literal(bindings), declared.source, declared.is_goal))
+            else:
+                (does if kind == "does" else fails)[number] = bindings
+        return Observation(happening.time_s, happening.name, happening.text, tuple(heard), does, fails)
+
+    def _deviation(self) -> Deviation | None:
+        """The deviation: the doubted one, if a second one has come of the doubt."""
+        deviation, doubted = self._product.deviation, self._doubted
+        soon_s = 2 * self._oracle.declaration.tolerance_s
+        return doubted if deviation and doubted and deviation.time_s - doubted.time_s <= soon_s else deviation
+
+    def _verdict(self, time_s: float) -> Verdict:
+        product = self._product
+        attempts, deviation = product.attempts, self._deviation()
+        open_acts = product.follower.agent.ready_acts
+        history = [*attempts]
+        if deviation is None:
+            history += (Attempt(act.ready_s, time_s, "pending") for act in open_acts)
+        else:
+            history.append(Attempt(deviation.since_s, deviation.time_s, "failed"))
+        return Verdict(
+            requirement=MODEL,
+            verdict="Failed" if deviation else "Passed" if attempts else "NC",
+            attempts=len(history),
+            passes=len(attempts),
+            failures=int(deviation is not None),
+            vacuous=int(not history),
+            pending=0 if deviation else len(open_acts),
+            violations=() if deviation is None else (_violation(deviation),),
+            margin=None,
+            margin_time_s=None,
+            history=tuple(sorted(history, key=lambda attempt: attempt.begin_s)),
+        )
+
+
+def _violation(deviation: Deviation) -> Violation:
+    text = f"expected {deviation.expected}; observed {deviation.observed}"
+    signature = (f"expected {' or '.join(deviation.acts) or NOTHING}", f"observed {deviation.event}")
+    return Violation(deviation.since_s, deviation.time_s, {}, None, text=text, signature=signature)

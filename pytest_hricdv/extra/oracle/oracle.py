@@ -1,0 +1,150 @@
+"""A declaration of conformance, checked against the model and the vocabulary, and made ready for following runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv.bdi import Number
+from pytest_hricdv.bdi.language.syntax import Program, Rule
+from pytest_hricdv.bdi.language.terms import Key
+from pytest_hricdv.bdi.run.system import AgentTemplate
+from pytest_hricdv.coupling.agent_names import AgentNames
+from pytest_hricdv.coupling.agents import read_agents
+from pytest_hricdv.coupling.event_pattern import EventPattern, parse_event, parse_heard
+from pytest_hricdv.coupling.hears import CouplingError
+from pytest_hricdv.extra.oracle.declaration import MODEL, Conformance, ConformanceError
+from pytest_hricdv.generate.model import Model
+from pytest_hricdv.monitor import Vocabulary
+
+
+@dataclass(frozen=True)
+class Oracle:
+    """What all runs of a testbench are followed with; made by `load_oracle`. It is a `monitor.Criterion`.
+
+    Args:
+        declaration: of the testbench.
+        agent: the agent that is followed.
+        others: the names of the other agents of the model, which it may send messages to.
+        hears: an event for each of `declaration.hears`.
+        does: an event for each of `declaration.does`.
+        fails: the number of an act in `does` -> the event by which it fails.
+        until: the event up to which a run is followed; None for the whole run.
+    """
+
+    declaration: Conformance
+    agent: AgentTemplate
+    others: tuple[str, ...]
+    hears: tuple[EventPattern, ...]
+    does: tuple[EventPattern, ...]
+    fails: Mapping[int, EventPattern]
+    until: EventPattern | None
+
+    @property
+    def id(self) -> str:
+        """Of the verdict."""
+        return MODEL
+
+    @property
+    def title(self) -> str:
+        """What is required, in a sentence."""
+        return f"The code under test does what the agent {self.agent.name} does, in time, and nothing else"
+
+    @property
+    def source(self) -> str:
+        """The file of the agent."""
+        return Path(self.agent.program.file).name
+
+    @property
+    def group(self) -> str:
+        """What reports put it under."""
+        return "model"
+
+    @property
+    def text(self) -> str:
+        """The acts, and when they have to be observed."""
+        return ", ".join(f"{does.act} {window_text(*does.within_s)}" for does in self.declaration.does)
+
+    @cached_property
+    def labels(self) -> Mapping[str, tuple[int, ...]]:
+        """Label of a plan -> the acts that are its beginning."""
+        acts = [(number, each.act[1:]) for number, each in enumerate(self.declaration.does) if each.act.startswith("@")]
+        return {label: tuple(number for number, of in acts if of == label) for _, label in acts}
+
+    @cached_property
+    def literals(self) -> Mapping[Key, tuple[int, ...]]:
+        """Predicate of a message or an external action -> the acts that are about it."""
+        keys = [(number, event.pattern.key) for number, event in enumerate(self.does) if event.pattern is not None]
+        return {key: tuple(number for number, of in keys if of == key) for _, key in keys}
+
+
+def load_oracle(declaration: Conformance, model: Model, vocabulary: Vocabulary, parameters: Iterable[str]) -> Oracle:
+    """Check a declaration, and make it ready.
+
+    Args:
+        declaration: of the testbench.
+        model: of the testbench.
+        vocabulary: signals and messages.
+        parameters: the names of the run's parameters, which limits may name.
+
+    Raises:
+        ConformanceError: a name that the agent, the model or the run does not have, or a model that cannot be read.
+        RequirementError: a condition that does not parse, located in its text.
+    """
+    try:
+        [agent], others = read_agents([declaration.agent], model)
+    except CouplingError as error:
+        raise ConformanceError(f"Conformance: {error}") from error
+    _check_limits(declaration, agent.program, frozenset(parameters))
+    names = AgentNames(agent.name, agent.program.plans)
+    try:
+        return Oracle(
+            declaration,
+            agent,
+            others,
+            hears=parse_heard(declaration.hears, names, others, vocabulary),
+            does=tuple(
+                parse_event(each.owner, names.act(each.owner, each.act), each.when, vocabulary)
+                for each in declaration.does
+            ),
+            fails=dict(_failures(declaration, names, vocabulary)),
+            until=parse_event("Conformance, until", None, declaration.until, vocabulary) if declaration.until else None,
+        )
+    except CouplingError as error:
+        raise ConformanceError(str(error)) from error
+
+
+def _failures(
+    declaration: Conformance, names: AgentNames, vocabulary: Vocabulary
+) -> Iterator[tuple[int, EventPattern]]:
+    for number, does in enumerate(declaration.does):
+        if does.fails:
+            owner = f"{does.owner}, fails"
+            yield number, parse_event(owner, names.failing(owner, does.act), does.fails, vocabulary)
+
+
+def window_text(first_s: float, last_s: float) -> str:
+    """The time for an act, from when the agent is ready for it: `within 10 s`, or `after 2 to 10 s`."""
+    return f"within {last_s:g} s" if first_s == 0 else f"after {first_s:g} to {last_s:g} s"
+
+
+def _check_limits(declaration: Conformance, program: Program, parameters: frozenset[str]) -> None:
+    beliefs = [each for each in program.beliefs if not isinstance(each, Rule)]
+    known = [belief.functor for belief in beliefs if len(belief.args) == 1 and isinstance(belief.args[0], Number)]
+    for name, limit in declaration.limits.items():
+        if name not in known:
+            raise ConformanceError(
+                f"Conformance: limits: {declaration.agent} has no initial belief {name}(number){nearest(name, known)}"
+            )
+        if isinstance(limit, str):
+            if limit not in parameters:
+                raise ConformanceError(
+                    f"Conformance: limits[{name!r}]: the run has no parameter {limit!r}{nearest(limit, parameters)}"
+                )
+        elif isinstance(limit, bool) or not isinstance(limit, int | float):
+            raise ConformanceError(
+                f"Conformance: limits[{name!r}] is {limit!r}; expected a number, or the name of a parameter of the run"
+            )

@@ -1,0 +1,204 @@
+"""The synchronous product of an agent and a run: what the agent expects of the run, and where the run deviates."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from pytest_hricdv.bdi import Structure
+from pytest_hricdv.bdi.logic.unify import unify
+from pytest_hricdv.coupling.coupled_agent import ReadyAct
+from pytest_hricdv.coupling.event_pattern import Bindings
+from pytest_hricdv.extra.oracle.follower import Follower
+from pytest_hricdv.extra.oracle.oracle import Oracle
+from pytest_hricdv.monitor import Attempt
+
+NOTHING = "nothing"
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What the agent hears: a literal, from whom, and whether it is a goal."""
+
+    literal: Structure
+    source: str
+    goal: bool
+
+
+@dataclass(frozen=True)
+class Observation:
+    """An event of the run that corresponds to something.
+
+    Args:
+        time_s: when it happened (s).
+        event: the topic of the message, or the signal.
+        text: message or signal with its values, for people.
+        heard: what the agent hears by it.
+        does: the numbers of the acts that it is the observation of, with the values of their variables.
+        fails: the numbers of the acts that fail by it, with the values of their variables.
+    """
+
+    time_s: float
+    event: str
+    text: str
+    heard: tuple[Heard, ...] = ()
+    does: Mapping[int, Bindings] = field(default_factory=dict)
+    fails: Mapping[int, Bindings] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Where the run does not do what the agent does.
+
+    Args:
+        since_s: when the agent became ready for what was expected (s).
+        time_s: when the run deviated: the unexpected event, or the end of the time in which one was expected (s).
+        expected: the acts that were possible, with their times, for people.
+        observed: what happened instead, for people.
+        acts: the acts that were possible.
+        event: the topic or signal of what happened instead; "nothing" if nothing did.
+    """
+
+    since_s: float
+    time_s: float
+    expected: str
+    observed: str
+    acts: tuple[str, ...]
+    event: str
+
+
+class Product:
+    """Agent and run, step by step.
+
+    Args:
+        oracle: what the run is compared with.
+        limits: belief -> the duration (s) that the agent believes in this run.
+        delayed: the numbers of the observations (from 0) that the agent hears only after the tolerance.
+    """
+
+    def __init__(self, oracle: Oracle, limits: Mapping[str, float], delayed: frozenset[int] = frozenset()) -> None:
+        self._oracle = oracle
+        self._does = oracle.declaration.does
+        self._tolerance_s = oracle.declaration.tolerance_s
+        self._delayed = delayed
+        self._count = 0
+        self._early: deque[Observation] = deque()
+        """Observed before the agent was ready for it, and not yet a deviation."""
+        self._hears_later: deque[tuple[float, Heard]] = deque()
+        self._end_s = math.inf
+        self.follower = Follower(oracle, limits)
+        self.deviation: Deviation | None = None
+        self.attempts: list[Attempt] = []
+        """The acts that have been observed, in order."""
+        self.races: list[int] = []
+        """The numbers of the observations that were heard at most the tolerance before a time-out of the agent."""
+
+    def step(self, observation: Observation) -> None:
+        """An event has happened; observations come in the order of time."""
+        self.advance(observation.time_s)
+        number, self._count = self._count, self._count + 1
+        if observation.heard and self.follower.due_s <= observation.time_s + self._tolerance_s:
+            self.races.append(number)
+        # What comes after something unexpected waits for its turn. A failure that nobody waits for is none.
+        if observation.does and (self._early or not self._match(observation)):
+            self._early.append(observation)
+        elif not observation.does:
+            self._match(observation)
+        if number in self._delayed:
+            self._hears_later += ((observation.time_s + self._tolerance_s, heard) for heard in observation.heard)
+        else:
+            self._hear(observation.heard)
+
+    def advance(self, time_s: float) -> None:
+        """The run has reached `time_s` (s), and nothing has happened in between."""
+        follower = self.follower
+        while self.deviation is None:
+            hears_s = self._hears_later[0][0] if self._hears_later else math.inf
+            due_s = min(max(follower.due_s, follower.run.now_s), hears_s)
+            self._expire(min(due_s, time_s))
+            if due_s > time_s or self.deviation is not None:
+                break
+            follower.wait_until(due_s)
+            if hears_s <= due_s:
+                self._hear([self._hears_later.popleft()[1]])
+            self._match_early()
+        if time_s < math.inf:
+            follower.wait_until(max(time_s, follower.run.now_s))
+
+    def finish(self, time_s: float) -> None:
+        """The run has ended at `time_s` (s): acts that could still come are not expected any more."""
+        self.advance(time_s)
+        self._end_s = time_s
+        if self._early:
+            self.advance(time_s + 2 * self._tolerance_s)
+
+    def _hear(self, heard: Iterable[Heard]) -> None:
+        for each in heard:
+            self.follower.hear(each.literal, each.source, each.goal)
+        self._match_early()
+
+    def _match_early(self) -> None:
+        while self._early and self.deviation is None and self._match(self._early[0]):
+            self._early.popleft()
+
+    def _match(self, observation: Observation) -> bool:
+        """Let the agent do what has been observed; whether it was ready for any of it, or a deviation was found."""
+        does, fails = dict(observation.does), dict(observation.fails)
+        matched = False
+        while (found := self._ready_for(does, fails)) is not None:
+            act, number, succeeded = found
+            (does if succeeded else fails).pop(number)
+            wait_s = max(observation.time_s - act.ready_s, 0.0)
+            if succeeded and wait_s < self._does[number].within_s[0]:
+                self._deviate(observation.time_s, [act], f"{observation.text} after {wait_s:.1f} s", observation.event)
+                return True
+            self.attempts.append(Attempt(act.ready_s, act.ready_s + wait_s, "passed"))
+            self.follower.observe(act, succeeded)
+            matched = True
+        return matched
+
+    def _ready_for(
+        self, does: Mapping[int, Bindings], fails: Mapping[int, Bindings]
+    ) -> tuple[ReadyAct, int, bool] | None:
+        for act in self.follower.agent.ready_acts:
+            for number in act.acts:
+                for observed, succeeded in ((does, True), (fails, False)):
+                    if number in observed and self._is(act, number, observed[number]):
+                        return act, number, succeeded
+        return None
+
+    def _is(self, act: ReadyAct, number: int, bindings: Bindings) -> bool:
+        pattern = self._oracle.does[number].pattern
+        return act.literal is None or pattern is None or unify(pattern, act.literal, dict(bindings), [])
+
+    def _expire(self, before_s: float) -> None:
+        """Find what should have happened before `before_s`, or should not have."""
+        ready = self.follower.agent.ready_acts
+        overdue = [(last_s, act) for act in ready if (last_s := self._last_s(act)) < min(before_s, self._end_s)]
+        last_s, late = min(overdue, key=lambda each: each[0], default=(math.inf, None))
+        early = self._early[0] if self._early else None
+        if early is not None and early.time_s + self._tolerance_s < before_s and early.time_s <= last_s:
+            self._deviate(early.time_s, ready, early.text, early.event)
+        elif late is not None:
+            self._deviate(last_s, [late], NOTHING, NOTHING)
+
+    def _last_s(self, act: ReadyAct) -> float:
+        return act.ready_s + max(self._does[number].within_s[1] for number in act.acts)
+
+    def _deviate(self, time_s: float, acts: Sequence[ReadyAct], observed: str, event: str) -> None:
+        agent = self._oracle.agent.name
+        expected = " or ".join(map(self._expected, acts)) or f"{NOTHING}, as {agent} waits"
+        if self.follower.run.warnings:
+            expected += f" ({self.follower.run.warnings[-1]})"
+        since_s = min((act.ready_s for act in acts if act.ready_s <= time_s), default=time_s)
+        self.deviation = Deviation(since_s, time_s, expected, observed, tuple(act.text for act in acts), event)
+
+    def _expected(self, act: ReadyAct) -> str:
+        declared = [self._does[number] for number in act.acts]
+        first_s, last_s = (choose(each.within_s[at] for each in declared) for at, choose in ((0, min), (1, max)))
+        when = f"within {last_s:g} s of" if first_s == 0 else f"{first_s:g} to {last_s:g} s after"
+        observed_by = " or ".join(dict.fromkeys(each.when for each in declared))
+        plan = f"plan @{act.plan} of {self._oracle.agent.name}, " if act.plan else ""
+        return f"{act.text} {when} {act.ready_s:.1f} s ({plan}observed by {observed_by})"

@@ -1,0 +1,71 @@
+"""`python -m pytest_hricdv.ros2`: how far nodes behave in virtual time as on a middleware of ROS 2."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from pytest_hricdv._base.message import InputError
+from pytest_hricdv.extra.ros2.conformance import FileResult, conformance, run_file, tests_of
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m pytest_hricdv.ros2", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    check = commands.add_parser(
+        "conformance",
+        help="run rclpy's own tests in virtual time",
+        description="Runs the tests of a checkout of ros2/rclpy on the installed rclpy, in virtual time, and prints a "
+        "table. Exit code: 0 if no more fail than --may-fail says, 1 otherwise.",
+    )
+    check.add_argument("source", type=Path, metavar="RCLPY_SOURCE", help="a checkout of ros2/rclpy of that version")
+    check.add_argument("-k", default="", metavar="TEXT", help="only files with this text in their name")
+    check.add_argument("--may-fail", type=int, default=0, metavar="N", help="how many may fail (0)")
+    one = commands.add_parser("run-file")  # what "conformance" starts a process of for each file
+    one.add_argument("file", type=Path)
+    one.add_argument("result", type=Path)
+    one.add_argument("deselected", nargs="*")
+    return parser
+
+
+def _print_table(results: Sequence[FileResult]) -> None:
+    width = max(len(each.file) for each in results)
+    columns = (("passed",), ("failed", "stopped the run"), ("skipped",))
+    print(f"\n{'file':{width}}  passed  failed  skipped")
+    for each in results:
+        print(f"{each.file:{width}}  {each.count('passed'):6}  {each.count(*columns[1]):6}  {each.count('skipped'):7}")
+    sums = [sum(each.count(*outcomes) for each in results) for outcomes in columns]
+    print(f"{f'{len(results)} files':{width}}  {sums[0]:6}  {sums[1]:6}  {sums[2]:7}")
+    others = [test for each in results for test in each.tests if test.outcome != "passed"]
+    for test in others:
+        print(f"\n{test.outcome}: {test.name}\n    {test.reason}")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; returns the exit code."""
+    given = _parser().parse_args(arguments)
+    if given.command == "run-file":
+        run_file(given.file, given.result, given.deselected)
+        sys.stdout.flush()
+        os._exit(0)  # threads and destructors of a run that was left are of no interest
+    try:
+        files = [file for file in tests_of(given.source) if given.k in file.name]
+    except InputError as error:
+        print(f"ERROR: {error}", file=sys.stderr)
+        return 2
+    if not files:
+        print(f"ERROR: no file of tests has '{given.k}' in its name", file=sys.stderr)
+        return 2
+    results = []
+    for number, file in enumerate(files, start=1):
+        print(f"{number}/{len(files)} {file.name}", file=sys.stderr)
+        results.append(conformance(file))
+    _print_table(results)
+    return int(sum(each.count("failed", "stopped the run") for each in results) > given.may_fail)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,175 @@
+"""ROS arguments (`--ros-args`): remappings and parameters of a process or a node."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from pytest_hricdv.extra.ros2.handles import RCLError
+
+_START, _END = "--ros-args", "--"
+_WITH_VALUE = ("--log-level", "--log-config-file", "--enclave", "-e", "--log-file-name")
+_SWITCHES = ("stdout-logs", "external-lib-logs")
+
+
+class InvalidROSArgsError(RCLError):
+    """As `RCLInvalidROSArgsError` of the extension."""
+
+
+class UnknownROSArgsError(RuntimeError):
+    """As of the extension."""
+
+
+def _fault(what: str) -> InvalidROSArgsError:
+    return InvalidROSArgsError(f"Failed to parse ROS arguments: {what}")
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """A remapping of one node, or of all ("")."""
+
+    node: str
+    source: str
+    target: str
+
+
+@dataclass
+class Arguments:
+    """What the ROS arguments say. Names of nodes are patterns: `*` is one token, `**` any number of them."""
+
+    remappings: list[_Rule] = field(default_factory=list)
+    parameters: list[tuple[str, str, Any]] = field(default_factory=list)
+    """Pattern of the node, name of the parameter, value; later ones win."""
+    rosout: bool = True
+    """Whether logs are published."""
+
+    def renamed(self, what: str, node: str) -> str | None:
+        """The new name of a node (`what` is "__node") or its namespace ("__ns"); None if it keeps its own."""
+        for rule in self.remappings:
+            if rule.source == what and rule.node in ("", node):
+                return rule.target
+        return None
+
+
+def parse(arguments: Sequence[str]) -> Arguments:
+    """Read the ROS arguments among the arguments of a process.
+
+    Raises:
+        InvalidROSArgsError: one lacks its value, or has a wrong one.
+        UnknownROSArgsError: one is not known.
+        UnicodeEncodeError: one is no text.
+    """
+    for word in arguments:
+        word.encode()
+    found, unknown = Arguments(), []
+    rest = list(arguments)
+    is_ros = False
+    while rest:
+        word = rest.pop(0)
+        if not is_ros or word in (_START, _END):
+            is_ros = word == _START or (is_ros and word != _END)
+            continue
+        value = _value(word, rest)
+        if word in ("-p", "--param"):
+            _add_parameter(found, value)
+        elif word in ("-r", "--remap"):
+            found.remappings.append(_rule(value))
+        elif word == "--params-file":
+            _add_file(found, value)
+        elif word in ("--enable-rosout-logs", "--disable-rosout-logs"):
+            found.rosout = word.startswith("--enable")
+        elif word not in _WITH_VALUE and not _is_switch(word):
+            unknown.append(word)
+    if unknown:
+        raise UnknownROSArgsError(f"Found unknown ROS arguments: {unknown}")
+    return found
+
+
+def without_ros(arguments: Sequence[str]) -> list[str]:
+    """The arguments that are not for ROS, as `rclpy_remove_ros_args`."""
+    kept, is_ros = [], False
+    for word in arguments:
+        if word == _START:
+            is_ros = True
+        elif is_ros and word == _END:
+            is_ros = False
+        elif not is_ros:
+            kept.append(word)
+    return kept
+
+
+def _is_switch(word: str) -> bool:
+    return any(word in (f"--enable-{name}", f"--disable-{name}") for name in _SWITCHES)
+
+
+def _value(word: str, rest: list[str]) -> str:
+    if word not in (*_WITH_VALUE, "-p", "--param", "-r", "--remap", "--params-file"):
+        return ""
+    if not rest or rest[0] == _START:
+        raise _fault(f"'{word}' has no value")
+    return rest.pop(0)
+
+
+def _split(text: str) -> tuple[str, str, str]:
+    """Node, name and value of `node:name:=value`."""
+    name, found, value = text.partition(":=")
+    if not found or not name:
+        raise _fault(f"'{text}' is not of the form name:=value")
+    scheme = next((each for each in ("rostopic://", "rosservice://") if name.startswith(each)), "")
+    node, colon, inner = name[len(scheme) :].partition(":")
+    return (node, inner, value) if colon else ("", name[len(scheme) :], value)
+
+
+def _rule(text: str) -> _Rule:
+    node, source, target = _split(text)
+    return _Rule(node, source, target)
+
+
+def _add_parameter(found: Arguments, text: str) -> None:
+    node, name, value = _split(text)
+    try:
+        found.parameters.append((node or "/**", name, yaml.safe_load(value)))
+    except yaml.YAMLError as error:
+        raise _fault(f"'{text}' is no YAML: {' '.join(str(error).split())}") from None
+
+
+def _add_file(found: Arguments, path: str) -> None:
+    try:
+        root = yaml.compose(Path(path).read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
+        if root is not None:
+            _add_nodes(found, "", root, path)
+    except OSError as error:
+        raise _fault(f"parameter file {Path(path).absolute()}: {error.strerror}") from None
+    except yaml.MarkedYAMLError as error:
+        line = "" if error.problem_mark is None else f":{error.problem_mark.line + 1}"
+        raise _fault(f"parameter file {path}{line}: {error.problem}") from None
+    except (ValueError, yaml.YAMLError) as error:
+        raise _fault(f"parameter file {path}: {' '.join(str(error).split())}") from None
+
+
+def _pairs(node: Any, path: str) -> list[tuple[str, Any]]:
+    """Keys and values of a mapping. Not as a dictionary: such files have the same pattern of names several times."""
+    if not isinstance(node, yaml.MappingNode):
+        raise _fault(f"parameter file {path}:{node.start_mark.line + 1}: expected names with values below them")
+    return [(str(key.value), value) for key, value in node.value]
+
+
+def _add_nodes(found: Arguments, above: str, node: Any, path: str) -> None:
+    for name, body in _pairs(node, path):
+        if name == "ros__parameters":
+            _add_values(found, above, "", body, path)
+        else:
+            _add_nodes(found, f"{above}/{name.lstrip('/')}", body, path)
+
+
+def _add_values(found: Arguments, node: str, above: str, values: Any, path: str) -> None:
+    for name, value in _pairs(values, path):
+        if isinstance(value, yaml.MappingNode):
+            _add_values(found, node, f"{above}{name}.", value, path)
+        else:
+            read = yaml.SafeLoader("").construct_object(value, deep=True)
+            found.parameters.append((node, f"{above}{name}", read))

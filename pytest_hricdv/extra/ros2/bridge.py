@@ -1,0 +1,123 @@
+"""The bridge to the bus: what goes over topics, services and actions is recorded, and seen by monitors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pytest_hricdv.extra.ros2.declaration import ROSOUT, Ros2, Ros2Error, requirement_name
+from pytest_hricdv.extra.ros2.fields import fields_of
+from pytest_hricdv.extra.ros2.messages import RosMessage
+from pytest_hricdv.runtime import Bus
+from pytest_hricdv.runtime.plain import Value
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+_PARAMETER_EVENTS = "/parameter_events"
+
+
+@dataclass(frozen=True)
+class Route:
+    """What is recorded of a topic, or of one direction of a service: its name, and the fields of a message."""
+
+    name: str
+    fields: Callable[[Any], Mapping[str, Value]]
+
+
+def _result(response: Any) -> Mapping[str, Value]:
+    return {"status": response.status, **fields_of(response.result)}
+
+
+def _logged(entry: Any) -> Mapping[str, Value]:
+    """Not where it was logged: files and lines are no behaviour."""
+    return {"level": entry.level, "name": entry.name, "msg": entry.msg}
+
+
+class Bridge:
+    """Carries messages of ROS 2 over the bus of a run: there they are recorded, and may be lost, late or doubled.
+
+    Topics and services that the testbench does not declare are recorded, too, but hidden ones, and `/parameter_events`.
+
+    Args:
+        bus: of the run.
+        declared: names and types.
+    """
+
+    def __init__(self, bus: Bus, declared: Ros2) -> None:
+        self._bus = bus
+        self._types = {**declared.topics, **declared.services}
+        self._used: dict[tuple[int, str], tuple[str, str]] = {}
+        """Domain and full name -> the node that uses it first, and its type."""
+        self._full_names: dict[str, tuple[str, str]] = {}
+        self._routes: dict[tuple[str, str], Route | None] = {(f"/{ROSOUT}", ""): Route(ROSOUT, _logged)}
+        for full_name, kind in declared.actions.items():
+            self._add_action(full_name, kind)
+
+    def _add_action(self, full_name: str, kind: str) -> None:
+        name, of = requirement_name(full_name), f"{full_name}/_action"
+        self._types |= {
+            f"{of}/send_goal": f"{kind}_SendGoal",
+            f"{of}/get_result": f"{kind}_GetResult",
+            f"{of}/feedback": f"{kind}_FeedbackMessage",
+        }
+        self._routes |= {
+            (f"{of}/send_goal", "request"): Route(f"{name}_goal", lambda request: fields_of(request.goal)),
+            (f"{of}/send_goal", "response"): Route(f"{name}_answer", lambda answer: {"accepted": answer.accepted}),
+            (f"{of}/feedback", ""): Route(f"{name}_feedback", lambda message: fields_of(message.feedback)),
+            (f"{of}/cancel_goal", "request"): Route(f"{name}_cancel", lambda request: {}),
+            (f"{of}/get_result", "response"): Route(f"{name}_result", _result),
+        }
+
+    def admit(self, domain: int, node: str, full_name: str, kind: str) -> None:
+        """Check the type with which a node uses a topic or service.
+
+        Raises:
+            Ros2Error: the testbench declares it with another one, or another node of the domain uses it so: between
+                the two, no message would ever arrive.
+        """
+        declared = self._types.get(full_name, kind)
+        if declared != kind:
+            raise Ros2Error(f"{full_name}: {node} uses it with the type {kind}, but the testbench declares {declared}")
+        other, first = self._used.setdefault((domain, full_name), (node, kind))
+        if first != kind:
+            raise Ros2Error(f"{full_name}: {node} uses it with the type {kind}, but {other} with {first}")
+
+    def carry(
+        self,
+        node: str,
+        full_name: str,
+        direction: str,
+        message: Any,
+        deliver: Callable[[], None],
+        is_heard: Callable[[], bool],
+    ) -> None:
+        """Record a message, which nobody may change any more, and deliver it.
+
+        Args:
+            node: the full name of the sender.
+            direction: "request" or "response" of a service, "" of a topic.
+        """
+        key = (full_name, direction)
+        if key not in self._routes:
+            self._routes[key] = self._undeclared(full_name, direction)
+        route = self._routes[key]
+        if route is None:
+            deliver()
+            return
+        source = RosMessage(full_name, direction, message)
+        self._bus.carry(node[1:], route.name, route.fields(message), deliver, is_heard, source)
+
+    def _undeclared(self, full_name: str, direction: str) -> Route | None:
+        """Of what is none of an action that the testbench declares."""
+        if "/_" in full_name or full_name == _PARAMETER_EVENTS:
+            return None
+        name = requirement_name(full_name) + (f"_{direction}" if direction else "")
+        if name in self._bus.topics:
+            raise Ros2Error(
+                f"{full_name} is called {name!r} in the record, as a message of the bus is; rename one of them"
+            )
+        other = self._full_names.setdefault(name, (full_name, direction))
+        if other != (full_name, direction):
+            raise Ros2Error(f"{full_name} and {other[0]} are both called {name!r} in the record; rename one of them")
+        return Route(name, fields_of)

@@ -1,0 +1,305 @@
+"""Clocks and timers of `rclpy`. All three kinds of clock read the kernel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable, RCLError, running_kernel
+from pytest_hricdv.runtime.kernel import US_PER_S, Kernel, Node, running_node
+from pytest_hricdv.runtime.virtual.clocks import EPOCH
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+_BOOT_NS = 3600 * 1_000_000_000
+"""What a steady clock shows when a run begins: the machine was on before, so that a time before is none below 0."""
+
+EPOCH_NS = round(EPOCH.timestamp()) * 1_000_000_000
+"""What the system's clock shows when a run begins (ns since 1970)."""
+
+
+def system_ns(kernel: Kernel) -> int:
+    """The time of the system's clock (ns since 1970)."""
+    return EPOCH_NS + kernel.now_us * 1000
+
+
+_WITHOUT_CLOCK_TOPIC = "ros2 without /clock"
+
+
+def need_no_clock_topic(kernel: Kernel) -> None:
+    """Let clocks with `use_sim_time` read the kernel until there is a message on `/clock`, instead of showing 0."""
+    kernel.own[_WITHOUT_CLOCK_TOPIC] = True
+
+
+class ClockType(IntEnum):
+    """As `rcl_clock_type_t`."""
+
+    UNINITIALIZED = 0
+    ROS_TIME = 1
+    SYSTEM_TIME = 2
+    STEADY_TIME = 3
+
+
+class ClockChange(IntEnum):
+    """As `rcl_clock_change_t`."""
+
+    ROS_TIME_NO_CHANGE = 1
+    ROS_TIME_ACTIVATED = 2
+    ROS_TIME_DEACTIVATED = 3
+    SYSTEM_TIME_NO_CHANGE = 4
+
+
+@dataclass
+class TimePoint:
+    """As `rcl_time_point_t`: a moment of a clock."""
+
+    nanoseconds: int
+    clock_type: Any
+
+
+@dataclass
+class Duration:
+    """As `rcl_duration_t`."""
+
+    nanoseconds: int
+
+
+@dataclass(frozen=True)
+class _Jump:
+    """Who is to hear of jumps of a clock, and of which."""
+
+    handle: Any
+    on_change: bool
+    min_forward_ns: int
+    min_backward_ns: int
+
+    def concerns(self, change: ClockChange, delta_ns: int) -> bool:
+        if change in (ClockChange.ROS_TIME_ACTIVATED, ClockChange.ROS_TIME_DEACTIVATED):
+            return self.on_change
+        forward = self.min_forward_ns != 0 and delta_ns >= self.min_forward_ns
+        return forward or (self.min_backward_ns != 0 and delta_ns <= self.min_backward_ns)
+
+
+class Clock(Destroyable):
+    """As `rcl_clock_t`. A ROS clock that is overridden stands still between two settings (design of ROS time)."""
+
+    def __init__(self, clock_type: int) -> None:
+        node = running_node()
+        super().__init__(None if node is None else node.kernel)  # rclpy has one in a class
+        self.type = ClockType(clock_type)
+        self._is_overridden = False
+        self._override_ns: int | None = None
+        self._jumps: list[_Jump] = []
+        self.waiting: list[Node] = []
+        """Those that wait for a timer of this clock."""
+
+    def now_ns(self) -> int:
+        """The time (ns since 1970, or of a steady clock since the machine was switched on).
+
+        An overridden clock that was not set reads the kernel: simulated time needs nobody who publishes `/clock`.
+        """
+        set_ns = self._set_ns() if self._is_overridden else None
+        if set_ns is not None:
+            return set_ns
+        is_steady = self.type is ClockType.STEADY_TIME
+        return _BOOT_NS + self.kernel.now_us * 1000 if is_steady else system_ns(self.kernel)
+
+    def get_now(self) -> TimePoint:
+        """The time; counts as a poll, so that a loop that only reads it is found."""
+        self.kernel.count_poll()
+        return TimePoint(self.now_ns(), self.type)
+
+    def stands_still(self) -> bool:
+        """Whether its time passes only when it is set."""
+        return self._is_overridden and self._set_ns() is not None
+
+    def _set_ns(self) -> int | None:
+        """The time that it was set to; None if it was not. `rclpy` sets 0 until there is a message on `/clock`."""
+        is_awaited = not self._override_ns and self.kernel.own.get(_WITHOUT_CLOCK_TOPIC, False)
+        return None if is_awaited else self._override_ns
+
+    def get_ros_time_override_is_enabled(self) -> bool:
+        """Whether it is overridden."""
+        self._require_ros()
+        return self._is_overridden
+
+    def set_ros_time_override_is_enabled(self, enabled: bool) -> None:
+        """Override it, or let it be the system's again."""
+        self._require_ros()
+        before = self._is_overridden
+        if before == enabled:
+            change = ClockChange.ROS_TIME_NO_CHANGE if enabled else ClockChange.SYSTEM_TIME_NO_CHANGE
+        else:
+            change = ClockChange.ROS_TIME_ACTIVATED if enabled else ClockChange.ROS_TIME_DEACTIVATED
+        concerned = self._before_jump(change, 0)
+        self._is_overridden = enabled
+        self._after_jump(concerned, change, 0)
+
+    def set_ros_time_override(self, time_point: TimePoint) -> None:
+        """Set the time that it has while it is overridden."""
+        self._require_ros()
+        if not self._is_overridden:
+            self._override_ns = time_point.nanoseconds
+            return
+        delta_ns = time_point.nanoseconds - (self._override_ns or 0)
+        concerned = self._before_jump(ClockChange.ROS_TIME_NO_CHANGE, delta_ns)
+        self._override_ns = time_point.nanoseconds
+        self._after_jump(concerned, ClockChange.ROS_TIME_NO_CHANGE, delta_ns)
+
+    def add_clock_callback(self, handle: Any, on_clock_change: bool, min_forward: int, min_backward: int) -> None:
+        """Tell `handle` of jumps of at least so many ns."""
+        self._jumps.append(_Jump(handle, on_clock_change, min_forward, min_backward))
+
+    def remove_clock_callback(self, handle: Any) -> None:
+        """Tell it no more."""
+        kept = [jump for jump in self._jumps if jump.handle is not handle]
+        if len(kept) == len(self._jumps):
+            raise RCLError("failed to remove time jump callback: jump callback was not found")
+        self._jumps = kept
+
+    def _before_jump(self, change: ClockChange, delta_ns: int) -> list[_Jump]:
+        concerned = [jump for jump in self._jumps if jump.concerns(change, delta_ns)]
+        for jump in concerned:
+            if jump.handle._pre_callback is not None:
+                jump.handle._pre_callback()
+        return concerned
+
+    def _after_jump(self, concerned: list[_Jump], change: ClockChange, delta_ns: int) -> None:
+        for jump in concerned:
+            if jump.handle._post_callback is not None:
+                jump.handle._post_callback({"clock_change": change, "delta": delta_ns})
+        for node in self.waiting:
+            self.kernel.wake(node)
+
+    def _require_ros(self) -> None:
+        if self.type is not ClockType.ROS_TIME:
+            raise RCLError(f"clock is not of type ROS_TIME, but {self.type.name}")
+
+
+class ClockEvent(Awaited):
+    """As of the extension: what sleeping until a time of a clock waits for; set, it ends the sleep at once."""
+
+    def __init__(self) -> None:
+        super().__init__(running_kernel("ClockEvent"))
+        self._is_set = False
+
+    def is_set(self) -> bool:
+        """Whether it is set."""
+        return self._is_set
+
+    is_ready = is_set
+
+    def set(self) -> None:
+        """Set it, and wake who waits for it."""
+        self._is_set = True
+        self.wake()
+
+    def clear(self) -> None:
+        """Unset it."""
+        self._is_set = False
+
+    def _wait_until(self, clock: Clock, until: TimePoint) -> None:
+        """Block until the clock has a time, or this is set; a clock that stands still has it when somebody sets it."""
+        node = self.kernel.current()
+        queues = (self.waiting, clock.waiting)
+        for queue in queues:
+            queue.append(node)
+        try:
+            while not self._is_set and (left_ns := until.nanoseconds - clock.now_ns()) > 0:
+                self.kernel.block(None if clock.stands_still() else -(-left_ns // 1000) / US_PER_S)
+        finally:
+            for queue in queues:
+                queue.remove(node)
+
+    wait_until_steady = _wait_until
+    wait_until_system = _wait_until
+    wait_until_ros = _wait_until
+
+
+class Timer(Awaited):
+    """As `rcl_timer_t`: due each period of its clock; what was missed is skipped, and the phase is kept.
+
+    Args:
+        clock: whose time counts.
+        context: of the node.
+        period_nsec: at least 0.
+        autostart: whether it runs at once.
+
+    Raises:
+        RCLError: a negative period.
+    """
+
+    def __init__(self, clock: Clock, context: object, period_nsec: int, autostart: bool = True) -> None:
+        super().__init__(clock.kernel)
+        if period_nsec < 0:
+            raise RCLError(f"failed to create timer: timer period must be non-negative, is {period_nsec} ns")
+        self._clock = clock
+        self._period_ns = period_nsec
+        self._last_ns = clock.now_ns()
+        self._next_ns = self._last_ns + period_nsec
+        self._canceled = not autostart
+
+    def is_ready(self) -> bool:
+        """Whether it is due."""
+        return not self._canceled and self._next_ns <= self._clock.now_ns()
+
+    is_timer_ready = is_ready
+
+    def due_ns(self) -> int | None:
+        """When it is due, in the kernel's time; None for one that is cancelled, or whose clock stands still."""
+        if self._canceled or self._clock.stands_still():
+            return None
+        return self.kernel.now_us * 1000 + self._next_ns - self._clock.now_ns()
+
+    @property
+    def clock(self) -> Clock:
+        """The clock that it goes by."""
+        return self._clock
+
+    def call_timer(self) -> None:
+        """Count one call. Raises RCLError for a timer that is cancelled."""
+        self.call_timer_with_info()
+
+    def call_timer_with_info(self) -> dict[str, int]:
+        """Count one call; returns when it was expected, and when it came (ns)."""
+        if self._canceled:
+            raise RCLError("failed to call timer: timer is canceled")
+        now_ns, expected_ns = self._clock.now_ns(), self._next_ns
+        self._last_ns = now_ns
+        self._next_ns += self._period_ns
+        if self._next_ns < now_ns:
+            behind_ns = now_ns - self._next_ns
+            skipped = -(-behind_ns // self._period_ns) if self._period_ns else 0
+            self._next_ns = self._next_ns + skipped * self._period_ns if self._period_ns else now_ns
+        return {"expected_call_time": expected_ns, "actual_call_time": now_ns}
+
+    def reset_timer(self) -> None:
+        """Begin the period anew, also after it was cancelled."""
+        self._next_ns = self._clock.now_ns() + self._period_ns
+        self._canceled = False
+        self.wake()
+
+    def cancel_timer(self) -> None:
+        """Let it not be due any more."""
+        self._canceled = True
+
+    def is_timer_canceled(self) -> bool:
+        """Whether it was cancelled."""
+        return self._canceled
+
+    def change_timer_period(self, period_nsec: int) -> None:
+        """Set the period from the next call on."""
+        self._period_ns = period_nsec
+
+    def get_timer_period(self) -> int:
+        """The period (ns)."""
+        return self._period_ns
+
+    def time_until_next_call(self) -> int | None:
+        """How long until it is due (ns, negative if it is late); None when it is cancelled."""
+        return None if self._canceled else self._next_ns - self._clock.now_ns()
+
+    def time_since_last_call(self) -> int:
+        """How long ago it was called last, or made (ns)."""
+        return self._clock.now_ns() - self._last_ns

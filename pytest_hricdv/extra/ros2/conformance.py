@@ -1,0 +1,161 @@
+"""Runs `rclpy`'s own tests on the replacement of its extension, each file in a process of its own."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_hricdv._base.message import InputError
+from pytest_hricdv.extra.ros2.overlay import virtual_rclpy
+from pytest_hricdv.runtime.kernel import Kernel, KernelError
+
+_LIMIT_S = 1e9
+"""Simulated time for a file: some of the tests have timers with a period of months."""
+
+_PACKAGE = "rclpy_tests"
+"""What the copy of the tests is called: their own package, `test`, is called as one of Python's library."""
+
+_STOPPED = "stopped the run"
+"""The outcome of a test that waits for ever, or has a thread that fails."""
+
+_TIMEOUT_S = 300.0
+"""Real time for a file, as a last resort: the kernel finds nodes that hang."""
+
+
+@dataclass(frozen=True)
+class TestResult:
+    """How one test ended: "passed", "failed", "skipped" or `_STOPPED`, and why, in one line."""
+
+    __test__ = False
+
+    name: str
+    outcome: str
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class FileResult:
+    """The tests of one file."""
+
+    file: str
+    tests: tuple[TestResult, ...]
+
+    def count(self, *outcomes: str) -> int:
+        """How many ended so."""
+        return sum(test.outcome in outcomes for test in self.tests)
+
+
+class _Collector:
+    """A plugin of pytest that notes how each test ended, and which one runs."""
+
+    def __init__(self) -> None:
+        self.results: dict[str, TestResult] = {}
+        self.running: str | None = None
+
+    def pytest_runtest_logstart(self, nodeid: str) -> None:
+        self.running = nodeid
+
+    def pytest_runtest_logfinish(self, nodeid: str) -> None:
+        self.running = None
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.when == "call" or report.outcome != "passed":
+            self.results[report.nodeid] = TestResult(report.nodeid, report.outcome, _reason(report))
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        if report.failed:
+            self.results[report.nodeid] = TestResult(report.nodeid, "failed", _reason(report))
+
+
+def _reason(report: pytest.TestReport | pytest.CollectReport) -> str:
+    if isinstance(report.longrepr, tuple):
+        return str(report.longrepr[2]).strip()
+    crash = getattr(report.longrepr, "reprcrash", None)
+    lines = str(crash.message if crash is not None else report.longrepr or "").strip().splitlines()
+    errors = [line[1:].strip() for line in lines if line.startswith("E ")]
+    return (errors or lines or [""])[-1 if errors else 0]
+
+
+def run_file(file: Path, result: Path, deselected: Sequence[str]) -> None:
+    """Run the tests of a file in a node of a kernel, and write how they ended; in a process that does nothing else."""
+    collector = _Collector()
+    ended: list[Any] = []
+
+    def tests() -> None:
+        without = [f"--deselect={name}" for name in deselected]
+        arguments = ["-q", "-p", "no:cacheprovider", "-W", "ignore", f"--rootdir={file.parent}", str(file), *without]
+        ended.append(pytest.main(arguments, plugins=[collector]))
+
+    with virtual_rclpy(_PACKAGE):
+        kernel = Kernel()
+        kernel.virtual = frozenset({"time", "threading", "asyncio"})
+        kernel.spawn("tests", tests)
+        try:
+            why = f"the run is {kernel.run(_LIMIT_S)}: nobody ends its wait"
+        except KernelError as error:
+            why = str(error)
+    results = list(collector.results.values())
+    if not ended and collector.running is not None:
+        results.append(TestResult(collector.running, _STOPPED, why))
+    written = [vars(each) for each in results]
+    result.write_text(json.dumps({"complete": bool(ended), "tests": written}), encoding="utf-8")
+
+
+def tests_of(source: Path) -> list[Path]:
+    """The files of tests in a checkout of `rclpy`.
+
+    Raises:
+        InputError: there are none, or `rclpy` cannot be imported.
+    """
+    found = next((sorted(f.glob("test_*.py")) for f in (source / "rclpy" / "test", source / "test") if f.is_dir()), [])
+    if not found:
+        raise InputError(f"{source}: no tests of rclpy; expected a checkout of ros2/rclpy, with rclpy/test/test_*.py")
+    if importlib.util.find_spec("rclpy") is None:
+        raise InputError(
+            "rclpy cannot be imported: it is not on PyPI, but part of a ROS 2 distribution; after `source "
+            "/opt/ros/DISTRIBUTION/setup.bash` it can, in a Python of the distribution's version"
+        )
+    return found
+
+
+def conformance(file: Path) -> FileResult:
+    """Run the tests of one file, again without those that stop the run, so that the others are run, too."""
+    with tempfile.TemporaryDirectory() as folder:
+        tests = Path(folder) / _PACKAGE
+        # The package's own __init__ wants the tests to be installed. Some tests read files beside them.
+        shutil.copytree(file.parent, tests, ignore=shutil.ignore_patterns("__init__.py", "__pycache__"))
+        (tests / "__init__.py").touch()
+        found: dict[str, TestResult] = {}
+        while True:
+            stopped = [each.name for each in found.values() if each.outcome == _STOPPED]
+            read = _run_in_process(tests / file.name, Path(folder) / "result.json", stopped)
+            found |= {each.name: each for each in read[1]}
+            if read[0] or len(stopped) == sum(each.outcome == _STOPPED for each in found.values()):
+                return FileResult(file.name, tuple(found.values()))
+
+
+def _run_in_process(file: Path, result: Path, deselected: Sequence[str]) -> tuple[bool, list[TestResult]]:
+    """Whether all tests were run, and how each ended."""
+    result.unlink(missing_ok=True)
+    command = [sys.executable, "-m", "pytest_hricdv.ros2", "run-file", str(file), str(result), *deselected]
+    environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=_TIMEOUT_S, env=environment, check=False)
+    except subprocess.TimeoutExpired:
+        return True, [TestResult(file.name, "failed", f"not over after {_TIMEOUT_S:g} s")]
+    if not result.exists():
+        last = (done.stderr.strip() or "no output").splitlines()[-1]
+        return True, [TestResult(file.name, "failed", f"the process ended with {done.returncode}: {last}")]
+    read = json.loads(result.read_text(encoding="utf-8"))
+    return read["complete"], [TestResult(**each) for each in read["tests"]]

@@ -1,0 +1,187 @@
+"""Contexts and nodes of `rclpy`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from pytest_hricdv.extra.ros2 import names
+from pytest_hricdv.extra.ros2.arguments import Arguments, parse
+from pytest_hricdv.extra.ros2.graph import Graph, graph_of
+from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError, running_kernel
+from pytest_hricdv.extra.ros2.messages import type_name
+from pytest_hricdv.runtime.kernel import Kernel
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+DEFAULT_DOMAIN = 2**64 - 1
+"""As `RCL_DEFAULT_DOMAIN_ID`: the domain is not said, and is 0; the environment is not asked."""
+
+NamesAndTypes = list[tuple[str, list[str]]]
+
+
+class Context(Destroyable):
+    """As `rcl_context_t`: what one process of a ROS 2 system shares.
+
+    Raises:
+        KernelError: made outside of a node of a simulated run.
+    """
+
+    def __init__(self, arguments: Sequence[str], domain_id: int, kernel: Kernel | None = None) -> None:
+        super().__init__(kernel or running_kernel("rclpy.init"))
+        self.arguments = parse(arguments)
+        self._domain = 0 if domain_id == DEFAULT_DOMAIN else domain_id
+        self._is_valid = True
+
+    @property
+    def graph(self) -> Graph:
+        """The graph of its domain."""
+        return graph_of(self.kernel, self._domain)
+
+    def get_domain_id(self) -> int:
+        """Its domain."""
+        return self._domain
+
+    def ok(self) -> bool:
+        """Whether it is not shut down; counts as a poll, so that a loop that never sleeps is found."""
+        self.kernel.count_poll()
+        return self._is_valid
+
+    def shutdown(self) -> None:
+        """Shut it down, once. Raises RCLError the second time."""
+        if not self._is_valid:
+            raise RCLError("Context already shutdown.")
+        self._is_valid = False
+
+
+class Node(Destroyable):
+    """As `rcl_node_t`. Its own arguments come before those of its context.
+
+    Raises:
+        ValueError: a wrong name or namespace.
+    """
+
+    def __init__(
+        self,
+        node_name: str,
+        namespace_: str,
+        context: Context,
+        pycli_args: Sequence[str] | None,
+        use_global_arguments: bool,
+        enable_rosout: bool,
+    ) -> None:
+        super().__init__(context.kernel)
+        self.context = context
+        self.enable_rosout = enable_rosout
+        own = parse(pycli_args or ())
+        self._arguments: list[Arguments] = [own, context.arguments] if use_global_arguments else [own]
+        self._name = self._renamed("__node", node_name) or self._renamed("__name", node_name) or node_name
+        self._namespace = self._absolute(self._renamed("__ns", node_name) or namespace_)
+        for what, fault in (
+            ("invalid node name", names.node_name_fault(self._name)),
+            ("invalid node namespace", names.namespace_fault(self._namespace)),
+        ):
+            if fault:
+                raise ValueError(f"{what}: {fault[0]}, at index {fault[1]}")
+        context.graph.nodes.append(self)
+
+    def _renamed(self, what: str, node_name: str) -> str | None:
+        return next((new for each in self._arguments if (new := each.renamed(what, node_name))), None)
+
+    @staticmethod
+    def _absolute(namespace: str) -> str:
+        return namespace if namespace.startswith("/") else f"/{namespace}"
+
+    def destroy(self) -> None:
+        """Leave the graph."""
+        self.graph.nodes.remove(self)
+
+    @property
+    def graph(self) -> Graph:
+        """The graph that it is in."""
+        return self.context.graph
+
+    def admit(self, full_name: str, kind: type[Any]) -> None:
+        """Use a topic or service. Raises InputError where the testbench or another node has another type for it."""
+        if self.graph.carrier is not None:
+            domain, name = self.context.get_domain_id(), self.get_fully_qualified_name()
+            self.graph.carrier.admit(domain, name, full_name, type_name(kind))
+
+    def get_node_name(self) -> str:
+        """Its name."""
+        return self._name
+
+    def get_namespace(self) -> str:
+        """Its namespace."""
+        return self._namespace
+
+    def get_fully_qualified_name(self) -> str:
+        """Namespace and name."""
+        return f"{self._namespace.rstrip('/')}/{self._name}"
+
+    def logger_name(self) -> str:
+        """The name of its logger."""
+        return self.get_fully_qualified_name()[1:].replace("/", ".")
+
+    def remap(self, full_name: str) -> str:
+        """The name that a topic or service has after the remappings; the first that fits counts."""
+        for arguments in self._arguments:
+            for rule in arguments.remappings:
+                if rule.source.startswith("__") or rule.node not in ("", self._name):
+                    continue
+                if names.expand(rule.source, self._name, self._namespace) == full_name:
+                    return names.expand(rule.target, self._name, self._namespace)
+        return full_name
+
+    def resolve(self, name: str) -> str:
+        """The full name, remapped, of what code calls `name`. Raises ValueError for a wrong name."""
+        return self.remap(names.expand(name, self._name, self._namespace))
+
+    def get_parameters(self, parameter_class: Any) -> dict[str, Any]:
+        """The parameters that the arguments give it, as objects of `rclpy`'s class."""
+        found = {}
+        for arguments in reversed(self._arguments):
+            for pattern, name, value in arguments.parameters:
+                if _matches(pattern, self.get_fully_qualified_name()):
+                    kind = parameter_class.Type.from_parameter_value(value)
+                    found[name] = parameter_class(name, kind, value)
+        return found
+
+    def get_count_publishers(self, topic: str) -> int:
+        """How many publish a topic."""
+        return len(self.graph.publishers.get(self._full(topic), ()))
+
+    def get_count_subscribers(self, topic: str) -> int:
+        """How many subscribe to it."""
+        return len(self.graph.subscriptions.get(self._full(topic), ()))
+
+    def get_count_clients(self, service: str) -> int:
+        """How many ask a service."""
+        return len(self.graph.clients.get(self._full(service), ()))
+
+    def get_count_services(self, service: str) -> int:
+        """How many serve it."""
+        return len(self.graph.services.get(self._full(service), ()))
+
+    @staticmethod
+    def _full(name: str) -> str:
+        fault = names.full_topic_name_fault(name)
+        if fault:
+            raise RCLError(f"'{name}': {fault[0]}")
+        return name
+
+    def get_node_names_and_namespaces(self) -> list[tuple[str, str]]:
+        """All nodes of the graph."""
+        return [(node.get_node_name(), node.get_namespace()) for node in self.graph.nodes]
+
+    def get_node_names_and_namespaces_with_enclaves(self) -> list[tuple[str, str, str]]:
+        """All nodes of the graph, each in the enclave "/"."""
+        return [(*each, "/") for each in self.get_node_names_and_namespaces()]
+
+
+def _matches(pattern: str, node: str) -> bool:
+    """Whether a node is meant: `*` stands for one token of its name, `**` for any number."""
+    absolute = pattern if pattern.startswith("/") else f"/{pattern}"
+    regex = re.escape(absolute).replace(r"/\*\*", r"(/\w+)*").replace(r"/\*", r"/\w+")
+    return re.fullmatch(regex, node) is not None

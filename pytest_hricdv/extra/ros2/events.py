@@ -1,0 +1,228 @@
+"""Events of quality of service (DDS 1.4, 2.2.4.1): who matches, who does not, and who is late.
+
+Messages are not lost on the way: there is no event for it.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field, fields, replace
+from enum import IntEnum
+from typing import Any, Protocol
+
+from pytest_hricdv.extra.ros2.handles import Awaited
+from pytest_hricdv.extra.ros2.qos import INVALID_POLICY, MANUAL_BY_TOPIC, Profile
+from pytest_hricdv.runtime.kernel import Kernel
+
+
+class UnsupportedEventTypeError(RuntimeError):
+    """As of the extension: this middleware does not have such events."""
+
+
+class SubscriptionEventType(IntEnum):
+    """As `rcl_subscription_event_type_t`."""
+
+    RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED = 0
+    RCL_SUBSCRIPTION_LIVELINESS_CHANGED = 1
+    RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS = 2
+    RCL_SUBSCRIPTION_MESSAGE_LOST = 3
+    RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE = 4
+    RCL_SUBSCRIPTION_MATCHED = 5
+
+
+class PublisherEventType(IntEnum):
+    """As `rcl_publisher_event_type_t`."""
+
+    RCL_PUBLISHER_OFFERED_DEADLINE_MISSED = 0
+    RCL_PUBLISHER_LIVELINESS_LOST = 1
+    RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS = 2
+    RCL_PUBLISHER_INCOMPATIBLE_TYPE = 3
+    RCL_PUBLISHER_MATCHED = 4
+
+
+@dataclass
+class _Status(ABC):
+    """What happened, and how much of it since it was last taken: in fields that end with `_change`."""
+
+    @abstractmethod
+    def changed(self) -> bool:
+        """Whether one of these fields is not 0."""
+
+    def taken(self) -> Any:
+        """A copy; what changes is counted anew."""
+        copy = replace(self)
+        for each in fields(self):
+            if each.name.endswith("_change"):
+                setattr(self, each.name, 0)
+        return copy
+
+
+@dataclass
+class CountStatus(_Status):
+    """How often it happened."""
+
+    total_count: int = 0
+    total_count_change: int = 0
+
+    def changed(self) -> bool:
+        """Whether it happened since it was taken."""
+        return self.total_count_change != 0
+
+    def count(self) -> None:
+        """It happened once more."""
+        self.total_count += 1
+        self.total_count_change += 1
+
+
+@dataclass
+class QosIncompatibleStatus(CountStatus):
+    """How often a profile did not match, and the policy that did not the last time (`rclpy.qos.QoSPolicyKind`)."""
+
+    last_policy_kind: int = INVALID_POLICY
+
+
+@dataclass
+class LivelinessChangedStatus(_Status):
+    """How many publishers are alive, and how many are not."""
+
+    alive_count: int = 0
+    not_alive_count: int = 0
+    alive_count_change: int = 0
+    not_alive_count_change: int = 0
+
+    def changed(self) -> bool:
+        """Whether one of them has changed since it was taken."""
+        return self.alive_count_change != 0 or self.not_alive_count_change != 0
+
+
+@dataclass
+class MatchedStatus(CountStatus):
+    """How many there were that match, and how many there are."""
+
+    current_count: int = 0
+    current_count_change: int = 0
+
+    def changed(self) -> bool:
+        """Whether one of them has changed since it was taken."""
+        return self.total_count_change != 0 or self.current_count_change != 0
+
+
+@dataclass
+class EndpointEvents:
+    """What has happened to a publisher or a subscription."""
+
+    matched: MatchedStatus = field(default_factory=MatchedStatus)
+    incompatible: QosIncompatibleStatus = field(default_factory=QosIncompatibleStatus)
+    wrong_type: CountStatus = field(default_factory=CountStatus)
+    liveliness_changed: LivelinessChangedStatus = field(default_factory=LivelinessChangedStatus)
+    deadline_missed: CountStatus = field(default_factory=CountStatus)
+    liveliness_lost: CountStatus = field(default_factory=CountStatus)
+    handles: list[Awaited] = field(default_factory=list)
+    """Who waits for one of them."""
+
+    def match(self, change: int) -> None:
+        """One more that matches (1), or one that does no more (-1)."""
+        if change > 0:
+            self.matched.count()
+        self.matched.current_count += change
+        self.matched.current_count_change += change
+        self.liveliness_changed.alive_count += change
+        self.liveliness_changed.alive_count_change += change
+        self._wake()
+
+    def mismatch(self, policy: int) -> None:
+        """One that does not match because of a policy."""
+        self.incompatible.count()
+        self.incompatible.last_policy_kind = policy
+        self._wake()
+
+    def differ(self) -> None:
+        """One whose messages are of another type."""
+        self.wrong_type.count()
+        self._wake()
+
+    def _wake(self) -> None:
+        for handle in self.handles:
+            handle.wake()
+
+
+class _Endpoint(Protocol):
+    """What events need of a publisher or a subscription."""
+
+    events: EndpointEvents
+    profile: Profile
+    last_ns: int | None
+
+    @property
+    def kernel(self) -> Kernel: ...
+
+
+_STATUS = {
+    SubscriptionEventType.RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED: "deadline_missed",
+    SubscriptionEventType.RCL_SUBSCRIPTION_LIVELINESS_CHANGED: "liveliness_changed",
+    SubscriptionEventType.RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS: "incompatible",
+    SubscriptionEventType.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE: "wrong_type",
+    SubscriptionEventType.RCL_SUBSCRIPTION_MATCHED: "matched",
+}
+_PUBLISHER_STATUS = {
+    PublisherEventType.RCL_PUBLISHER_OFFERED_DEADLINE_MISSED: "deadline_missed",
+    PublisherEventType.RCL_PUBLISHER_LIVELINESS_LOST: "liveliness_lost",
+    PublisherEventType.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS: "incompatible",
+    PublisherEventType.RCL_PUBLISHER_INCOMPATIBLE_TYPE: "wrong_type",
+    PublisherEventType.RCL_PUBLISHER_MATCHED: "matched",
+}
+
+
+class EventHandle(Awaited):
+    """As `rcl_event_t`. Raises UnsupportedEventTypeError for a type that never happens here."""
+
+    def __init__(self, endpoint: _Endpoint, event_type: SubscriptionEventType | PublisherEventType) -> None:
+        super().__init__(endpoint.kernel)
+        name = (
+            _STATUS.get(event_type)
+            if isinstance(event_type, SubscriptionEventType)
+            else _PUBLISHER_STATUS.get(event_type)
+        )
+        if name is None:
+            raise UnsupportedEventTypeError(f"{event_type.name} does not happen in a simulated run")
+        self._endpoint = endpoint
+        self._status: _Status = getattr(endpoint.events, name)
+        self._limit_ns = self._limit(name, endpoint.profile)
+        self._counted_ns = -1  # up to when delays were counted
+        endpoint.events.handles.append(self)
+
+    @staticmethod
+    def _limit(name: str, profile: Profile) -> int:
+        """How long nothing may come (ns); 0: for ever."""
+        if name == "deadline_missed":
+            return profile.finite_deadline_ns
+        return profile.finite_lease_ns if name == "liveliness_lost" and profile.liveliness == MANUAL_BY_TOPIC else 0
+
+    def destroy(self) -> None:
+        """Do not count any more."""
+        self._endpoint.events.handles.remove(self)
+
+    def due_ns(self) -> int | None:
+        """When the next delay is one too long."""
+        last_ns = self._endpoint.last_ns
+        if not self._limit_ns or last_ns is None:
+            return None
+        return max(last_ns, self._counted_ns) + self._limit_ns
+
+    def is_ready(self) -> bool:
+        """Whether something has changed since it was taken."""
+        if self._limit_ns:
+            self._count_delays()
+        return self._status.changed()
+
+    def _count_delays(self) -> None:
+        now_ns = self.kernel.now_us * 1000
+        while (due_ns := self.due_ns()) is not None and due_ns <= now_ns:
+            assert isinstance(self._status, CountStatus)
+            self._status.count()
+            self._counted_ns = due_ns
+
+    def take_event(self) -> Any:
+        """What has happened."""
+        self.is_ready()
+        return self._status.taken()

@@ -1,0 +1,197 @@
+"""How executors of `rclpy` wait here: they check which entities are ready, and build no wait set for each callback.
+
+`rclpy` spends most of its time in building wait sets (rclpy#1461). Here an executor checks which of its entities are
+ready, and blocks in the kernel if none is; what becomes ready wakes it. While coroutines are in progress, `rclpy`'s own
+way is taken. What is called, and in which order, is the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pytest_hricdv.extra.ros2.clocks import Timer
+from pytest_hricdv.extra.ros2.handles import Awaited, InvalidHandle, running_kernel
+from pytest_hricdv.extra.ros2.wait_set import WaitSet, block_until_woken
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+Ready = tuple[Any, Any, Any]
+"""An entity, its node, and the method of the executor that takes what came."""
+
+_PLAIN = (
+    ("timers", "_take_timer"),
+    ("subscriptions", "_take_subscription"),
+    ("guards", "_take_guard_condition"),
+    ("clients", "_take_client"),
+    ("services", "_take_service"),
+)
+"""What nodes have, in the order in which `rclpy` looks at it -> how an executor takes what came."""
+
+_USED = ("_wait_for_ready_callbacks", "_make_handler", *(take for _, take in _PLAIN), "_take_waitable")
+
+
+def check_entities_when_waiting(executors: Any) -> None:
+    """Let executors wait in this way; once only.
+
+    Args:
+        executors: the module `rclpy.executors`. One that lacks what this uses is left as it is.
+    """
+    kind = getattr(executors, "Executor", None)  # the module may be in the middle of its import
+    if (
+        kind is not None
+        and all(hasattr(kind, name) for name in _USED)
+        and kind._wait_for_ready_callbacks.__module__ != __name__
+    ):
+        kind._wait_for_ready_callbacks = _waiting(executors, kind._wait_for_ready_callbacks)
+
+
+def _waiting(executors: Any, original: Callable[..., Any]) -> Callable[..., Any]:
+    """The replacement of the method."""
+
+    def wait_for_ready_callbacks(
+        self: Any, timeout_sec: Any = None, nodes: Any = None, condition: Callable[[], bool] = lambda: False
+    ) -> Iterator[tuple[Any, Any, Any]]:
+        end_ns = _end_ns(timeout_sec)
+        has_work = False
+        while not has_work and not self._is_shutdown and not condition():
+            with self._tasks_lock:
+                self._tasks = [each for each in self._tasks if not each[0].done()]
+            if self._tasks:
+                yield from original(self, _left_s(end_ns), nodes, condition)
+                return
+            entities = _Entities(self, self.get_nodes() if nodes is None else nodes)
+            ready, is_over = entities.wait(end_ns)
+            if self._is_shutdown:
+                raise executors.ShutdownException
+            if not self._context.ok():
+                raise executors.ExternalShutdownException
+            for entity, node, take in ready:
+                if self.can_execute(entity) and _is_still(entity):
+                    has_work = True
+                    yield self._make_handler(entity, node, take), entity, node
+            if is_over:
+                raise executors.TimeoutException
+        if self._is_shutdown:
+            raise executors.ShutdownException
+        if condition():
+            raise executors.ConditionReachedException
+
+    return wait_for_ready_callbacks
+
+
+def _end_ns(timeout_sec: Any) -> int | None:
+    """When a time-out is over (ns of simulated time); None: never. It is in s, or an object that has it."""
+    timeout_s = getattr(timeout_sec, "timeout", timeout_sec)
+    if timeout_s is None or timeout_s < 0:
+        return None
+    return running_kernel("spin").now_us * 1000 + int(float(timeout_s) * 1e9)
+
+
+def _left_s(end_ns: int | None) -> float | None:
+    """How long it is until a time-out is over (s); None: for ever."""
+    return None if end_ns is None else max(end_ns - running_kernel("spin").now_us * 1000, 0) / 1e9
+
+
+def _is_still(entity: Any) -> bool:
+    """Whether a timer was not cancelled or reset by a callback that came first; of others, it is so."""
+    handle = getattr(entity, "handle", None)
+    return handle.is_ready() if isinstance(handle, Timer) else True
+
+
+@dataclass
+class _Waitables:
+    """Some waitables, and a wait set that has what they wait for."""
+
+    waitables: list[Any]
+    wait_set: WaitSet
+
+    @classmethod
+    def of(cls, waitables: Sequence[Any]) -> _Waitables:
+        wait_set, kept = WaitSet(), []
+        for each in waitables:
+            try:
+                with each:
+                    each.add_to_wait_set(wait_set)
+            except InvalidHandle:
+                continue  # destroyed
+            kept.append(each)
+        return cls(kept, wait_set)
+
+
+class _Entities:
+    """The entities that an executor waits for now.
+
+    Args:
+        executor: of `rclpy`.
+        nodes: whose entities count.
+    """
+
+    def __init__(self, executor: Any, nodes: Sequence[Any]) -> None:
+        self._executor = executor
+        self._nodes = nodes
+        self._plain = [
+            (entity, node, getattr(executor, take), entity.handle)
+            for node in nodes
+            for kind, take in _PLAIN
+            for entity in getattr(node, kind)
+            if not entity.handle.is_destroyed
+        ]
+        self._owners = {waitable: node for node in nodes for waitable in node.waitables}
+        self._waitables = self._kept_waitables()
+        self._guards: list[Awaited] = [each.handle for each in (executor._guard, executor._sigint_gc) if each]
+
+    def _kept_waitables(self) -> _Waitables:
+        """Those of the last time, if they are the same and none can wait for something else now."""
+        every = list(self._owners)
+        kept = vars(self._executor).get("_waitables")
+        if kept is not None and kept[0] == every and all(type(each).__module__.startswith("rclpy.") for each in every):
+            found = kept[1]
+            assert isinstance(found, _Waitables)
+            return found
+        made = _Waitables.of(every)
+        self._executor._waitables = (every, made)
+        return made
+
+    def wait(self, end_ns: int | None) -> tuple[list[Ready], bool]:
+        """Block until something is ready, or the executor is woken, or it is `end_ns`.
+
+        Returns:
+            What is ready, in the order in which it is to be called, and whether it is `end_ns`.
+        """
+        kernel = running_kernel("spin")
+        while True:
+            ready = self._ready()
+            woken = [guard.take_readiness() for guard in self._guards]
+            now_ns = kernel.now_us * 1000
+            is_over = end_ns is not None and end_ns <= now_ns
+            if is_over:
+                kernel.count_poll()
+            if ready or any(woken) or is_over:
+                return ready, is_over
+            awaited = [handle for _, _, _, handle in self._plain] + self._waitables.wait_set.entities + self._guards
+            # What is due already is not ready for another reason: its callback is being executed.
+            due = [each for entity in awaited if (each := entity.due_ns()) is not None and each > now_ns]
+            block_until_woken(kernel, awaited, min(due if end_ns is None else [*due, end_ns], default=None))
+
+    def _ready(self) -> list[Ready]:
+        """What is ready and may be called now: waitables first."""
+        can_execute = self._executor.can_execute
+        ready = self._ready_waitables() if self._waitables.wait_set.any_is_ready() else []
+        for entity, node, take, handle in self._plain:
+            if hasattr(entity, "_executor_triggered"):
+                if can_execute(entity) and handle.take_readiness():
+                    entity._executor_triggered = True
+                is_ready = entity._executor_triggered
+            else:
+                is_ready = handle.is_ready()
+            if is_ready and can_execute(entity):
+                ready.append((entity, node, take))
+        return ready
+
+    def _ready_waitables(self) -> list[Ready]:
+        free = _Waitables.of([each for each in self._waitables.waitables if self._executor.can_execute(each)])
+        free.wait_set.take()
+        found = [each for each in free.waitables if each.is_ready(free.wait_set)]
+        return [(each, self._owners[each], self._executor._take_waitable) for each in found]

@@ -1,0 +1,229 @@
+"""The replacement of `rclpy._rclpy_pybind11`: all its names, from the modules here that implement them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from enum import IntEnum
+from types import ModuleType
+from typing import Any
+
+from pytest_hricdv.extra.ros2 import (
+    actions,
+    arguments,
+    cdr,
+    clocks,
+    contexts,
+    events,
+    graph_queries,
+    handles,
+    lifecycle,
+    logging,
+    names,
+    qos,
+)
+from pytest_hricdv.extra.ros2.action_client import ActionClient
+from pytest_hricdv.extra.ros2.action_server import ActionGoalHandle, ActionServer
+from pytest_hricdv.extra.ros2.introspection import IntrospectionState
+from pytest_hricdv.extra.ros2.rosout import LoggedNode
+from pytest_hricdv.extra.ros2.services import Client, RequestId, Service, ServiceInfo
+from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
+from pytest_hricdv.extra.ros2.wait_set import GuardCondition, WaitSet
+
+NAME = "rclpy._rclpy_pybind11"
+
+
+class SignalHandlerOptions(IntEnum):
+    """As of the extension."""
+
+    NO = 0
+    SIGINT = 1
+    SIGTERM = 2
+    ALL = 3
+
+
+_SIGNAL_HANDLERS = "ros2 signal handlers"
+
+
+class TypeDescriptionService(handles.Destroyable):
+    """The service by which a node tells the definitions of its types. There is none: what is loaded are classes."""
+
+    def __init__(self, node: contexts.Node) -> None:
+        super().__init__(node.kernel)
+        from type_description_interfaces.srv import (  # type: ignore[import-not-found, unused-ignore]
+            GetTypeDescription,
+        )
+
+        name = f"{node.get_fully_qualified_name()}/get_type_description"
+        self.impl = Service(node, GetTypeDescription, name, qos.Profile())
+
+    def handle_request(self, request: Any, response_type: type[Any], node: contexts.Node) -> Any:
+        """Answer that it is not known."""
+        response = response_type()
+        response.successful = False
+        response.failure_reason = "type descriptions are not simulated"
+        return response
+
+    def destroy(self) -> None:
+        """Serve no more."""
+        self.impl.destroy_when_not_in_use()
+
+
+class Node(LoggedNode):
+    """A node that can be asked for the actions in the graph."""
+
+    get_action_names_and_types = graph_queries.actions
+    get_action_client_names_and_types_by_node = graph_queries.action_clients_by_node
+    get_action_server_names_and_types_by_node = graph_queries.action_servers_by_node
+
+
+def _nothing(*_: object) -> None:
+    """What has no effect in a simulated run."""
+
+
+_CLASSES: dict[str, Any] = {
+    "Destroyable": handles.Destroyable,
+    "Context": contexts.Context,
+    "Node": Node,
+    "Publisher": Publisher,
+    "Subscription": Subscription,
+    "Client": Client,
+    "Service": Service,
+    "rmw_service_info_t": ServiceInfo,
+    "rmw_request_id_t": RequestId,
+    "Clock": clocks.Clock,
+    "ClockType": clocks.ClockType,
+    "ClockChange": clocks.ClockChange,
+    "ClockEvent": clocks.ClockEvent,
+    "Timer": clocks.Timer,
+    "rcl_time_point_t": clocks.TimePoint,
+    "rcl_duration_t": clocks.Duration,
+    "GuardCondition": GuardCondition,
+    "WaitSet": WaitSet,
+    "rmw_qos_profile_t": qos.RmwProfile,
+    "QoSCompatibility": qos.QoSCompatibility,
+    "QoSCheckCompatibleResult": qos.CompatibilityResult,
+    "EventHandle": events.EventHandle,
+    "rcl_publisher_event_type_t": events.PublisherEventType,
+    "rcl_subscription_event_type_t": events.SubscriptionEventType,
+    "rmw_requested_deadline_missed_status_t": events.CountStatus,
+    "rmw_offered_deadline_missed_status_t": events.CountStatus,
+    "rmw_message_lost_status_t": events.CountStatus,
+    "rmw_liveliness_lost_status_t": events.CountStatus,
+    "rmw_incompatible_type_status_t": events.CountStatus,
+    "rmw_liveliness_changed_status_t": events.LivelinessChangedStatus,
+    "rmw_requested_qos_incompatible_event_status_t": events.QosIncompatibleStatus,
+    "rmw_offered_qos_incompatible_event_status_t": events.QosIncompatibleStatus,
+    "rmw_matched_status_t": events.MatchedStatus,
+    "TypeDescriptionService": TypeDescriptionService,
+    "SignalHandlerOptions": SignalHandlerOptions,
+    "GoalEvent": actions.GoalEvent,
+    "LifecycleStateMachine": lifecycle.LifecycleStateMachine,
+    "TransitionCallbackReturnType": lifecycle.CallbackReturn,
+    "ActionClient": ActionClient,
+    "ActionServer": ActionServer,
+    "ActionGoalHandle": ActionGoalHandle,
+    "RCUTILS_LOG_SEVERITY": logging.Severity,
+}
+
+_ERRORS: dict[str, type[Exception]] = {
+    "RCLError": handles.RCLError,
+    "InvalidHandle": handles.InvalidHandle,
+    "RCUtilsError": RuntimeError,
+    "RMWError": RuntimeError,
+    "RCLInvalidROSArgsError": arguments.InvalidROSArgsError,
+    "UnknownROSArgsError": arguments.UnknownROSArgsError,
+    "NodeNameNonExistentError": graph_queries.NodeNameNonExistentError,
+    "UnsupportedEventTypeError": events.UnsupportedEventTypeError,
+    "NotImplementedError": NotImplementedError,
+}
+
+_CONSTANTS: dict[str, object] = {
+    "RCL_DEFAULT_DOMAIN_ID": contexts.DEFAULT_DOMAIN,
+    "RMW_DURATION_INFINITE": qos.INFINITE_NS,
+    "RMW_QOS_DEADLINE_BEST_AVAILABLE": qos.BEST_AVAILABLE_NS,
+    "RMW_QOS_LIVELINESS_LEASE_DURATION_BEST_AVAILABLE": qos.BEST_AVAILABLE_NS,
+}
+
+
+def _expand(name: str, node: str, namespace: str) -> str:
+    return names.expand(name, node, namespace)
+
+
+def _resolve(node: contexts.Node, name: str, only_expand: bool, is_service: bool) -> str:
+    try:
+        if only_expand:
+            return names.expand(name, node.get_node_name(), node.get_namespace())
+        return node.resolve(name)
+    except ValueError as error:
+        raise handles.RCLError(f"failed to resolve name: {error}") from None
+
+
+def _signal_handlers() -> SignalHandlerOptions:
+    found = handles.running_kernel("rclpy.signals").own.get(_SIGNAL_HANDLERS, SignalHandlerOptions.NO)
+    assert isinstance(found, SignalHandlerOptions)
+    return found
+
+
+def _install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions.NO) -> None:
+    """Note what was asked for: signals are the test runner's, and code under test gets none."""
+    handles.running_kernel("rclpy.signals").own[_SIGNAL_HANDLERS] = options
+
+
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "rclpy_remove_ros_args": arguments.without_ros,
+    "rclpy_get_rmw_implementation_identifier": lambda: "pytest_hricdv",
+    "rclpy_expand_topic_name": _expand,
+    "rclpy_resolve_name": _resolve,
+    "rclpy_remap_topic_name": contexts.Node.remap,
+    "rclpy_get_validation_error_for_topic_name": names.topic_name_fault,
+    "rclpy_get_validation_error_for_full_topic_name": names.full_topic_name_fault,
+    "rclpy_get_validation_error_for_namespace": names.namespace_fault,
+    "rclpy_get_validation_error_for_node_name": names.node_name_fault,
+    "rclpy_get_topic_names_and_types": graph_queries.topic_names_and_types,
+    "rclpy_get_service_names_and_types": graph_queries.service_names_and_types,
+    "rclpy_get_publisher_names_and_types_by_node": graph_queries.publishers_by_node,
+    "rclpy_get_subscriber_names_and_types_by_node": graph_queries.subscribers_by_node,
+    "rclpy_get_service_names_and_types_by_node": graph_queries.services_by_node,
+    "rclpy_get_client_names_and_types_by_node": graph_queries.clients_by_node,
+    "rclpy_get_publishers_info_by_topic": graph_queries.publishers_info,
+    "rclpy_get_subscriptions_info_by_topic": graph_queries.subscriptions_info,
+    "rclpy_qos_check_compatible": qos.check_compatible,
+    "rclpy_action_get_rmw_qos_profile": lambda name: qos.ACTION_STATUS.to_dict(),
+    "rclpy_serialize": cdr.serialize,
+    "rclpy_deserialize": cdr.deserialize,
+    "rclpy_assert_liveliness": Publisher.assert_liveliness,
+    "rclpy_logging_initialize": logging.reset_levels,
+    "rclpy_logging_shutdown": logging.reset_levels,
+    "rclpy_logging_configure": _nothing,
+    "rclpy_logging_fini": _nothing,
+    "rclpy_logging_get_separator_string": lambda: logging.SEPARATOR,
+    "rclpy_logging_set_logger_level": logging.set_logger_level,
+    "rclpy_logging_get_logger_level": logging.logger_level,
+    "rclpy_logging_get_logger_effective_level": logging.effective_level,
+    "rclpy_logging_logger_is_enabled_for": logging.is_enabled_for,
+    "rclpy_logging_severity_level_from_string": logging.level_from_string,
+    "rclpy_logging_get_logging_directory": lambda: os.path.join(os.path.expanduser("~"), ".ros", "log"),
+    "rclpy_logging_rcutils_log": logging.write,
+    "rclpy_logging_rosout_add_sublogger": logging.add_sublogger,
+    "rclpy_logging_rosout_remove_sublogger": logging.remove_sublogger,
+    "register_sigint_guard_condition": _nothing,
+    "unregister_sigint_guard_condition": _nothing,
+    "install_signal_handlers": _install_signal_handlers,
+    "uninstall_signal_handlers": _install_signal_handlers,
+    "get_current_signal_handlers_options": _signal_handlers,
+}
+
+
+def extension() -> ModuleType:
+    """The module. A name that it lacks is an error that says so, when it is used."""
+    made = ModuleType(NAME, __doc__)
+    introspection = ModuleType(f"{NAME}.service_introspection")
+    vars(introspection)["ServiceIntrospectionState"] = IntrospectionState
+    vars(made).update({**_CLASSES, **_ERRORS, **_CONSTANTS, **_FUNCTIONS, "service_introspection": introspection})
+
+    def missing(name: str) -> Any:
+        raise AttributeError(f"{name} of rclpy's extension is not simulated yet")
+
+    vars(made)["__getattr__"] = missing
+    return made

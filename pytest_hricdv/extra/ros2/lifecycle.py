@@ -1,0 +1,173 @@
+"""The state machine of a managed node (ROS 2 design article "Managed nodes"), with the numbers of `lifecycle_msgs`."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from pytest_hricdv.extra.ros2.clocks import system_ns
+from pytest_hricdv.extra.ros2.contexts import Node
+from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError
+from pytest_hricdv.extra.ros2.qos import Profile
+from pytest_hricdv.extra.ros2.services import Service
+from pytest_hricdv.extra.ros2.topics import Publisher
+
+Transition = tuple[int, str, int, str, int, str]
+"""Number and label of a transition, of the state in which it begins, and of that in which it ends."""
+
+_STATES = {
+    0: "unknown",
+    1: "unconfigured",
+    2: "inactive",
+    3: "active",
+    4: "finalized",
+    10: "configuring",
+    11: "cleaningup",
+    12: "shuttingdown",
+    13: "activating",
+    14: "deactivating",
+    15: "errorprocessing",
+}
+_NUMBERS = {label: number for number, label in _STATES.items()}
+
+_COMMANDS = (
+    (1, "configure", "unconfigured", "configuring"),
+    (2, "cleanup", "inactive", "cleaningup"),
+    (3, "activate", "inactive", "activating"),
+    (4, "deactivate", "active", "deactivating"),
+    (5, "shutdown", "unconfigured", "shuttingdown"),
+    (6, "shutdown", "inactive", "shuttingdown"),
+    (7, "shutdown", "active", "shuttingdown"),
+)
+"""What a node can be told: number, label, from where, and the state in which its callback is called."""
+
+_OUTCOMES = (
+    (10, "configuring", ("inactive", "unconfigured", "errorprocessing")),
+    (20, "cleaningup", ("unconfigured", "inactive", "errorprocessing")),
+    (30, "activating", ("active", "inactive", "errorprocessing")),
+    (40, "deactivating", ("inactive", "active", "errorprocessing")),
+    (50, "shuttingdown", ("finalized", "finalized", "errorprocessing")),
+    (60, "errorprocessing", ("unconfigured", "finalized", "finalized")),
+)
+"""Number of the first outcome, the state of the callback, and where success, failure and an error lead."""
+
+
+class CallbackReturn(IntEnum):
+    """As `TransitionCallbackReturnType`."""
+
+    SUCCESS = 97
+    FAILURE = 98
+    ERROR = 99
+
+    def to_label(self) -> str:
+        """The label of the transition that this outcome of a callback triggers."""
+        return f"transition_{self.name.lower()}"
+
+
+def _graph() -> tuple[Transition, ...]:
+    def transition(number: int, label: str, start: str, goal: str) -> Transition:
+        return number, label, _NUMBERS[start], start, _NUMBERS[goal], goal
+
+    commands = [transition(*each) for each in _COMMANDS]
+    outcomes = [
+        transition(first + offset, outcome.to_label(), state, goals[offset])
+        for first, state, goals in _OUTCOMES
+        for offset, outcome in enumerate(CallbackReturn)
+    ]
+    return (*commands, *outcomes)
+
+
+_GRAPH = _graph()
+
+
+class LifecycleStateMachine(Destroyable):
+    """As `rcl_lifecycle_state_machine_t`, with its services if it is to have them. It begins as "unconfigured".
+
+    Raises:
+        TypeError: `enable_com_interface` is no bool.
+    """
+
+    service_change_state: Service | None = None
+    service_get_state: Service | None = None
+    service_get_available_states: Service | None = None
+    service_get_available_transitions: Service | None = None
+    service_get_transition_graph: Service | None = None
+
+    def __init__(self, node: Node, enable_com_interface: bool) -> None:
+        if not isinstance(enable_com_interface, bool):
+            raise TypeError(f"enable_com_interface: expected a bool, got {enable_com_interface!r}")
+        super().__init__(node.kernel)
+        self._state = _NUMBERS["unconfigured"]
+        self.initialized = True
+        self._publisher: Publisher | None = None
+        self._services: list[Service] = []
+        if enable_com_interface:
+            self._serve(node)
+
+    def _serve(self, node: Node) -> None:
+        from lifecycle_msgs import msg, srv  # type: ignore[import-not-found, unused-ignore]
+
+        self._messages = msg
+        self._publisher = Publisher(node, msg.TransitionEvent, "~/transition_event", Profile())
+        self.service_change_state = Service(node, srv.ChangeState, "~/change_state", Profile())
+        self.service_get_state = Service(node, srv.GetState, "~/get_state", Profile())
+        self.service_get_available_states = Service(node, srv.GetAvailableStates, "~/get_available_states", Profile())
+        kind = srv.GetAvailableTransitions
+        self.service_get_available_transitions = Service(node, kind, "~/get_available_transitions", Profile())
+        self.service_get_transition_graph = Service(node, kind, "~/get_transition_graph", Profile())
+        self._services = [each for each in vars(self).values() if isinstance(each, Service)]
+
+    def destroy(self) -> None:
+        """Leave the graph."""
+        self.initialized = False
+        for service in self._services:
+            service.destroy_when_not_in_use()
+        if self._publisher is not None:
+            self._publisher.destroy_when_not_in_use()
+
+    @property
+    def current_state(self) -> tuple[int, str]:
+        """Number and label of the state."""
+        return self._state, _STATES[self._state]
+
+    @property
+    def available_states(self) -> list[tuple[int, str]]:
+        """All states."""
+        return list(_STATES.items())
+
+    @property
+    def transition_graph(self) -> list[Transition]:
+        """All transitions."""
+        return list(_GRAPH)
+
+    @property
+    def available_transitions(self) -> list[Transition]:
+        """Those that begin in the present state."""
+        return [each for each in _GRAPH if each[2] == self._state]
+
+    def get_transition_by_label(self, label: str) -> int:
+        """The number of the transition with this label, from the present state. Raises RCLError if there is none."""
+        return self._found(1, label)[0]
+
+    def trigger_transition_by_id(self, transition_id: int, publish_update: bool) -> None:
+        """Go through a transition. Raises RCLError for one that does not begin in the present state."""
+        self._go(self._found(0, transition_id), publish_update)
+
+    def trigger_transition_by_label(self, label: str, publish_update: bool) -> None:
+        """The same, by label."""
+        self._go(self._found(1, label), publish_update)
+
+    def _found(self, column: int, value: int | str) -> Transition:
+        found = next((each for each in self.available_transitions if each[column] == value), None)
+        if found is None:
+            raise RCLError(f"Failed to trigger lifecycle transition: {_STATES[self._state]} has no {value!r}")
+        return found
+
+    def _go(self, transition: Transition, publish_update: bool) -> None:
+        number, label, start, start_label, goal, goal_label = transition
+        self._state = goal
+        if publish_update and self._publisher is not None:
+            event = self._messages.TransitionEvent(timestamp=system_ns(self.kernel))
+            event.transition.id, event.transition.label = number, label
+            event.start_state.id, event.start_state.label = start, start_label
+            event.goal_state.id, event.goal_state.label = goal, goal_label
+            self._publisher.publish(event)

@@ -1,0 +1,138 @@
+"""Loggers of ROS 2: levels by name, and what is logged, with the time of the run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+from pytest_hricdv.extra.ros2.handles import running_kernel
+from pytest_hricdv.runtime.kernel import Kernel, running_node
+
+SEPARATOR = "."
+
+
+class Severity(IntEnum):
+    """As `RCUTILS_LOG_SEVERITY`."""
+
+    RCUTILS_LOG_SEVERITY_UNSET = 0
+    RCUTILS_LOG_SEVERITY_DEBUG = 10
+    RCUTILS_LOG_SEVERITY_INFO = 20
+    RCUTILS_LOG_SEVERITY_WARN = 30
+    RCUTILS_LOG_SEVERITY_ERROR = 40
+    RCUTILS_LOG_SEVERITY_FATAL = 50
+
+    @property
+    def text(self) -> str:
+        """The name that a log shows."""
+        return self.name.rpartition("_")[2]
+
+
+@dataclass(frozen=True)
+class LogEntry:
+    """What was logged, when (s of simulated time), by which logger, and where."""
+
+    time_s: float
+    severity: Severity
+    logger: str
+    text: str
+    function: str
+    file: str
+    line: int
+
+
+@dataclass
+class Log:
+    """The log of a run, and the levels of its loggers; "" is the one that all others inherit from."""
+
+    levels: dict[str, int] = field(default_factory=lambda: {"": int(Severity.RCUTILS_LOG_SEVERITY_INFO)})
+    entries: list[LogEntry] = field(default_factory=list)
+    listeners: dict[str, list[Callable[[LogEntry], None]]] = field(default_factory=dict)
+    """Name of a logger -> who is told what it logs: as often as it was added, the last one counts."""
+
+    def level(self, name: str) -> int:
+        """The level of a logger: its own, or that of the nearest one above it that has one."""
+        while name:
+            if self.levels.get(name):
+                return self.levels[name]
+            name = name.rpartition(SEPARATOR)[0]
+        return self.levels.get("", int(Severity.RCUTILS_LOG_SEVERITY_INFO))
+
+
+def log_of(kernel: Kernel) -> Log:
+    """The log of a run."""
+    log = kernel.own.setdefault("ros2 log", Log())
+    assert isinstance(log, Log)
+    return log
+
+
+def _log() -> Log:
+    return log_of(running_kernel("a logger of rclpy"))
+
+
+def reset_levels() -> None:
+    """Forget all levels that were set; outside of a run there are none."""
+    node = running_node()
+    if node is not None:
+        log_of(node.kernel).levels = Log().levels
+
+
+def set_logger_level(name: str, level: int, detailed_error: bool = False) -> None:
+    """Set the level of a logger; UNSET: that of the one above it. Raises RuntimeError for a level that is none."""
+    if level not in tuple(Severity):
+        raise RuntimeError(f"Failed to set level for logger: {level} is no level")
+    _log().levels[name] = int(level)
+
+
+def logger_level(name: str) -> int:
+    """The level that was set; UNSET if none was."""
+    return _log().levels.get(name, Severity.RCUTILS_LOG_SEVERITY_UNSET)
+
+
+def effective_level(name: str) -> int:
+    """The level that counts."""
+    return _log().level(name)
+
+
+def is_enabled_for(name: str, severity: int) -> bool:
+    """Whether what is logged with this severity is kept."""
+    return severity >= _log().level(name)
+
+
+def level_from_string(name: str) -> int:
+    """The level of a name in any case. Raises RuntimeError for a name that is none."""
+    found = next((each for each in Severity if each.text == name.upper()), None)
+    if found is None:
+        raise RuntimeError(f"Failed to get log severity from name: '{name}'")
+    return found
+
+
+def add_sublogger(name: str, sublogger: str) -> bool:
+    """Publish what a logger below another one logs where that one's is; False if that one's is not published."""
+    node = running_node()
+    listeners = {} if node is None else log_of(node.kernel).listeners
+    if not listeners.get(name):
+        return False
+    listeners.setdefault(f"{name}{SEPARATOR}{sublogger}", []).append(listeners[name][-1])
+    return True
+
+
+def remove_sublogger(name: str, sublogger: str) -> None:
+    """Undo one `add_sublogger`; also while Python cleans up, when no node runs and nothing is left to undo."""
+    node = running_node()
+    listeners = {} if node is None else log_of(node.kernel).listeners
+    if listeners.get(full := f"{name}{SEPARATOR}{sublogger}"):
+        listeners[full].pop()
+
+
+def write(severity: int, name: str, message: str, function: str, file: str, line: int) -> None:
+    """Log a message. What is logged outside of a run, as while a module is imported, is not kept."""
+    node = running_node()
+    if node is None:
+        return
+    log = log_of(node.kernel)
+    if severity >= log.level(name):
+        entry = LogEntry(node.kernel.now_s, Severity(severity), name, message, function, file, line)
+        log.entries.append(entry)
+        for listener in log.listeners.get(name, ())[-1:]:
+            listener(entry)

@@ -1,0 +1,67 @@
+"""Lets `rclpy`, as it is installed, run in virtual time: the extension is replaced before `rclpy` is imported."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import ModuleType
+
+from pytest_hricdv.extra.ros2.executor import check_entities_when_waiting
+from pytest_hricdv.extra.ros2.extension import NAME, extension
+from pytest_hricdv.extra.ros2.ordered_set import order_sets_of_rclpy
+from pytest_hricdv.runtime.kernel import KernelError
+from pytest_hricdv.runtime.virtual.modules import VirtualModules
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+_TYPE_SUPPORTS = "rosidl_generator_py"
+
+
+class _TypeSupport:
+    """What a message class asks for its conversion to C: nothing is converted, but it wants to have it."""
+
+    def __getattr__(self, name: str) -> object:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return f"{name}: not converted"
+
+
+def replace_extension() -> None:
+    """Put our module in the place of the extension, for this process; a second time has no effect.
+
+    Raises:
+        KernelError: `rclpy` has its real extension already.
+    """
+    if isinstance(sys.modules.get(NAME), ModuleType) and vars(sys.modules[NAME]).get("__file__"):
+        raise KernelError(
+            "rclpy was imported before its extension could be replaced: import nothing of it before the testbench is "
+            "loaded, or run the tests in a process of their own"
+        )
+    if NAME not in sys.modules:
+        sys.modules[NAME] = extension()
+        supports = ModuleType(_TYPE_SUPPORTS)
+        vars(supports)["import_type_support"] = lambda package: _TypeSupport()
+        sys.modules[_TYPE_SUPPORTS] = supports
+
+
+@contextmanager
+def virtual_rclpy(*packages: str) -> Iterator[None]:
+    """In the block, `rclpy` and these packages of the code under test run in virtual time.
+
+    Nodes of the kernel that use them need `Kernel.virtual` with "time" and "threading".
+    """
+    replace_extension()
+    modules = VirtualModules(["rclpy", *packages])
+    modules.imported.append(adapt_rclpy)
+    with modules.installed():
+        yield
+
+
+def adapt_rclpy() -> None:
+    """Adapt what is loaded of `rclpy`: the order of its sets, how its executors wait, and what pytest shows of it."""
+    order_sets_of_rclpy()
+    for name in [each for each in sys.modules if each.partition(".")[0] == "rclpy"]:
+        vars(sys.modules[name])["__tracebackhide__"] = True
+    if "rclpy.executors" in sys.modules:
+        check_entities_when_waiting(sys.modules["rclpy.executors"])

@@ -1,0 +1,212 @@
+"""Quality of service: profiles, and which publishers and subscriptions match (DDS 1.4, 2.2.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from typing import Any
+
+from pytest_hricdv.extra.ros2.clocks import Duration
+
+INFINITE_NS = 2**63 - 1
+BEST_AVAILABLE_NS = INFINITE_NS - 1
+
+INVALID_POLICY = 1
+_DURABILITY_POLICY, _DEADLINE_POLICY, _LIVELINESS_POLICY, _RELIABILITY_POLICY, _LEASE_POLICY = 2, 4, 8, 16, 256
+"""As `rclpy.qos.QoSPolicyKind` numbers them."""
+
+KEEP_LAST, KEEP_ALL = 1, 2
+RELIABLE, BEST_EFFORT = 1, 2
+TRANSIENT_LOCAL, VOLATILE = 1, 2
+AUTOMATIC, MANUAL_BY_TOPIC = 1, 3
+_UNKNOWN_LIVELINESS, _BEST_LIVELINESS = 4, 5
+_SYSTEM_DEFAULT, _UNKNOWN, _BEST_AVAILABLE = 0, 3, 4
+
+
+class QoSCompatibility(IntEnum):
+    """As `rmw_qos_compatibility_type_t`."""
+
+    OK = 0
+    WARNING = 1
+    ERROR = 2
+
+
+@dataclass(frozen=True)
+class CompatibilityResult:
+    """As `QoSCheckCompatibleResult`."""
+
+    compatibility: QoSCompatibility = QoSCompatibility.OK
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The policies by their numbers in rmw; durations in ns, of which 0 says nothing."""
+
+    history: int = KEEP_LAST
+    depth: int = 10
+    reliability: int = RELIABLE
+    durability: int = VOLATILE
+    lifespan_ns: int = 0
+    deadline_ns: int = 0
+    liveliness: int = _SYSTEM_DEFAULT
+    lease_ns: int = 0
+    avoid_conventions: bool = False
+
+    @property
+    def queue_length(self) -> int | None:
+        """How many messages a queue keeps; None: all."""
+        return None if self.history == KEEP_ALL else max(self.depth, 1)
+
+    @property
+    def is_transient_local(self) -> bool:
+        """Whether a publisher keeps messages for later subscriptions."""
+        return self.durability == TRANSIENT_LOCAL
+
+    @property
+    def finite_deadline_ns(self) -> int:
+        """The deadline (ns); 0: none."""
+        return self.deadline_ns if self.deadline_ns < BEST_AVAILABLE_NS else 0
+
+    @property
+    def finite_lifespan_ns(self) -> int:
+        """How long a message is worth anything (ns); 0: for ever."""
+        return self.lifespan_ns if self.lifespan_ns < BEST_AVAILABLE_NS else 0
+
+    @property
+    def finite_lease_ns(self) -> int:
+        """The lease of the liveliness (ns); 0: for ever."""
+        return self.lease_ns if self.lease_ns < BEST_AVAILABLE_NS else 0
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `rclpy.qos.QoSProfile` takes it."""
+        from rclpy.duration import Duration as RclpyDuration  # type: ignore[import-not-found, unused-ignore]
+
+        return {
+            "depth": self.depth,
+            "history": self.history,
+            "reliability": self.reliability,
+            "durability": self.durability,
+            "lifespan": RclpyDuration(nanoseconds=self.lifespan_ns),
+            "deadline": RclpyDuration(nanoseconds=self.deadline_ns),
+            "liveliness": self.liveliness,
+            "liveliness_lease_duration": RclpyDuration(nanoseconds=self.lease_ns),
+            "avoid_ros_namespace_conventions": self.avoid_conventions,
+        }
+
+
+_UNKNOWN_PROFILE = Profile(_UNKNOWN, 0, _UNKNOWN, _UNKNOWN, liveliness=_UNKNOWN_LIVELINESS)
+
+PREDEFINED = {
+    "qos_profile_default": Profile(),
+    "qos_profile_sensor_data": Profile(depth=5, reliability=BEST_EFFORT),
+    "qos_profile_services_default": Profile(),
+    "qos_profile_parameters": Profile(depth=1000),
+    "qos_profile_parameter_events": Profile(depth=1000),
+    "qos_profile_system_default": Profile(_SYSTEM_DEFAULT, 0, _SYSTEM_DEFAULT, _SYSTEM_DEFAULT),
+    "qos_profile_unknown": _UNKNOWN_PROFILE,
+    "qos_profile_best_available": Profile(
+        reliability=_BEST_AVAILABLE,
+        durability=_BEST_AVAILABLE,
+        deadline_ns=BEST_AVAILABLE_NS,
+        liveliness=_BEST_LIVELINESS,
+        lease_ns=BEST_AVAILABLE_NS,
+    ),
+}
+"""Name -> profile, with the values of rmw's `qos_profiles.h`."""
+
+ACTION_STATUS = Profile(depth=1, durability=TRANSIENT_LOCAL)
+"""Of an action's status topic."""
+
+
+class RmwProfile(Profile):
+    """As `rmw_qos_profile_t`: `rclpy` makes it of numbers and durations."""
+
+    def __init__(
+        self,
+        history: int,
+        depth: int,
+        reliability: int,
+        durability: int,
+        lifespan: Duration,
+        deadline: Duration,
+        liveliness: int,
+        lease: Duration,
+        avoid_conventions: bool,
+    ) -> None:
+        super().__init__(
+            int(history),
+            depth,
+            int(reliability),
+            int(durability),
+            lifespan.nanoseconds,
+            deadline.nanoseconds,
+            int(liveliness),
+            lease.nanoseconds,
+            avoid_conventions,
+        )
+
+    @staticmethod
+    def predefined(name: str) -> Profile:
+        """The profile of that name. Raises ValueError if there is none."""
+        if name not in PREDEFINED:
+            raise ValueError(f"Requested unknown rmw_qos_profile: {name}")
+        return PREDEFINED[name]
+
+
+def effective(profile: Profile) -> Profile:
+    """With what is left to the system decided: reliable, volatile, keep the last, automatic."""
+    return replace(
+        Profile(**vars(profile)),
+        history=KEEP_LAST if profile.history == _SYSTEM_DEFAULT else profile.history,
+        reliability=RELIABLE if profile.reliability == _SYSTEM_DEFAULT else profile.reliability,
+        durability=VOLATILE if profile.durability == _SYSTEM_DEFAULT else profile.durability,
+        liveliness=AUTOMATIC if profile.liveliness == _SYSTEM_DEFAULT else profile.liveliness,
+    )
+
+
+def mismatches(offered: Profile, requested: Profile) -> list[tuple[int, str]]:
+    """Policies by which a publisher's and a subscription's profile do not match, and why; empty if they match."""
+    found = []
+    if offered.reliability == BEST_EFFORT and requested.reliability == RELIABLE:
+        found.append((_RELIABILITY_POLICY, "Best effort publisher and reliable subscription"))
+    if offered.durability == VOLATILE and requested.durability == TRANSIENT_LOCAL:
+        found.append((_DURABILITY_POLICY, "Volatile publisher and transient local subscription"))
+    if _longer(offered.deadline_ns, requested.deadline_ns):
+        found.append((_DEADLINE_POLICY, "Subscription deadline is less than publisher deadline"))
+    if offered.liveliness == AUTOMATIC and requested.liveliness == MANUAL_BY_TOPIC:
+        found.append((_LIVELINESS_POLICY, "Publisher's liveliness is automatic and subscription's is manual by topic"))
+    if _longer(offered.lease_ns, requested.lease_ns):
+        found.append((_LEASE_POLICY, "Subscription's liveliness lease duration is less than publisher's"))
+    return found
+
+
+def _longer(offered_ns: int, requested_ns: int) -> bool:
+    """Whether more is offered than is requested; nothing said is as good as for ever, and the best available fits."""
+    if BEST_AVAILABLE_NS in (offered_ns, requested_ns):
+        return False
+    return (offered_ns or INFINITE_NS) > (requested_ns or INFINITE_NS)
+
+
+def _doubts(offered: Profile, requested: Profile) -> list[str]:
+    """What may not match, as one of the two leaves it to the system."""
+    undecided = (_SYSTEM_DEFAULT, _UNKNOWN)
+    found = []
+    for name, could_be, wanted, offers, requests in (
+        ("Reliability", BEST_EFFORT, RELIABLE, offered.reliability, requested.reliability),
+        ("Durability", VOLATILE, TRANSIENT_LOCAL, offered.durability, requested.durability),
+    ):
+        if (offers in undecided and requests in (wanted, *undecided)) or (offers == could_be and requests in undecided):
+            found.append(f"{name} is left to the system, and may not match")
+    return found
+
+
+def check_compatible(offered: Profile, requested: Profile) -> CompatibilityResult:
+    """As `rmw_qos_profile_check_compatible`."""
+    errors = mismatches(offered, requested)
+    if errors:
+        return CompatibilityResult(QoSCompatibility.ERROR, "".join(f"ERROR: {why};" for _, why in errors))
+    doubts = _doubts(offered, requested)
+    if doubts:
+        return CompatibilityResult(QoSCompatibility.WARNING, "".join(f"WARNING: {each};" for each in doubts))
+    return CompatibilityResult()

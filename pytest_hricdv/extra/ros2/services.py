@@ -1,0 +1,221 @@
+"""Services and clients: a request waits in the service's queue until it is taken, the response in the client's."""
+
+from __future__ import annotations
+
+import sys
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from pytest_hricdv.extra.ros2.clocks import Clock, system_ns
+from pytest_hricdv.extra.ros2.contexts import Node
+from pytest_hricdv.extra.ros2.handles import Awaited
+from pytest_hricdv.extra.ros2.introspection import Introspection, IntrospectionState, ServiceEvent
+from pytest_hricdv.extra.ros2.messages import copy_message, type_name
+from pytest_hricdv.extra.ros2.qos import Profile, effective
+from pytest_hricdv.runtime.kernel import Node as KernelNode
+from pytest_hricdv.runtime.place import place_of
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+
+@dataclass(frozen=True)
+class RequestId:
+    """As `rmw_request_id_t`: which request of which client."""
+
+    sequence_number: int
+    client: Client
+
+
+@dataclass(frozen=True)
+class ServiceInfo:
+    """As `rmw_service_info_t`, times in ns."""
+
+    request_id: RequestId
+    source_timestamp: int
+    received_timestamp: int
+
+
+class _ServiceEndpoint(Awaited):
+    """What services and clients have in common: a name, and introspection."""
+
+    kind: type[Any]
+
+    def __init__(self, node: Node, kind: type[Any], name: str) -> None:
+        super().__init__(node.kernel)
+        self._node, self.kind, self._full_name = node, kind, node.resolve(name)
+        self._introspection: Introspection | None = None
+        node.admit(self._full_name, kind)
+
+    @property
+    def node(self) -> Node:
+        """The node that it is of."""
+        return self._node
+
+    def configure_introspection(self, clock: Clock, profile: Profile, state: IntrospectionState) -> None:
+        """Publish what it sends and receives from now on, or no more."""
+        if self._introspection is not None:
+            self._introspection.close()
+        is_on = state is not IntrospectionState.OFF
+        arguments = (self._node, self.kind, self._full_name, clock, profile, state)
+        self._introspection = Introspection(*arguments) if is_on else None
+
+    def _tell(self, event: ServiceEvent, request_id: RequestId, content: Any) -> None:
+        if self._introspection is not None:
+            self._introspection.publish(event, request_id.client.pointer, request_id.sequence_number, content)
+
+    def _send(self, direction: str, content: Any, deliver: Callable[[Any], None], is_heard: Callable[[], bool]) -> None:
+        """Deliver a request or a response, which nobody changes any more."""
+        sent, carrier = copy_message(content), self._node.graph.carrier
+        if carrier is None:
+            deliver(sent)
+            return
+        sender = self._node.get_fully_qualified_name()
+        carrier.carry(sender, self._full_name, direction, sent, partial(deliver, sent), is_heard)
+
+    def _stop_telling(self) -> None:
+        if self._introspection is not None:
+            self._introspection.close()
+
+
+class Service(_ServiceEndpoint):
+    """As `rcl_service_t`. Raises ValueError for a wrong name."""
+
+    def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
+        super().__init__(node, kind, name)
+        self._profile = effective(profile)
+        self._requests: deque[tuple[Any, RequestId, int]] = deque()
+        node.graph.services.setdefault(self.name, []).append(self)
+
+    def destroy(self) -> None:
+        """Leave the graph; requests that wait are never answered."""
+        self._stop_telling()
+        self._node.graph.services[self.name].remove(self)
+
+    @property
+    def name(self) -> str:
+        """Its full name."""
+        return self._full_name
+
+    @property
+    def qos(self) -> dict[str, Any]:
+        """Its quality of service."""
+        return self._profile.to_dict()
+
+    def is_ready(self) -> bool:
+        """Whether there is a request."""
+        return bool(self._requests)
+
+    def deliver(self, request: Any, request_id: RequestId) -> None:
+        """Add a request to the queue."""
+        self._requests.append((request, request_id, system_ns(self.kernel)))
+        self.wake()
+
+    def service_take_request(self, kind: type[Any]) -> tuple[Any, ServiceInfo] | tuple[None, None]:
+        """The oldest request, and whose it is; (None, None) if there is none."""
+        if not self._requests:
+            return None, None
+        request, request_id, sent_ns = self._requests.popleft()
+        self._tell(ServiceEvent.REQUEST_RECEIVED, request_id, request)
+        return request, ServiceInfo(request_id, sent_ns, sent_ns)
+
+    def service_send_response(self, response: Any, header: RequestId) -> None:
+        """Answer a request."""
+        self._tell(ServiceEvent.RESPONSE_SENT, header, response)
+        client = header.client
+        self._send("response", response, lambda sent: client.deliver(copy_message(sent), header), lambda: True)
+
+
+@dataclass(frozen=True)
+class LostRequest:
+    """A request for which there was no server: when it was sent (s of simulated time), and at which line."""
+
+    time_s: float
+    place: str
+
+
+class Client(_ServiceEndpoint):
+    """As `rcl_client_t`. Raises ValueError for a wrong name."""
+
+    def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
+        super().__init__(node, kind, name)
+        self._sent = self._answered = 0
+        self.asked_by: KernelNode | None = None
+        """The node of the kernel that asked last."""
+        self.lost: dict[int, LostRequest] = {}
+        """Number of a request -> where it was sent, of those that no server got."""
+        self.missed_since_s: float | None = None
+        """Since when a server has been looked for, and not been found (s of simulated time)."""
+        self._responses: deque[tuple[Any, RequestId, int]] = deque()
+        node.graph.clients.setdefault(self.service_name, []).append(self)
+
+    def destroy(self) -> None:
+        """Leave the graph; responses on their way are lost."""
+        self._stop_telling()
+        self._node.graph.clients[self.service_name].remove(self)
+        self._responses.clear()
+
+    @property
+    def service_name(self) -> str:
+        """The full name of the service."""
+        return self._full_name
+
+    def servers(self) -> list[Service]:
+        """Its servers."""
+        every = self._node.graph.services.get(self.service_name, ())
+        return [each for each in every if type_name(each.kind) == type_name(self.kind)]
+
+    def service_server_is_available(self) -> bool:
+        """Whether there is a server; counts as a poll."""
+        self.kernel.count_poll()
+        is_served = bool(self.servers())
+        if is_served:
+            self.missed_since_s = None
+        elif self.missed_since_s is None:
+            self.missed_since_s = self.kernel.now_s
+        return is_served
+
+    def send_request(self, request: Any) -> int:
+        """Ask; returns the number of the request. Without a server the request is lost, as in a middleware."""
+        self._sent += 1
+        self.asked_by = self.kernel.running()
+        if not self.servers():
+            self.lost[self._sent] = LostRequest(self.kernel.now_s, place_of(sys._getframe(1)))
+        self._tell(ServiceEvent.REQUEST_SENT, RequestId(self._sent, self), request)
+        self._send("request", request, partial(self._deliver_request, RequestId(self._sent, self)), self._is_served)
+        return self._sent
+
+    def _deliver_request(self, request_id: RequestId, request: Any) -> None:
+        for server in self.servers():
+            server.deliver(copy_message(request), request_id)
+
+    def _is_served(self) -> bool:
+        return bool(self.servers())
+
+    def is_ready(self) -> bool:
+        """Whether there is a response."""
+        return bool(self._responses)
+
+    def deliver(self, response: Any, request_id: RequestId) -> None:
+        """Add a response to the queue."""
+        self._answered = request_id.sequence_number
+        self._responses.append((response, request_id, system_ns(self.kernel)))
+        self.wake()
+
+    def is_unanswered(self) -> bool:
+        """Whether the last request has no response yet."""
+        return self._answered < self._sent
+
+    def was_answered_before(self) -> bool:
+        """Whether a response has been there since before the present instant."""
+        return bool(self._responses) and self._responses[0][2] < system_ns(self.kernel)
+
+    def take_response(self, kind: type[Any]) -> tuple[ServiceInfo, Any] | tuple[None, None]:
+        """To which request the oldest response is, and the response; (None, None) if there is none."""
+        if not self._responses:
+            return None, None
+        response, request_id, sent_ns = self._responses.popleft()
+        self._tell(ServiceEvent.RESPONSE_RECEIVED, request_id, response)
+        return ServiceInfo(request_id, sent_ns, sent_ns), response

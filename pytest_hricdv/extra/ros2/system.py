@@ -1,0 +1,172 @@
+"""A ROS 2 system in a run: its nodes are started as the code under test, and the world gets its side of the graph."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import sys
+from collections.abc import Callable, Sequence
+from importlib import metadata
+
+from pytest_hricdv.extra.ros2.arguments import UnknownROSArgsError, parse
+from pytest_hricdv.extra.ros2.bridge import Bridge
+from pytest_hricdv.extra.ros2.clocks import need_no_clock_topic
+from pytest_hricdv.extra.ros2.declaration import Ros2, Ros2Error
+from pytest_hricdv.extra.ros2.graph import carry_with
+from pytest_hricdv.extra.ros2.handles import RCLError
+from pytest_hricdv.extra.ros2.launch import LaunchError, RosNode
+from pytest_hricdv.extra.ros2.overlay import adapt_rclpy, replace_extension
+from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
+from pytest_hricdv.extra.ros2.stuck import stuck_nodes
+from pytest_hricdv.extra.ros2.world import WorldNode
+from pytest_hricdv.runtime import Bus, Kernel
+from pytest_hricdv.runtime.kernel import KernelError
+from pytest_hricdv.runtime.virtual import VirtualModules
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+_OLDEST = (7, 1)
+"""The version of `rclpy` of the distribution jazzy."""
+
+_LIBRARIES = ("rclpy", "tf2_ros", "message_filters")
+"""Packages of a distribution that wait with `threading` and `time`: they see virtual time in each testbench."""
+
+_USED = ("rclpy", "rclpy.executors", "rclpy.lifecycle.node", "rclpy.time_source", "rclpy.action")
+"""Imported before any node runs, so that what they set is known as it is after the import."""
+
+_CHECK_FIELDS = "ROS_PYTHON_CHECK_FIELDS"
+"""The variable of the environment that generated messages read when they are imported, into one of the same name."""
+
+Wrapper = Callable[[Callable[[], None]], Callable[[], None]]
+
+
+class Ros2System:
+    """The world's side of a system that was started."""
+
+    def __init__(self, kernel: Kernel) -> None:
+        self._kernel = kernel
+
+    def node(self, name: str, namespace: str = "/") -> WorldNode:
+        """A node of the world in the ROS graph, such as a simulated sensor."""
+        return WorldNode(self._kernel, name, namespace)
+
+
+class Ros2Overlay:
+    """`rclpy` in virtual time, for one run.
+
+    Args:
+        declared: by the testbench.
+        code: the packages under test.
+
+    Raises:
+        Ros2Error: as of `prepare`.
+    """
+
+    VIRTUAL = frozenset({"time", "threading"})
+    """What nodes of ROS 2 wait with."""
+
+    def __init__(self, declared: Ros2, code: Sequence[str]) -> None:
+        prepare()
+        self._declared = declared
+        self._packages = (*_LIBRARIES, *code, *declared.packages)
+        self.modules = VirtualModules(self._packages)
+        self.stuck_nodes: list[str] = []
+        """Nodes that wait for what never comes, a sentence each."""
+
+    def started(self, kernel: Kernel, bus: Bus, measured: Wrapper, nodes: Sequence[RosNode]) -> Ros2System:
+        """Start nodes, each in a process of its own.
+
+        Raises:
+            Ros2Error: a node is in none of the packages.
+            LaunchError: the code of a node is not found.
+        """
+        for name in _USED:
+            importlib.import_module(name)
+        carry_with(kernel, Bridge(bus, self._declared))
+        need_no_clock_topic(kernel)
+        mains = [self._loaded(node) for node in nodes]
+        variables = ModuleVariables(self._packages)
+        self._know(variables)
+        self.modules.imported.append(lambda: self._know(variables))
+        for node, main in zip(nodes, mains, strict=True):
+            process = Process(kernel, variables, node.command_line())
+            kernel.spawn(node.label, measured(process.running(_until_exit(main))))
+        return Ros2System(kernel)
+
+    def notice_stuck_nodes(self, kernel: Kernel, *, is_idle: bool) -> None:
+        """To be called when a run is over, before its nodes are ended; `is_idle` where nothing could go on."""
+        self.stuck_nodes = stuck_nodes(kernel, self._declared.patience_s, is_idle=is_idle)
+
+    @staticmethod
+    def _know(variables: ModuleVariables) -> None:
+        variables.update()
+        adapt_rclpy()
+
+    def _loaded(self, node: RosNode) -> Callable[[], object]:
+        if not isinstance(node, RosNode):
+            raise LaunchError(f"expected RosNode(...), not {node!r}")
+        try:
+            parse(node.command_line())
+        except (RCLError, UnknownROSArgsError) as error:
+            raise LaunchError(f"{node}: {error}") from None
+        package = node.entry_point().partition(":")[0].partition(".")[0]
+        if package not in self._packages:
+            raise Ros2Error(
+                f"{node}: its package {package!r} is neither in the testbench's code nor in Ros2(packages=...); add it "
+                "there, so that it sees virtual time"
+            )
+        return node.load()
+
+
+def _until_exit(main: Callable[[], object]) -> Callable[[], None]:
+    """A process that ends with `sys.exit()` has not failed."""
+
+    def body() -> None:
+        try:
+            main()
+        except SystemExit as error:
+            if error.code not in (None, 0):
+                raise
+
+    return body
+
+
+def prepare() -> None:
+    """Let this process be one in which `rclpy` runs in virtual time.
+
+    Raises:
+        Ros2Error: there is no `rclpy`, it is too old, or it was imported with its real extension.
+    """
+    _require_rclpy()
+    try:
+        replace_extension()
+    except KernelError as error:
+        raise Ros2Error(str(error)) from None
+    _check_fields()
+
+
+def _check_fields() -> None:
+    """Let messages check their fields when they are set, unless the user's environment says otherwise.
+
+    Since jazzy they do not by default: a wrong name is ignored, a value of a wrong type becomes any value on its way.
+    """
+    wanted = os.environ.setdefault(_CHECK_FIELDS, "1")
+    for module in list(sys.modules.values()):
+        names = getattr(module, "__dict__", {})
+        if _CHECK_FIELDS.lower() in names:
+            names[_CHECK_FIELDS.lower()] = wanted
+
+
+def _require_rclpy() -> None:
+    if importlib.util.find_spec("rclpy") is None:
+        raise Ros2Error(
+            "rclpy cannot be imported: it is not on PyPI, but part of a ROS 2 distribution (jazzy or later); run "
+            "`source /opt/ros/DISTRIBUTION/setup.bash` before pytest, in a Python of the distribution's version"
+        )
+    try:
+        version = metadata.version("rclpy")
+    except metadata.PackageNotFoundError:
+        return  # a checkout; what it lacks says so itself
+    if tuple(int(part) for part in version.split(".")[:2] if part.isdigit()) < _OLDEST:
+        oldest = ".".join(map(str, _OLDEST))
+        raise Ros2Error(f"rclpy {version} is not supported: expected {oldest} (ROS 2 jazzy) or later")

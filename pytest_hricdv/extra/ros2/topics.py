@@ -1,0 +1,180 @@
+"""Publishers and subscriptions. A message arrives at the instant at which it is published, as a copy."""
+
+from __future__ import annotations
+
+from collections import deque
+from functools import partial
+from typing import Any
+
+from pytest_hricdv.extra.ros2.cdr import deserialize, serialize
+from pytest_hricdv.extra.ros2.clocks import system_ns
+from pytest_hricdv.extra.ros2.contexts import Node
+from pytest_hricdv.extra.ros2.events import EndpointEvents
+from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable
+from pytest_hricdv.extra.ros2.messages import copy_message, type_name
+from pytest_hricdv.extra.ros2.qos import Profile, effective, mismatches
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+
+class _Endpoint:
+    """What publishers and subscriptions have in common."""
+
+    node: Node
+    topic: str
+    kind: type[Any]
+    profile: Profile
+    events: EndpointEvents
+    last_ns: int | None = None
+    """When the last message was sent or came, in the kernel's time (ns)."""
+
+    def get_topic_name(self) -> str:
+        """The full name of its topic."""
+        return self.topic
+
+    def get_logger_name(self) -> str:
+        """The name of its node's logger."""
+        return self.node.logger_name()
+
+    def matches(self, subscription: Subscription) -> bool:
+        """Whether messages of this publisher reach it."""
+        same_type = type_name(self.kind) == type_name(subscription.kind)
+        return same_type and not mismatches(self.profile, subscription.profile)
+
+
+def _match(publisher: Publisher, subscription: Subscription) -> None:
+    """Count an event at both: that they match, or why they do not; to be called when one of them is new."""
+    same_type = type_name(publisher.kind) == type_name(subscription.kind)
+    faults = mismatches(publisher.profile, subscription.profile)
+    for endpoint in (publisher, subscription):
+        if not same_type:
+            endpoint.events.differ()
+        elif faults:
+            endpoint.events.mismatch(faults[0][0])
+        else:
+            endpoint.events.match(1)
+
+
+class Publisher(_Endpoint, Destroyable):
+    """As `rcl_publisher_t`. Raises ValueError for a wrong topic."""
+
+    def __init__(self, node: Node, kind: type[Any], topic: str, profile: Profile) -> None:
+        super().__init__(node.kernel)
+        self.node, self.kind, self.topic, self.profile = node, kind, node.resolve(topic), effective(profile)
+        node.admit(self.topic, kind)
+        self.events = EndpointEvents()
+        self._published = 0
+        self._kept: deque[tuple[Any, dict[str, int]]] = deque(maxlen=self.profile.queue_length)
+        node.graph.publishers.setdefault(self.topic, []).append(self)
+        for subscription in node.graph.subscriptions.get(self.topic, ()):
+            _match(self, subscription)
+
+    def destroy(self) -> None:
+        """Leave the graph."""
+        self.node.graph.publishers[self.topic].remove(self)
+        for subscription in self._subscriptions():
+            subscription.events.match(-1)
+
+    def assert_liveliness(self) -> None:
+        """Say that it is alive, without a message."""
+        self.last_ns = self.kernel.now_us * 1000
+
+    def _subscriptions(self) -> list[Subscription]:
+        return [each for each in self.node.graph.subscriptions.get(self.topic, ()) if self.matches(each)]
+
+    def get_subscription_count(self) -> int:
+        """How many subscriptions its messages reach."""
+        return len(self._subscriptions())
+
+    def publish(self, message: Any) -> None:
+        """Deliver a copy to each subscription that matches. Raises TypeError for a message of another type."""
+        if not isinstance(message, self.kind):
+            raise TypeError(f"{self.topic}: expected a {type_name(self.kind)}, not {message!r}")
+        self._published += 1
+        self.last_ns = self.kernel.now_us * 1000
+        stamp_ns = system_ns(self.kernel)
+        info = {"source_timestamp": stamp_ns, "publication_sequence_number": self._published}
+        carrier = self.node.graph.carrier
+        if carrier is None:
+            self._deliver(message, info)
+            return
+        sent, sender = copy_message(message), self.node.get_fully_qualified_name()
+        carrier.carry(sender, self.topic, "", sent, partial(self._deliver, sent, info), self._is_heard)
+
+    def _deliver(self, message: Any, info: dict[str, int]) -> None:
+        if self.profile.is_transient_local:
+            self._kept.append((copy_message(message), info))
+        for subscription in self._subscriptions():
+            subscription.deliver(copy_message(message), info, self.profile.finite_lifespan_ns)
+
+    def _is_heard(self) -> bool:
+        return bool(self._subscriptions())
+
+    def publish_raw(self, data: bytes) -> None:
+        """Publish the message that these bytes are. Raises CdrError if they are none."""
+        self.publish(deserialize(data, self.kind))
+
+    def send_kept(self, subscription: Subscription) -> None:
+        """Deliver the messages that it has kept to a new subscription."""
+        if self.matches(subscription) and subscription.profile.is_transient_local:
+            for message, info in self._kept:
+                subscription.deliver(copy_message(message), info, self.profile.finite_lifespan_ns)
+
+    def wait_for_all_acked(self, timeout: object) -> bool:
+        """Whether all has arrived: it has, at once."""
+        return True
+
+
+class Subscription(_Endpoint, Awaited):
+    """As `rcl_subscription_t`. Raises ValueError for a wrong topic."""
+
+    def __init__(self, node: Node, kind: type[Any], topic: str, profile: Profile) -> None:
+        super().__init__(node.kernel)
+        self.node, self.kind, self.topic, self.profile = node, kind, node.resolve(topic), effective(profile)
+        node.admit(self.topic, kind)
+        self._queue: deque[tuple[Any, dict[str, int], int]] = deque(maxlen=self.profile.queue_length)
+        self.events = EndpointEvents()
+        self._received = 0
+        node.graph.subscriptions.setdefault(self.topic, []).append(self)
+        for publisher in node.graph.publishers.get(self.topic, ()):
+            _match(publisher, self)
+            publisher.send_kept(self)
+
+    def destroy(self) -> None:
+        """Leave the graph."""
+        self.node.graph.subscriptions[self.topic].remove(self)
+        for publisher in self.node.graph.publishers.get(self.topic, ()):
+            if publisher.matches(self):
+                publisher.events.match(-1)
+
+    def is_ready(self) -> bool:
+        """Whether there is a message."""
+        while self._queue and self._is_stale(*self._queue[0][1:]):
+            self._queue.popleft()
+        return bool(self._queue)
+
+    def _is_stale(self, info: dict[str, int], lifespan_ns: int) -> bool:
+        """Whether the lifespan of a message is over (DDS 1.4, 2.2.3.16)."""
+        return lifespan_ns > 0 and info["source_timestamp"] + lifespan_ns <= system_ns(self.kernel)
+
+    def deliver(self, message: Any, info: dict[str, int], lifespan_ns: int = 0) -> None:
+        """Add a message to the queue, unless its lifespan is over; the oldest one goes if there are too many."""
+        if self._is_stale(info, lifespan_ns):
+            return
+        self._received += 1
+        self.last_ns = self.kernel.now_us * 1000
+        stamp_ns = system_ns(self.kernel)
+        received = {"received_timestamp": stamp_ns, "reception_sequence_number": self._received}
+        self._queue.append((message, {**info, **received}, lifespan_ns))
+        self.wake()
+
+    def take_message(self, kind: type[Any], raw: bool) -> tuple[Any, dict[str, int]] | None:
+        """The oldest message and when it was sent and came; None if there is none."""
+        if not self.is_ready():
+            return None
+        message, info, _ = self._queue.popleft()
+        return (serialize(message, kind) if raw else message), info
+
+    def get_publisher_count(self) -> int:
+        """How many publishers reach it."""
+        return sum(each.matches(self) for each in self.node.graph.publishers.get(self.topic, ()))

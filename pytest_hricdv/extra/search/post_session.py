@@ -1,0 +1,201 @@
+"""What a session does when all tests have run, where it was asked to: shrink failures, search for violations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from pytest_hricdv.execution.case import CaseResult, HriCase
+from pytest_hricdv.extra.search import Budget
+from pytest_hricdv.extra.search.records import SearchResult, ShrunkTest
+from pytest_hricdv.extra.search.replay import Origin
+from pytest_hricdv.extra.search.searching import Searching
+from pytest_hricdv.extra.search.shrink import FailureSignature, Shrunk, failure_signature, has_signature, shrink
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.monitor import Criterion
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.session.options import Options
+from pytest_hricdv.session.replaying import Rerunning, named
+
+if TYPE_CHECKING:
+    from pytest_hricdv.extra.cluster.remote_runs import RemoteRuns
+
+SHRUNK = "shrunk"
+ELSEWHERE = "it did not fail again outside of its test function: does a fixture change what the run depends on?"
+
+
+def shortest_failures(results: Iterable[TestResult], requirements: Iterable[Criterion]) -> dict[str, TestResult]:
+    """Requirement -> the shortest test that failed it, by actions and then by id; where one did.
+
+    A test that is outside of the condition under which violations are known comes before the others.
+    """
+    found = {}
+    by_length = sorted(results, key=lambda result: (len(result.abstract), result.id, result.nodeid))
+    for requirement in requirements:
+        failed = [result for result in by_length if result.violates(requirement.id)]
+        if failed:
+            found[requirement.id] = min(failed, key=lambda result: not result.requirements[requirement.id].outside)
+    return found
+
+
+@dataclass
+class Shrinking:
+    """Makes a failure as short as possible: a test, and the requirement that it failed.
+
+    One process does it at the end, not each worker when a test fails: so the result does not depend on how tests were
+    distributed over workers, and no requirement is shrunk twice.
+
+    Args:
+        rerunning: runs tests.
+        requirement: that failed.
+        case: the test that failed it.
+        nodeid: of the pytest item that ran it.
+    """
+
+    rerunning: Rerunning
+    requirement: Criterion
+    case: HriCase
+    nodeid: str
+
+    def __post_init__(self) -> None:
+        self._wanted: FailureSignature | None = None
+        self._outside = False
+        self._best: CaseResult | None = None
+
+    def shrink(self, budget: Budget) -> ShrunkTest:
+        """Shrink it; keeps the result as a replay file."""
+        try:
+            if budget.runs > 0:
+                budget.spend()
+                self._learn_reason()
+        except KeyboardInterrupt:
+            return self._record(Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "interrupted"))
+        if self._best is None:
+            return self._record(Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "done"), ELSEWHERE)
+        return self._record(shrink(self.case.concrete, self.case.ranges, self._fails, budget))
+
+    def _learn_reason(self) -> None:
+        result = self._run(self.case.concrete)
+        verdict = result and result.verdict(self.requirement.id)
+        if verdict and verdict.violations:
+            wanted = next((each for each in verdict.violations if each.outside), verdict.violations[0])
+            self._wanted, self._outside = failure_signature(self.requirement, wanted), wanted.outside
+            self._best = result
+
+    def _fails(self, test: ConcreteTest) -> bool:
+        result = self._run(test)
+        if result is None or self._wanted is None:
+            return False
+        verdict = result.verdict(self.requirement.id)
+        same = has_signature(self.requirement, self._wanted, verdict, outside=self._outside)
+        if same:
+            self._best = result
+        return same
+
+    def _run(self, test: ConcreteTest) -> CaseResult | None:
+        # Under the id that the test will have: a run is a function of all of its test.
+        return self.rerunning.run(named(test, f"{self.requirement.id}-{SHRUNK}"))
+
+    def _record(self, found: Shrunk, note: str = "") -> ShrunkTest:
+        made, replay = None, None
+        if self._best is not None and found.test != self.case.concrete:
+            origin = Origin(SHRUNK, self.case.abstract.id, self.requirement.id, found.runs)
+            made, replay = self.rerunning.keep(self.case, self._best, self.nodeid, origin)
+        return ShrunkTest(
+            id=None if made is None else made.abstract.id,
+            replay=replay,
+            abstract=tuple(action.command for action in found.test.actions),
+            concrete=tuple(self.case.ranges.shown(found.test)),
+            actions_before=len(self.case.concrete.actions),
+            runs=found.runs,
+            wall_s=round(found.wall_s, 3),
+            ended=found.ended,
+            reason=tuple(self._wanted or ()),
+            note=note,
+        )
+
+
+Searched = tuple[Criterion, SearchResult, HriCase | None]
+"""A requirement, what a search for its violation came to, and the test that violates it where one was found."""
+
+
+@dataclass
+class PostSession:
+    """Shrinks and searches; stops at Ctrl-C, and keeps what was found until then.
+
+    Args:
+        rerunning: runs tests.
+        options: of the session.
+        chosen: node id -> test, of the session.
+        say: receives progress messages.
+        remote: of a cluster that runs tests of searches; None: they run here.
+    """
+
+    rerunning: Rerunning
+    options: Options
+    chosen: Mapping[str, HriCase]
+    say: Callable[[str], None]
+    remote: RemoteRuns | None = None
+    interrupted: bool = field(default=False, init=False)
+    problems: list[str] = field(default_factory=list, init=False)
+    """Violations that were found and are not known."""
+
+    def shrink(self, results: Iterable[TestResult]) -> list[TestResult]:
+        """Shrink the shortest failure of each requirement; returns the results, with what they were shrunk to."""
+        requirements = {requirement.id: requirement for requirement in self.rerunning.requirements}
+        by_nodeid = {result.nodeid: result for result in results}
+        for name, failed in shortest_failures(by_nodeid.values(), requirements.values()).items():
+            if not self.interrupted:
+                shrunk = self._shrunk(requirements[name], self.chosen[failed.nodeid], failed.nodeid)
+                result = by_nodeid[failed.nodeid]
+                by_nodeid[failed.nodeid] = replace(result, shrunk={**result.shrunk, name: shrunk})
+        return [*by_nodeid.values()]
+
+    def _shrunk(self, requirement: Criterion, case: HriCase, nodeid: str) -> ShrunkTest:
+        self.say(f"hricdv: shrinking {case.abstract.id}, which failed {requirement.id} ...")
+        budget = Budget(self.options.shrink_runs, self.options.shrink_seconds)
+        shrunk = Shrinking(self.rerunning, requirement, case, nodeid).shrink(budget)
+        self.interrupted = shrunk.ended == "interrupted"
+        return shrunk
+
+    def search(self, results: Iterable[TestResult]) -> dict[str, SearchResult]:
+        """Search for a violation of each requirement."""
+        found = {}
+        for requirement, record, made in self._searched(list(results)):
+            if self.interrupted:
+                break
+            self.interrupted = record.ended == "interrupted"
+            tolerated = requirement.id in self.options.known and requirement.id not in self.rerunning.known_while
+            if record.status == "violated" and (self.options.strict or not tolerated):
+                self.problems.append(f"{requirement.id} is violated by a test that a search found: {record.id}")
+            if made is not None and self.options.shrink and not self.interrupted:
+                record = replace(record, shrunk=self._shrunk(requirement, made, made.abstract.id))
+            found[requirement.id] = record
+        return found
+
+    def _searched(self, results: list[TestResult]) -> Iterator[Searched]:
+        """Search for each requirement: here one after the other, on a cluster several at a time."""
+        remote, requirements = self.remote, self.rerunning.requirements
+        judged = None if remote is None else remote.run
+        searching = Searching(self.rerunning, self.chosen, self.options.seed, judged)
+
+        def search(requirement: Criterion) -> Searched:
+            return requirement, *searching.search(requirement, results, Budget(self.options.search))
+
+        if remote is None:
+            for requirement in requirements:
+                self.say(f"hricdv: searching for a violation of {requirement.id} ...")
+                yield search(requirement)
+            return
+        where = f"{len(requirements)} requirements on {remote.cluster.address}"
+        self.say(f"hricdv: searching for violations of {where} ...")
+        with ThreadPoolExecutor(max_workers=max(1, remote.cluster.threads)) as pool:
+            try:
+                yield from pool.map(search, requirements)
+            except KeyboardInterrupt:
+                self.interrupted = True
+                remote.is_over.set()

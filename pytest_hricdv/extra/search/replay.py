@@ -1,0 +1,208 @@
+"""Replay files: one concrete test, with everything needed to repeat its run and to compare the result."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+
+from pytest_hricdv._base import atomic_file
+from pytest_hricdv._base.input_file import MalformedError, from_json, read_text
+from pytest_hricdv._base.message import InputError, quoted
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.abstract import AbstractTest, TestData
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
+from pytest_hricdv.results.model import ConcreteParameters
+
+SCHEMA = "hricdv-replay/1"
+
+
+class ReplayError(InputError):
+    """A replay file cannot be read or written; the message names the file, the cause and what to do."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a test outside the suites came from.
+
+    Args:
+        how: `shrunk` or `search`.
+        test: id of the test it was made from.
+        requirement: id of the requirement that it is about.
+        runs: how many runs it took.
+    """
+
+    how: str
+    test: str
+    requirement: str
+    runs: int
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A test that was run, and the result.
+
+    Args:
+        test: the abstract test.
+        concrete: the same with its exact parameters.
+        nodeid: the pytest item that ran it.
+        suite_seed: the seed that its suite was generated from.
+        record_sha256: of the run's record; None if the run did not end.
+        requirements: id -> verdict, as in the report.
+        code: file of the code under test -> SHA-256 of its text.
+        made_with: other things a run depends on, name -> version.
+        origin: of a test outside the suites.
+    """
+
+    test: AbstractTest
+    concrete: ConcreteTest
+    nodeid: str
+    suite_seed: int
+    record_sha256: str | None
+    requirements: Mapping[str, Any] = field(hash=False)
+    code: Mapping[str, str] = field(hash=False)
+    made_with: Mapping[str, str] = field(hash=False)
+    origin: Origin | None = None
+
+    def to_json(self) -> str:
+        """The file's text; floats are exact."""
+        actions = [{"command": a.command, "parameters": dict(a.parameters)} for a in self.concrete.actions]
+        origin = self.origin
+        plain = {
+            "schema": SCHEMA,
+            "test": self.test.to_data(),
+            "concrete": {"actions": actions, "run": dict(self.concrete.run)},
+            "nodeid": self.nodeid,
+            "suite_seed": self.suite_seed,
+            "record_sha256": self.record_sha256,
+            "requirements": dict(self.requirements),
+            "code": dict(self.code),
+            "made_with": dict(self.made_with),
+            "origin": origin
+            and {"how": origin.how, "from": origin.test, "requirement": origin.requirement, "runs": origin.runs},
+        }
+        return json.dumps(plain, sort_keys=True, indent=1, allow_nan=False) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str, where: str) -> Replay:
+        """The replay that `to_json` wrote; `where` names its file in errors.
+
+        Raises:
+            ReplayError: cut off, of another version, incomplete, or contradictory.
+        """
+        file = _decoded(text, where)
+        origin = file.origin
+        try:
+            test = AbstractTest.from_data(file.test)
+        except GenerateError as error:
+            raise ReplayError(f"{where}: {error}") from None
+        concrete = _concrete(test, file.concrete)
+        if tuple(action.command for action in concrete.actions) != test.lines:
+            raise ReplayError(f"{where}: its abstract and its concrete test have different actions; was it edited?")
+        return cls(
+            test=test,
+            concrete=concrete,
+            nodeid=file.nodeid,
+            suite_seed=file.suite_seed,
+            record_sha256=file.record_sha256,
+            requirements=file.requirements,
+            code=file.code,
+            made_with=file.made_with,
+            origin=Origin(origin.how, origin.test, origin.requirement, origin.runs) if origin else None,
+        )
+
+
+class _Origin(msgspec.Struct, frozen=True, kw_only=True):
+    how: Literal["shrunk", "search"]
+    test: str = msgspec.field(name="from")
+    requirement: str
+    runs: int
+
+
+class _File(msgspec.Struct, frozen=True):
+    """The text of a replay file; other keys are ignored."""
+
+    test: TestData
+    concrete: ConcreteParameters
+    nodeid: str
+    suite_seed: int
+    record_sha256: str | None
+    requirements: Mapping[str, Mapping[str, Any]]
+    code: Mapping[str, str]
+    made_with: Mapping[str, str]
+    origin: _Origin | None = None
+
+
+class _Head(msgspec.Struct):
+    schema: str | int | None = None
+
+
+def _decoded(text: str, where: str) -> _File:
+    try:
+        found = from_json(text, _Head).schema
+        if found != SCHEMA:
+            raise ReplayError(
+                f"{where}: expected schema {SCHEMA!r}, found {quoted(found)}; "
+                "expected a file from the folder 'failures' of a report, or the plugin's version that wrote this one"
+            )
+        return from_json(text, _File)
+    except MalformedError as error:
+        raise ReplayError(f"{where}{error}; expected a replay file") from None
+
+
+def _concrete(test: AbstractTest, given: ConcreteParameters) -> ConcreteTest:
+    actions = tuple(ConcreteAction(each.command, _floats(each.parameters)) for each in given.actions)
+    return ConcreteTest(test.id, test.suite, test.seed, actions, _floats(given.run))
+
+
+def _floats(parameters: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(value) for name, value in parameters.items()}
+
+
+def load(path: Path) -> Replay:
+    """Read a replay file. Raises ReplayError if there is none or it is invalid, see `Replay.from_json`."""
+    return Replay.from_json(read(path), str(path))
+
+
+def read(path: Path) -> str:
+    """The text of a replay file. Raises ReplayError if there is none or it is no text."""
+    try:
+        return read_text(path)
+    except FileNotFoundError:
+        raise ReplayError(f"{path}: there is no such file") from None
+    except MalformedError as error:
+        raise ReplayError(f"{path}{error}; expected a replay file") from None
+
+
+def write(replay: Replay, folder: Path) -> Path:
+    """Write `<folder>/<test id>.json` atomically; returns its path.
+
+    Raises:
+        ReplayError: the folder cannot be written.
+    """
+    path = folder / f"{replay.test.id}.json"
+    try:
+        return atomic_file.write_text(path, replay.to_json())
+    except OSError as error:
+        raise ReplayError(f"cannot write {path}: {error.strerror or error}") from None
+
+
+def differences(replay: Replay, code: Mapping[str, str], made_with: Mapping[str, str]) -> list[str]:
+    """What has changed of the things a run depends on, as `lamps/guide.py changed` or `python 3.11.2, now 3.12.1`."""
+    found = []
+    for name in sorted(replay.code.keys() | code.keys()):
+        if name not in code:
+            found.append(f"{name} is gone")
+        elif name not in replay.code:
+            found.append(f"{name} is new")
+        elif code[name] != replay.code[name]:
+            found.append(f"{name} changed")
+    for name in sorted(replay.made_with.keys() | made_with.keys()):
+        before, now = replay.made_with.get(name, "unknown"), made_with.get(name, "unknown")
+        if before != now:
+            found.append(f"{name} {before}, now {now}")
+    return found

@@ -1,0 +1,136 @@
+"""Searching for violations beside a suite: the tests that came nearest to violating a requirement are varied."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from msgspec.structs import replace
+
+from pytest_hricdv.coverage.records import RequirementResult
+from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.extra.search import Budget
+from pytest_hricdv.extra.search.evolution_strategy import Evaluation, SearchOutcome, search_violation
+from pytest_hricdv.extra.search.records import SearchResult
+from pytest_hricdv.extra.search.replay import Origin
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.generate.rng import make_rng
+from pytest_hricdv.monitor import Criterion, Verdict
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.session.replaying import Rerunning, named
+
+SEARCH = "search"
+STARTS = 5
+"""So many tests are varied: few, or the runs are spread too thin; more than one, for the nearest may be a dead end."""
+
+
+@dataclass(frozen=True)
+class Searching:
+    """Looks for violations beside a suite: varies the tests that came nearest to violating a requirement.
+
+    The suite has checked its own tests already, so every run of a search is a new test. A requirement that the suite
+    itself violates needs no search; one that no test triggers has no margin to follow.
+
+    Args:
+        rerunning: runs tests.
+        chosen: node id -> test, of the session.
+        seed: of the session.
+        judged: runs a test elsewhere, and says what became of a requirement; None: tests run here.
+    """
+
+    rerunning: Rerunning
+    chosen: Mapping[str, HriCase]
+    seed: int
+    judged: Callable[[ConcreteTest, str], RequirementResult | None] | None = None
+
+    def search(
+        self, requirement: Criterion, results: Iterable[TestResult], budget: Budget
+    ) -> tuple[SearchResult, HriCase | None]:
+        """Search for one requirement.
+
+        Returns:
+            The record for the report, and the test that violates the requirement where one was found.
+        """
+        results = sorted(results, key=lambda result: _objective(result, requirement.id))
+        triggered = [result for result in results if result.requirements[requirement.id].triggers]
+        if not triggered:
+            return _without_runs("never triggered"), None
+        margin = triggered[0].requirements[requirement.id].margin
+        if any(self._violated(requirement, result.requirements[requirement.id]) for result in triggered):
+            return _without_runs("violated by the suite", margin, triggered[0].id), None
+        starts = triggered[:STARTS]
+        found = self._search(requirement, starts, budget)
+        start = starts[found.start]
+        record = SearchResult(
+            status="violated" if found.evaluation.violated else "not violated",
+            suite_margin=margin,
+            margin=found.evaluation.margin,
+            test=start.id,
+            runs=found.runs,
+            wall_s=round(found.wall_s, 3),
+            ended=found.ended,
+            id=None,
+            replay=None,
+            abstract=(),
+        )
+        return self._kept(requirement, start, found, record) if found.evaluation.violated else (record, None)
+
+    def _search(self, requirement: Criterion, starts: Iterable[TestResult], budget: Budget) -> SearchOutcome:
+        def run(test: ConcreteTest) -> Evaluation:
+            verdict = self._judged(_named(test, requirement), requirement.id)
+            if verdict is None:
+                return Evaluation(None, violated=False)
+            return Evaluation(verdict.margin, self._violated(requirement, verdict))
+
+        cases = [(self.chosen[start.nodeid], start.requirements[requirement.id]) for start in starts]
+        tests = [(case.concrete, Evaluation(judged.margin, violated=False)) for case, judged in cases]
+        rng = make_rng(SEARCH, self.seed, requirement.id)
+        return search_violation(tests, cases[0][0].ranges, run, budget, rng)
+
+    def _judged(self, test: ConcreteTest, requirement: str) -> RequirementResult | Verdict | None:
+        if self.judged is not None:
+            return self.judged(test, requirement)
+        result = self.rerunning.run(test)
+        return None if result is None else result.verdict(requirement)
+
+    def _violated(self, requirement: Criterion, result: RequirementResult | Verdict) -> bool:
+        return self.rerunning.is_violated(requirement.id, result)
+
+    def _kept(
+        self, requirement: Criterion, start: TestResult, found: SearchOutcome, record: SearchResult
+    ) -> tuple[SearchResult, HriCase | None]:
+        """The record with the test that was found, which is kept as a replay file."""
+        result = self.rerunning.run(_named(found.test, requirement))
+        if result is None:
+            return record, None
+        origin = Origin(SEARCH, start.id, requirement.id, found.runs)
+        made, replay = self.rerunning.keep(self.chosen[start.nodeid], result, start.nodeid, origin)
+        return replace(record, id=made.abstract.id, replay=replay, abstract=made.abstract.lines), made
+
+
+def _named(test: ConcreteTest, requirement: Criterion) -> ConcreteTest:
+    return named(test, f"{requirement.id}-{SEARCH}")
+
+
+def _objective(result: TestResult, requirement: str) -> tuple[float, str, str]:
+    margin = result.requirements[requirement].margin
+    return math.inf if margin is None else margin, result.id, result.nodeid
+
+
+def _without_runs(
+    status: Literal["never triggered", "violated by the suite"], margin: float | None = None, test: str | None = None
+) -> SearchResult:
+    return SearchResult(
+        status=status,
+        suite_margin=margin,
+        margin=margin,
+        test=test,
+        runs=0,
+        wall_s=0.0,
+        ended="done",
+        id=None,
+        replay=None,
+        abstract=(),
+    )

@@ -1,0 +1,339 @@
+"""Shrinking: from a failing test to a short one with the same failure.
+
+Actions are dropped first, by delta debugging (A. Zeller, R. Hildebrandt: Simplifying and Isolating Failure-Inducing
+Input, IEEE TSE 28(2), 2002), whole turns before single actions. Then the remaining parameters get simpler values (see
+`shrink_candidates`), all of them at once if the test still fails. Both are repeated until nothing changes any more, so
+shrinking the result again changes nothing. Two failures are the same if they have the same signature: the parts of the
+requirement that were violated.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain, pairwise
+from math import floor, log10
+from typing import TypeVar
+
+from pytest_hricdv.disturbance import PREFIX
+from pytest_hricdv.extra.search import Budget, BudgetSpentError, Ended
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
+from pytest_hricdv.generate.sampler import Chance, Range, Sampler
+from pytest_hricdv.monitor import Criterion, Requirement, Value, Verdict, Violation
+from pytest_hricdv.monitor.analysis import conjuncts
+from pytest_hricdv.monitor.formula import (
+    And,
+    Arithmetic,
+    BooleanName,
+    Comparison,
+    Count,
+    Eventually,
+    FloatName,
+    Negative,
+    Not,
+    Number,
+    Or,
+    PastFormula,
+    Term,
+    Text,
+    TextComparison,
+    TextTerm,
+    TimeBetween,
+    TimeSince,
+)
+
+T = TypeVar("T")
+
+_SIGNIFICANT_DIGITS = (1, 2, 3)
+
+#: The place of a parameter: the number of its action (None: a parameter of the run), and its name.
+Spot = tuple[int | None, str]
+
+_RELATIONS: Mapping[str, Callable[[float, float], bool]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
+_ARITHMETIC: Mapping[str, Callable[[float, float], float]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+}
+
+#: The texts of the conjuncts that were false.
+FailureSignature = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Shrunk:
+    """The shortest failing test found, the runs and the wall time (s) it took, and why shrinking ended."""
+
+    test: ConcreteTest
+    runs: int
+    wall_s: float
+    ended: Ended
+
+
+def shrink(
+    test: ConcreteTest,
+    space: Concretization,
+    fails: Callable[[ConcreteTest], bool],
+    budget: Budget,
+    on_progress: Callable[[ConcreteTest], None] = lambda test: None,
+) -> Shrunk:
+    """Shrink a test. Deterministic, unless the time limit ends it.
+
+    Args:
+        test: one that fails.
+        space: the ranges that its parameters were drawn from; parameters without a range stay as they are.
+        fails: runs a test and returns whether it has the same failure as the first.
+        budget: of runs and seconds.
+        on_progress: called with each shorter failing test, so that it can be saved at once.
+
+    Returns:
+        The shortest test that failed, also if the budget was spent or the user pressed Ctrl-C.
+    """
+    shrinking = _Shrinking(test, space, fails, budget, on_progress)
+    ended: Ended = "done"
+    try:
+        shrinking.run()
+    except BudgetSpentError as spent:
+        ended = spent.ended
+    except KeyboardInterrupt:
+        ended = "interrupted"
+    return Shrunk(shrinking.best, budget.used, budget.elapsed_s, ended)
+
+
+class _Shrinking:
+    def __init__(
+        self,
+        test: ConcreteTest,
+        space: Concretization,
+        fails: Callable[[ConcreteTest], bool],
+        budget: Budget,
+        on_progress: Callable[[ConcreteTest], None],
+    ) -> None:
+        self.best = test
+        self._space = space
+        self._fails = fails
+        self._budget = budget
+        self._on_progress = on_progress
+        self._seen = {test.to_json(): True}
+
+    def run(self) -> None:
+        """Shrink until nothing changes any more."""
+        before = None
+        while before != self.best:
+            before = self.best
+            self._drop(_turns(self.best.actions))
+            self._drop([[action] for action in self.best.actions])
+            self._simplify(self._spots())
+            self._simplify_one_by_one()
+
+    def _is_failing(self, test: ConcreteTest) -> bool:
+        key = test.to_json()
+        if key not in self._seen:
+            self._budget.spend()
+            self._seen[key] = self._fails(test)
+            if self._seen[key]:
+                self.best = test
+                self._on_progress(test)
+        return self._seen[key]
+
+    def _drop(self, parts: Sequence[Sequence[ConcreteAction]]) -> None:
+        """Delta debugging over parts of the actions: keep only one chunk, or leave one out; then smaller chunks."""
+        if not parts or self._is_failing(_of(self.best, ())):
+            return
+        count = 2
+        while len(parts) > 1:
+            kept = self._reduced(_chunks(parts, count))
+            if kept is not None:
+                parts, count = kept, max(2, min(count - 1, len(kept)))
+            elif count < len(parts):
+                count = min(2 * count, len(parts))
+            else:
+                return
+
+    def _reduced(self, chunks: list[Sequence[Sequence[ConcreteAction]]]) -> Sequence[Sequence[ConcreteAction]] | None:
+        """The first of these that fails: one chunk, or all chunks but one."""
+        without = [list(chain.from_iterable(chunks[:left] + chunks[left + 1 :])) for left in range(len(chunks))]
+        for kept in (*chunks, *without):
+            if self._is_failing(_of(self.best, kept)):
+                return kept
+        return None
+
+    def _spots(self) -> list[Spot]:
+        """The parameters that have a simpler value."""
+        spots: list[Spot] = [(None, name) for name in sorted(self.best.run)]
+        spots += [(place, name) for place, each in enumerate(self.best.actions) for name in sorted(each.parameters)]
+        return [spot for spot in spots if self._candidates(spot)]
+
+    def _candidates(self, spot: Spot) -> tuple[float, ...]:
+        sampler = self._sampler(spot)
+        return () if sampler is None else shrink_candidates(_value(self.best, spot), sampler)
+
+    def _sampler(self, spot: Spot) -> Sampler | None:
+        place, name = spot
+        if place is None:
+            return self._space.run.get(name)
+        return self._space.commands.get(self.best.actions[place].command, {}).get(name)
+
+    def _simplify(self, spots: Sequence[Spot]) -> None:
+        """Give all of these parameters their simplest value at once; if that does not fail, try each half of them."""
+        changed = self.best
+        for spot in spots:
+            changed = _with(changed, spot, self._candidates(spot)[0])
+        if not spots or self._is_failing(changed):
+            return
+        if len(spots) > 1:
+            half = len(spots) // 2
+            self._simplify(spots[:half])
+            self._simplify(spots[half:])
+
+    def _simplify_one_by_one(self) -> None:
+        """Try all simpler values of each parameter."""
+        for spot in self._spots():
+            for candidate in self._candidates(spot):
+                if self._is_failing(_with(self.best, spot, candidate)):
+                    break
+
+
+def _turns(actions: Sequence[ConcreteAction]) -> list[Sequence[ConcreteAction]]:
+    """The actions in parts, each of which begins with the command that the first one begins with.
+
+    Disturbances begin no part: those before the first command belong to the first part.
+    """
+    first = next((action.command for action in actions if not action.command.startswith(PREFIX)), "")
+    starts = [0, *(place for place, action in enumerate(actions) if place and action.command == first)]
+    return [actions[start:end] for start, end in pairwise([*starts, len(actions)])]
+
+
+def _chunks(parts: Sequence[T], count: int) -> list[Sequence[T]]:
+    """`count` chunks of lengths that differ by at most one."""
+    cuts = [len(parts) * number // count for number in range(count + 1)]
+    return [parts[start:end] for start, end in pairwise(cuts)]
+
+
+def _of(test: ConcreteTest, parts: Iterable[Sequence[ConcreteAction]]) -> ConcreteTest:
+    return replace(test, actions=tuple(chain.from_iterable(parts)))
+
+
+def _value(test: ConcreteTest, spot: Spot) -> float:
+    place, name = spot
+    return (test.run if place is None else test.actions[place].parameters)[name]
+
+
+def _with(test: ConcreteTest, spot: Spot, value: float) -> ConcreteTest:
+    place, name = spot
+    if place is None:
+        return replace(test, run={**test.run, name: value})
+    actions = list(test.actions)
+    actions[place] = replace(actions[place], parameters={**actions[place].parameters, name: value})
+    return replace(test, actions=tuple(actions))
+
+
+def shrink_candidates(value: float, sampler: Sampler) -> tuple[float, ...]:
+    """The values to try instead of this one, the simplest first; empty if nothing is simpler.
+
+    First the sampler's simple values, then the value itself rounded to one, two or three significant digits. All of
+    them are in the range. The candidates for a candidate are those before it in the list, so that shrinking ends.
+    """
+    found: list[float] = []
+    for candidate in (*sampler.simple_values(), *_rounded(value, sampler)):
+        if candidate == value:
+            break
+        if candidate not in found:
+            found.append(candidate)
+    return tuple(found)
+
+
+def _rounded(value: float, sampler: Sampler) -> Iterator[float]:
+    inside = sampler.then if isinstance(sampler, Chance) else sampler
+    if not isinstance(inside, Range) or value == 0.0:
+        return
+    magnitude = floor(log10(abs(value)))
+    for digits in _SIGNIFICANT_DIGITS:
+        rounded = round(value, digits - 1 - magnitude)
+        if inside.contains(rounded):
+            yield rounded
+
+
+def failure_signature(requirement: Criterion, violation: Violation) -> FailureSignature:
+    """The conjuncts of the requirement's condition that were false when it was violated.
+
+    They are evaluated on the values of the violation. A conjunct that depends on more than these (on an event or on
+    the past) counts as false only if no other one is. A missed deadline has the whole condition as its signature. A
+    violation of what is no requirement has its own signature.
+    """
+    if not isinstance(requirement, Requirement):
+        return violation.signature
+    response = requirement.formula.response
+    parts = tuple(conjuncts(response.condition))
+    if isinstance(response, Eventually):
+        return tuple(str(part) for part in parts)
+    truths = [_evaluate(part, violation.values) for part in parts]
+    false = tuple(str(part) for part, truth in zip(parts, truths, strict=True) if truth is False)
+    return false or tuple(str(part) for part, truth in zip(parts, truths, strict=True) if truth is None)
+
+
+def has_signature(
+    requirement: Criterion, signature: FailureSignature, verdict: Verdict, *, outside: bool = False
+) -> bool:
+    """Whether the verdict is a failure with a violation of this signature that is, or is not, `Violation.outside`."""
+    return verdict.verdict == "Failed" and any(
+        each.outside == outside and failure_signature(requirement, each) == signature for each in verdict.violations
+    )
+
+
+def _evaluate(formula: PastFormula, values: Mapping[str, Value]) -> bool | None:
+    """Whether the formula holds; None if the values alone do not determine it."""
+    match formula:
+        case BooleanName():
+            value = values.get(formula.name)
+            return None if value is None else bool(value)
+        case Comparison(for_s=0):
+            left, right = _number(formula.left, values), _number(formula.right, values)
+            return None if left is None or right is None else _RELATIONS[formula.relation](left, right)
+        case TextComparison(for_s=0):
+            texts = _text(formula.left, values), _text(formula.right, values)
+            return None not in texts and (texts[0] == texts[1]) == (formula.relation == "==")
+        case Not():
+            inner = _evaluate(formula.operand, values)
+            return None if inner is None else not inner
+        case And() | Or():
+            sides = {_evaluate(operand, values) for operand in formula.operands}
+            dominant = isinstance(formula, Or)
+            return dominant if dominant in sides else None if None in sides else not dominant
+        case _:
+            return None
+
+
+def _number(term: Term, values: Mapping[str, Value]) -> float | None:
+    match term:
+        case Number():
+            return term.value
+        case FloatName():
+            value = values.get(term.name)
+            return None if value is None else float(value)
+        case Count() | TimeBetween():
+            value = values.get(str(term))
+            return None if value is None else float(value)
+        case TimeSince():
+            return None
+        case Negative():
+            inner = _number(term.operand, values)
+            return None if inner is None else -inner
+        case Arithmetic():
+            left, right = _number(term.left, values), _number(term.right, values)
+            if left is None or right is None or (term.operator == "/" and right == 0):
+                return None
+            return _ARITHMETIC[term.operator](left, right)
+
+
+def _text(term: TextTerm, values: Mapping[str, Value]) -> Value | None:
+    return term.value if isinstance(term, Text) else values.get(term.name)

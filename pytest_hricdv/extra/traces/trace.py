@@ -1,0 +1,186 @@
+"""What a trace of a run consists of: channels, and the events of each, all in virtual time.
+
+Everything that the record has is in it once: messages, signals and disturbances. Verdicts, actions, plans and the scene
+are beside them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import chain
+from typing import Any
+
+from msgspec import to_builtins
+
+from pytest_hricdv.extra.film.scene import SceneChange
+from pytest_hricdv.extra.ros2.messages import RosMessage
+from pytest_hricdv.extra.traces import schemas
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.runtime import Record
+from pytest_hricdv.runtime.body import Body
+from pytest_hricdv.testbench import Testbench
+
+NS_PER_US, US_PER_S = 1000, 1_000_000
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A topic with its schema. Messages of two senders are two channels of one topic, as in ROS.
+
+    Args:
+        schema: its name and its JSON Schema.
+        metadata: further facts about all of its messages.
+    """
+
+    topic: str
+    schema: tuple[str, Mapping[str, Any]] = field(hash=False, compare=False)
+    metadata: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Event:
+    """One message of a channel: when (ns of virtual time), and its content as JSON has it."""
+
+    channel: Channel
+    time_ns: int
+    content: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A run to be written.
+
+    Args:
+        test: its result.
+        record: of the run.
+        testbench: declares the types and units.
+        scene: how the shapes of the world moved; empty where nothing is known of them.
+    """
+
+    test: TestResult
+    record: Record
+    testbench: Testbench
+    scene: Sequence[SceneChange] = ()
+
+    @property
+    def facts(self) -> dict[str, str]:
+        """What the run is, name -> text."""
+        test = self.test
+        return {
+            "testbench": self.testbench.name,
+            "test": test.id,
+            "suite": test.suite,
+            "seed": str(test.seed),
+            "engine": test.engine,
+            "ended": test.ended,
+            "outcomes": ", ".join(test.outcomes),
+            "record_sha256": self.record.sha256,
+            "beliefs": ", ".join(test.beliefs),
+            **{f"plans of {agent}": ", ".join(plans) for agent, plans in sorted(test.plans.items())},
+            **{f"verdict of {name}": found.verdict for name, found in sorted(test.requirements.items())},
+        }
+
+    def events(self) -> list[Event]:
+        """All of them in the order of time; those of one instant in the order of this module."""
+        parts = (self._scene(), self._signals(), self._messages(), self._actions(), self._violations(), self._end())
+        return sorted(chain.from_iterable(parts), key=lambda event: event.time_ns)
+
+    def _messages(self) -> Iterator[Event]:
+        described = schemas.of_messages(self.testbench)
+        for message in self.record.messages:
+            if message.is_disturbance:
+                text = f"{message.topic} {_words(message.fields)}".rstrip()
+                yield _log(message.time_s, schemas.WARNING, "disturbance", text)
+                channel = Channel("/hricdv/disturbances", schemas.DISTURBANCE, (("sender", message.sender),))
+                content = {"event": message.topic, "fields": dict(message.fields)}
+                yield Event(channel, ns(message.time_s), content)
+                continue
+            schema = described.get(message.topic) or schemas.of_fields(
+                f"{self.testbench.name}.{message.topic}", message.fields
+            )
+            ros = (("ros_type", message.source.type),) if isinstance(message.source, RosMessage) else ()
+            channel = Channel(f"/{message.topic}", schema, (("sender", message.sender), *ros))
+            yield Event(channel, ns(message.time_s), dict(message.fields))
+
+    def _signals(self) -> Iterator[Event]:
+        declared, units = self.testbench.signals, self.testbench.units
+        for name, (times, values) in self.record.signals.items():
+            kind = bool if declared.get(name) is bool else float
+            channel = Channel(f"/signals/{name}", schemas.of_signal(name, kind, units.get(name, "")))
+            for time_s, value in zip(times, values, strict=True):
+                yield Event(channel, ns(time_s), {"value": kind(value)})
+        for name, (times, texts) in self.record.texts.items():
+            channel = Channel(f"/signals/{name}", schemas.of_signal(name, str, ""))
+            for time_s, text in zip(times, texts, strict=True):
+                yield Event(channel, ns(time_s), {"value": text})
+
+    def _actions(self) -> Iterator[Event]:
+        for action, time_s in zip(self.test.concrete.actions, self.test.acted_s or (), strict=False):
+            yield _log(time_s, schemas.INFO, "test", f"{action.command} {_words(action.parameters)}".rstrip())
+
+    def _violations(self) -> Iterator[Event]:
+        channel = Channel("/hricdv/violations", schemas.VIOLATION)
+        for name, found in self.test.requirements.items():
+            for violation in found.violations:
+                # A violation without a time is of the whole run.
+                time_s = self.test.sim_s if violation.time_s is None else violation.time_s
+                yield Event(channel, ns(time_s), {"requirement": name, **to_builtins(violation)})
+                yield _log(time_s, schemas.ERROR, name, f"violated: {_words(violation.values)}".rstrip(": "))
+
+    def _end(self) -> Iterator[Event]:
+        verdicts = {name: found.verdict for name, found in self.test.requirements.items()}
+        content = {"ended": self.test.ended, "outcomes": list(self.test.outcomes), "verdicts": verdicts}
+        yield Event(Channel("/hricdv/end", schemas.END), ns(self.test.sim_s), content)
+
+    def _scene(self) -> Iterator[Event]:
+        channel = Channel("/hricdv/scene", schemas.SCENE_UPDATE)
+        for change in self.scene:
+            stamp = _stamp(change.time_us * NS_PER_US)
+            content = {
+                "deletions": [{"timestamp": stamp, "type": 0, "id": name} for name in change.gone],
+                "entities": [_entity(body, stamp) for body in change.moved],
+            }
+            yield Event(channel, change.time_us * NS_PER_US, content)
+
+
+def ns(time_s: float) -> int:
+    """A time of the record (s) in ns; the kernel counts microseconds."""
+    return round(time_s * US_PER_S) * NS_PER_US
+
+
+def _stamp(time_ns: int) -> dict[str, int]:
+    return {"sec": time_ns // 1_000_000_000, "nsec": time_ns % 1_000_000_000}
+
+
+def _log(time_s: float, level: int, name: str, text: str) -> Event:
+    content = {"timestamp": _stamp(ns(time_s)), "level": level, "message": text, "name": name, "file": "", "line": 0}
+    return Event(Channel("/hricdv/log", schemas.LOG), ns(time_s), content)
+
+
+def _words(values: Mapping[str, object]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in values.items())
+
+
+def _entity(body: Body, stamp: dict[str, int]) -> dict[str, Any]:
+    """A `foxglove.SceneEntity` with one shape."""
+    shape: dict[str, Any] = {
+        "pose": {
+            "position": dict(zip("xyz", body.position_m, strict=True)),
+            "orientation": dict(zip("xyzw", body.rotation, strict=True)),
+        },
+        "size": dict(zip("xyz", body.size_m, strict=True)),
+        "color": dict(zip("rgba", body.rgba, strict=True)),
+    }
+    if body.shape == "cylinder":
+        shape |= {"bottom_scale": 1.0, "top_scale": 1.0}
+    key = {"box": "cubes", "sphere": "spheres", "cylinder": "cylinders"}[body.shape]
+    return {
+        "timestamp": stamp,
+        "frame_id": "world",
+        "id": body.name,
+        "lifetime": {"sec": 0, "nsec": 0},
+        "frame_locked": True,
+        "metadata": [],
+        **{each: [shape] if each == key else [] for each in schemas.PRIMITIVES},
+    }

@@ -1,0 +1,88 @@
+"""Traces of runs for `--hri-mcap`: written where the test ran, into the folder of the report."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+from collections.abc import Iterator, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+from pytest_hricdv.coverage.measurement import NoMeasurement
+from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.extra.film.scene import ObservedWorld, SceneChange
+from pytest_hricdv.monitor import Criterion
+from pytest_hricdv.results.model import TestResult, TraceResult
+from pytest_hricdv.testbench import Run, Testbench, TestbenchError
+
+FOLDER = "traces"
+
+FAILED = ("failed", "known-violation", "engine-sensitive")
+
+UNMEASURED = NoMeasurement("a replay for its trace")
+
+SCENE_PERIOD_US = 50_000
+"""Shapes are looked at twenty times a second: films of viewers look smooth, and files stay small."""
+
+
+def check() -> None:
+    """Raise TestbenchError, with what to do, if nothing can be written."""
+    if find_spec("mcap") is None:
+        raise TestbenchError('--hri-mcap: mcap is not installed: pip install "pytest-hricdv[traces]"')
+
+
+class Tracing:
+    """Writes the traces of one process.
+
+    Args:
+        testbench: whose tests are run.
+        requirements: of the testbench.
+        folder: of the report; traces go into a folder inside.
+        every: also those of tests that did not fail.
+    """
+
+    def __init__(self, testbench: Testbench, requirements: tuple[Criterion, ...], folder: Path, *, every: bool) -> None:
+        self._testbench = testbench
+        self._requirements = requirements
+        self._folder = folder
+        self._every = every
+
+    def trace(self, run: CaseResult, test: TestResult) -> TraceResult | None:
+        """Write the trace of a run; None if it is not asked for.
+
+        Errors are written into its `note`: a failed test must be reported even when the disk is full.
+        """
+        if not (self._every or test.outcome in FAILED):
+            return None
+        from pytest_hricdv.extra.traces import mcap_file, ros2_bag  # their library is not needed by all
+        from pytest_hricdv.extra.traces.trace import Trace
+
+        stem = f"{FOLDER}/{re.sub(r'[^A-Za-z0-9._-]', '_', test.id)}"
+        name, bag = f"{stem}.mcap", f"{stem}.ros2.mcap"
+        try:
+            with contextlib.redirect_stdout(io.StringIO()):
+                scene, note = self._scene(run)
+            mcap_file.write(self._folder / name, Trace(test, run.record, self._testbench, scene))
+            has_bag = ros2_bag.write(self._folder / bag, run.record)
+        except Exception as error:
+            return TraceResult(file=None, note=f"not written: {type(error).__name__}: {error}")
+        return TraceResult(file=name, note=note, bag=bag if has_bag else None)
+
+    def _scene(self, run: CaseResult) -> tuple[Sequence[SceneChange], str]:
+        """How the shapes of the world moved, from a replay; nothing where the testbench cannot tell."""
+        if self._testbench.film is None or self._testbench.film.bodies is None:
+            return (), ""
+        observed: list[ObservedWorld] = []
+
+        @contextlib.contextmanager
+        def observing(again: Run) -> Iterator[None]:
+            if again.kernel.world is not None and self._testbench.film and self._testbench.film.bodies:
+                observed.append(ObservedWorld(again.kernel.world, self._testbench.film.bodies, SCENE_PERIOD_US))
+                again.kernel.world = observed[0]
+            yield
+
+        again = execute(self._testbench, self._requirements, run.test, UNMEASURED, "trace", observing)
+        same = again.record.sha256 == run.record.sha256
+        note = "" if same else f"the scene is of a replay that differs from the run (record {again.record.sha256})"
+        return observed[0].changes if observed else (), note

@@ -1,0 +1,1 @@
+"""The verification plan: goals, and how far a session is from them."""

@@ -1,0 +1,141 @@
+"""Verification plans as files: sections and goals in TOML, checked before any test runs."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from msgspec.structs import replace
+
+from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
+from pytest_hricdv._base.message import InputError, quoted
+from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv.extra.verification_plan.records import PlanPart
+
+_TEXTS = ("title", "owner", "text")
+_LISTS = ("requirements", "files")
+_SHARES = ("cross", "plans")
+_PERCENTS = ("statements", "branches")
+_GOAL = (*_LISTS, *_SHARES, *_PERCENTS, "triggers")
+_DEEPEST = 8
+
+
+class PlanError(InputError):
+    """A plan cannot be read, or names what does not exist; the text says where, and what was expected."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """What goals may name."""
+
+    requirements: Collection[str]
+    cross: Collection[str]
+    agents: Collection[str]
+
+
+def load_plan(path: Path, known: Known) -> tuple[PlanPart, ...]:
+    """The plan of a file; its first part is a section with the file's title, which has all others.
+
+    Raises:
+        PlanError: the file cannot be read, is not TOML, has no goal, or has a wrong one.
+    """
+    try:
+        text = read_text(path, MAX_TOML_BYTES)
+        tables = from_toml(text)
+    except OSError as error:
+        raise PlanError(f"{path}: {error.strerror or error}") from None
+    except MalformedError as error:
+        raise PlanError(f"{path}{error}") from None
+    parts = tuple(_Reader(path, text, known).parts("", tables, 0))
+    if len(parts) == 1:
+        raise PlanError(f'{path}: no goal in this plan; expected a table each: [crush], requirements = ["R3"]')
+    return parts
+
+
+@dataclass(frozen=True)
+class _Reader:
+    path: Path
+    text: str
+    known: Known
+
+    def parts(self, name: str, table: Mapping[str, Any], depth: int) -> Iterator[PlanPart]:
+        """A section, which has tables, with what is in it; or a goal."""
+        if depth > _DEEPEST:
+            raise self._error(name, f"sections are nested too deeply; expected at most {_DEEPEST}")
+        tables = {key: value for key, value in table.items() if isinstance(value, dict) and key not in _SHARES}
+        is_goal = bool(name) and not tables
+        allowed = (*_TEXTS, *_GOAL) if is_goal else _TEXTS
+        for key in table.keys() - tables.keys():
+            if key not in allowed:
+                what = "a goal" if is_goal else "a section, whose goals are its tables"
+                raise self._error(name, f"{quoted(key)} is no key of {what}{nearest(key, allowed)}")
+        texts = {key: self._text(name, key, table) for key in _TEXTS if key in table}
+        part = PlanPart(
+            name=name,
+            title=texts.get("title", name.rpartition(".")[2] or self.path.stem),
+            owner=texts.get("owner", ""),
+            text=texts.get("text", ""),
+            depth=depth,
+        )
+        yield self._goal(part, table) if is_goal else part
+        for key, value in tables.items():
+            yield from self.parts(f"{name}.{key}" if name else key, value, depth + 1)
+
+    def _goal(self, part: PlanPart, table: Mapping[str, Any]) -> PlanPart:
+        name = part.name
+        if not any(key in table for key in (*_SHARES, *_PERCENTS, "requirements")):
+            raise self._error(name, "a goal without anything to show; expected requirements, statements, cross ...")
+        requirements = self._names(name, "requirements", table, self.known.requirements)
+        triggers = table.get("triggers", 1)
+        if not isinstance(triggers, int) or isinstance(triggers, bool) or triggers < 1:
+            raise self._error(name, f"triggers is {triggers!r}; expected a whole number from 1 on")
+        return replace(
+            part,
+            is_goal=True,
+            requirements=requirements,
+            triggers=triggers,
+            files=self._names(name, "files", table, None),
+            statements=self._percent(name, "statements", table),
+            branches=self._percent(name, "branches", table),
+            cross=self._shares(name, "cross", table, self.known.cross),
+            plans=self._shares(name, "plans", table, self.known.agents),
+        )
+
+    def _text(self, name: str, key: str, table: Mapping[str, Any]) -> str:
+        value = table[key]
+        if not isinstance(value, str):
+            raise self._error(name, f"{key} is {value!r}; expected a text")
+        return value
+
+    def _names(self, name: str, key: str, table: Mapping[str, Any], known: Collection[str] | None) -> tuple[str, ...]:
+        given = table.get(key, [])
+        if not isinstance(given, list) or not all(isinstance(each, str) for each in given):
+            raise self._error(name, f'{key} is {given!r}; expected a list of texts, such as ["R1"]')
+        for each in given if known is not None else ():
+            if each not in (known or ()):
+                raise self._error(name, f"{key}: there is no {quoted(each)}{nearest(each, known or ())}")
+        return tuple(given)
+
+    def _shares(self, name: str, key: str, table: Mapping[str, Any], known: Collection[str]) -> dict[str, float]:
+        given = table.get(key, {})
+        if not isinstance(given, dict):
+            raise self._error(name, f"{key} is {given!r}; expected names with per cent, such as {{ NAME = 80 }}")
+        for each in given:
+            if each not in known:
+                raise self._error(name, f"{key}: there is no {quoted(each)}{nearest(each, known)}")
+        return {each: self._percent(name, each, given) or 0.0 for each in given}
+
+    def _percent(self, name: str, key: str, table: Mapping[str, Any]) -> float | None:
+        value = table.get(key)
+        if value is None:
+            return None
+        if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= 100:
+            raise self._error(name, f"{key} is {value!r}; expected per cent, from 0 to 100")
+        return float(value)
+
+    def _error(self, name: str, what: str) -> PlanError:
+        header = f"[{name}]"
+        lines = [number for number, line in enumerate(self.text.splitlines(), 1) if line.strip().startswith(header)]
+        return PlanError(f"{self.path}:{lines[0] if lines else 1}: {header if name else 'plan'}: {what}")

@@ -1,0 +1,124 @@
+"""Sums over the runs of a campaign, against a plain computation from all rows."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.extra.campaign.plan import Plan, Planned, PlannedTest
+from pytest_hricdv.extra.campaign.row import LOST, Row
+from pytest_hricdv.extra.campaign.statistics import Statistics, failed_share
+from pytest_hricdv.generate.abstract import AbstractTest
+
+NAMES = ("R1", "R2")
+BINS = ("a", "b", "c")
+TESTS, SEEDS = 3, 4
+
+outcomes = st.sampled_from(("passed", "failed", "known-violation", LOST))
+verdicts = st.tuples(*(st.sampled_from(("Passed", "Failed", "NC")) for _ in NAMES))
+margins = st.tuples(*(st.one_of(st.none(), st.integers(-3, 3).map(float)) for _ in NAMES))
+hits = st.lists(st.sampled_from(BINS), unique=True).map(lambda names: {"light": [[name] for name in names]})
+
+
+@st.composite
+def rows(draw: st.DrawFn) -> list[Row]:
+    """Runs of a campaign, some of which are missing."""
+    keys = draw(st.sets(st.tuples(st.integers(0, TESTS - 1), st.integers(0, SEEDS - 1))))
+    found = []
+    for key in sorted(keys):
+        outcome = draw(outcomes)
+        lost = outcome == LOST
+        found.append(
+            Row(
+                key=key,
+                outcome=outcome,
+                note="",
+                sim_s=1.0,
+                sha256="",
+                verdicts=() if lost else draw(verdicts),
+                triggers=() if lost else (1, 2),
+                margins=() if lost else draw(margins),
+                bins={} if lost else draw(hits),
+                ended=(),
+                statements=0 if lost else draw(st.integers(0, 15)),
+                branches=0 if lost else draw(st.integers(0, 3)),
+                worker=1,
+            )
+        )
+    return found
+
+
+def planned() -> Plan:
+    """A plan of these tests."""
+    tests = [
+        AbstractTest(f"s-t{number}-0000000{number}", "s", "t", (), ("go",), seed=number) for number in range(TESTS)
+    ]
+    listed = tuple(PlannedTest("s", f"test.py::test[{test.id}]", test.to_data()) for test in tests)
+    return Plan(Planned((), "", listed, {}, {}, b"{}"), SEEDS)  # type: ignore[arg-type]
+
+
+def added(found: list[Row]) -> Statistics:
+    """The sums of these rows."""
+    statistics = Statistics(NAMES)
+    for row in found:
+        statistics.add(row)
+    return statistics
+
+
+@given(rows())
+def test_sums_are_those_of_all_rows(found: list[Row]) -> None:
+    plan, statistics = planned(), added(found)
+    done = [row for row in found if row.outcome != LOST]
+    for place, (_, each) in enumerate(statistics.of_requirements(plan).items()):
+        counts = Counter(row.verdicts[place] for row in done)
+        assert (each.passed, each.failed, each.nc) == (counts["Passed"], counts["Failed"], counts["NC"])
+        by_test = [{row.verdicts[place] for row in done if row.key[0] == test} for test in range(TESTS)]
+        assert each.ever == sum("Failed" in found for found in by_test)
+        assert each.always == sum(found == {"Failed"} for found in by_test)
+        assert each.unsettled == sum(len(found) > 1 for found in by_test)
+        least = min((row.margins[place] for row in done if row.margins[place] is not None), default=None)
+        assert (each.least.margin if each.least else None) == least
+    assert [key for key, _ in statistics.lost] == [row.key for row in found if row.outcome == LOST]
+    assert dict(statistics.outcomes) == Counter(row.outcome for row in found)
+
+
+@given(rows())
+def test_runs_to_keep_cover_what_all_cover_and_violate_what_all_violate(found: list[Row]) -> None:
+    kept = set(added(found).kept())
+    chosen = [row for row in found if row.key in kept]
+
+    def points(some: list[Row]) -> set[object]:
+        hit: set[object] = {bin_[0] for row in some for bin_ in row.bins.get("light", [])}
+        hit |= {("statement", bit) for row in some for bit in range(8) if row.statements >> bit & 1}
+        hit |= {("branch", bit) for row in some for bit in range(8) if row.branches >> bit & 1}
+        return hit | {pair for row in some for pair in zip(NAMES, row.verdicts, strict=False) if pair[1] != "NC"}
+
+    def violations(some: list[Row]) -> set[object]:
+        judged = ((row.key[0], pair) for row in some for pair in zip(NAMES, row.verdicts, strict=False))
+        return {each for each in judged if each[1][1] == "Failed"}
+
+    assert points(chosen) == points(found)
+    assert violations(chosen) == violations(found)
+    for place, name in enumerate(NAMES):
+        least = added(found).least(name)
+        if least is not None:
+            assert min(row.margins[place] for row in chosen if row.margins[place] is not None) == least[0]
+
+
+@given(rows())
+def test_more_rows_never_lose_a_test(found: list[Row]) -> None:
+    plan = planned()
+    tests = {test.id: test for test in added(found).of_tests(plan)}
+    assert tests.keys() == {plan.tests[row.key[0]].id for row in found}
+    assert sum(test.runs for test in tests.values()) == len(found)
+
+
+def test_a_share_of_nothing_is_wide_open() -> None:
+    assert failed_share({"NC": 4}).low == 0.0
+    assert failed_share({"NC": 4}).high == 100.0
+    half = failed_share({"Failed": 5, "Passed": 5, "NC": 100})
+    assert (half.failed, half.checked) == (5, 10)
+    assert 23 < half.low < 24
+    assert 76 < half.high < 77

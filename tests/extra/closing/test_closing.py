@@ -1,0 +1,82 @@
+"""The suite `closure` through the plugin: what it reaches, what it depends on, and what is wrong input."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import pytest
+
+from pytest_hricdv.extra.closing import closing
+from pytest_hricdv.extra.closing.archive import Archive
+from pytest_hricdv.extra.closing.loop import Runner
+from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.suite import repeatable_suite
+from tests.plugin.project import counted_up_to_313, outcomes, plain_and_slowly_in_other_modes, report
+
+SUITE = "--hri-suite=closure"
+
+
+@plain_and_slowly_in_other_modes
+@counted_up_to_313
+def test_the_loop_reaches_all_that_the_model_can_reach(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    result = lamps.runpytest_inprocess(SUITE, "--hri-close-runs=60", *options)
+    assert result.ret == 0
+    (suite,) = report(lamps.path)["suites"]
+    assert (suite["name"], suite["plans"]["visitor"]["missing"], suite["cross"]["missing"]) == ("closure", [], [])
+    assert suite["code"]["statements"]["covered"] == 40  # all but the function that nobody calls
+    assert sorted(outcomes(lamps.path).values()) == ["known-violation", *["passed"] * 7]
+    result.stdout.fnmatch_lines(
+        [
+            "hricdv: closing 41 statements, 10 branches, 9 plans, 3 verdicts, 6 conditions, 8 bins, *",
+            "hricdv: closing ended (runs) after 60 runs, * open: 1 statement; 8 tests",
+        ]
+    )
+
+
+def _with_online(lamps: pytest.Pytester, declared: str) -> None:
+    """The visitor can decide during the run; a cross product counts wishes, and beliefs lead to one at most."""
+    path = lamps.path / "conftest.py"
+    text = path.read_text(encoding="utf-8")
+    for old, new in (
+        ("Model, Range, Testbench", "Hears, Model, Online, Range, Testbench"),
+        ("        by_hand=HERE", f"        online={declared},\n        by_hand=HERE"),
+        ('cross={"light": Cross', 'cross={"wishes": CrossProduct({"count": ("0", "1", "2")}), "light": Cross'),
+        ('cross={"light": [', 'cross={"wishes": [(str(min(len(levels), 2)),)], "light": ['),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text, encoding="utf-8")
+
+
+def test_a_person_who_decides_during_the_run_reaches_what_no_beliefs_lead_to(lamps: pytest.Pytester) -> None:
+    _with_online(lamps, 'Online("visitor", (Hears("hall", "on(answer)"),))')
+    lamps.runpytest_inprocess(SUITE, "--hri-close-runs=64")
+    (suite,) = report(lamps.path)["suites"]
+    assert "wishes: 2" not in suite["cross"]["missing"], "its tests are not online, and hit it again"
+    assert any("-online-" in nodeid for nodeid in outcomes(lamps.path))
+
+
+def test_a_person_who_cannot_decide_is_an_error_of_the_declaration(lamps: pytest.Pytester) -> None:
+    _with_online(lamps, 'Online("visitor", (Hears("hal", "on(answer)"),))')
+    result = lamps.runpytest_inprocess(SUITE)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(
+        ["ERROR: --hri-suite=closure: Online: Hears('hal'): visitor has no belief hal; nearest: hall*"]
+    )
+
+
+def test_what_is_run_as_part_of_a_tree_does_the_same_from_the_start(
+    lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found: list[tuple[Observation, Observation]] = []
+
+    def comparing(archive: Archive, ways: Collection[str], runner: Runner) -> object:
+        entries = [entry for entry in archive.entries if entry.way in ways]
+        again = dict(runner([entry.test for entry in entries], {}))
+        found.extend((again[place], entry.observation) for place, entry in enumerate(entries))
+        return repeatable_suite(archive, ways, runner)
+
+    monkeypatch.setattr(closing, "repeatable_suite", comparing)
+    assert lamps.runpytest_inprocess(SUITE, "--hri-close-runs=64").ret == 0
+    assert len(found) > 5
+    assert all(again == first for again, first in found)

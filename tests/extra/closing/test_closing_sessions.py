@@ -1,0 +1,162 @@
+"""Sessions with the suite `closure`: what it depends on, what is kept, interruption, errors, and wrong input."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.extra.closing.archive import Archive
+from tests.plugin.project import A_WORKER, change, outcomes, report
+from tests.plugin.test_bad_input import refused
+
+SUITE = ("--hri-suite=closure", "--hri-close-runs=40")
+
+DOUBLED = '        disturbances={"wish_doubled": Doubled("wish", Range(0.4, 0.8, "s"))},\n'
+BEFORE = "        level = level_for(wish)\n"
+REPEATED = "        if level == before:\n            repeated()\n        before = level\n"
+
+
+def disturb(project: pytest.Pytester) -> None:
+    """The guide does something that only a doubled wish leads to; without one, nobody wishes twice."""
+    change(project.path, "conftest.py", "        by_hand=", f"{DOUBLED}        by_hand=")
+    change(project.path, "conftest.py", "Concretization, CrossProduct,", "Concretization, CrossProduct, Doubled,")
+    change(project.path, "lamps/guide.py", BEFORE, BEFORE + REPEATED)
+    change(project.path, "lamps/guide.py", "    while True:\n", "    before = None\n    while True:\n")
+    change(project.path, "lamps/guide.py", "def serviced", "def repeated():\n    return None\n\n\ndef serviced")
+
+
+def ids(project: pytest.Pytester) -> list[str]:
+    """Of the tests of the last report, in order."""
+    return [test["id"] for test in report(project.path)["tests"]]
+
+
+def test_what_only_a_disturbance_leads_to_is_reached_and_exported_and_runs_again(lamps: pytest.Pytester) -> None:
+    disturb(lamps)
+    lamps.runpytest_inprocess(*SUITE, "--hri-export=kept")
+    found = report(lamps.path)
+    text = (lamps.path / "kept" / "closure.txt").read_text(encoding="utf-8")
+    assert "disturb wish_doubled" in text
+    assert "# values" in text
+    assert found["suites"][0]["code"]["statements"]["covered"] == found["suites"][0]["code"]["statements"]["total"] - 1
+    assert lamps.runpytest_inprocess("--hri-suite=kept/closure.txt").ret == 0
+    again = report(lamps.path)
+    hashes = [{test["id"]: test["record_sha256"] for test in each["tests"]} for each in (found, again)]
+    assert hashes[0] == hashes[1]
+    assert again["suites"][0]["code"] == found["suites"][0]["code"]
+
+
+@pytest.mark.slow
+def test_the_suite_depends_on_the_seed_and_not_on_the_number_of_processes(
+    lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    disturb(lamps)
+    monkeypatch.setattr(os, "cpu_count", lambda: 3)
+    found = []
+    for options in (A_WORKER, (), ("--hri-seed=1",)):
+        lamps.runpytest_inprocess(*SUITE, "-p", "no:cacheprovider", *options)
+        found.append([(test["id"], test["record_sha256"]) for test in report(lamps.path)["tests"]])
+    assert sorted(found[0]) == sorted(found[1]) != sorted(found[2])
+
+
+@pytest.mark.slow
+def test_a_kept_suite_holds_as_long_as_nothing_has_changed_that_its_runs_loaded(lamps: pytest.Pytester) -> None:
+    def closed() -> bool:
+        result = lamps.runpytest_inprocess(*SUITE, "--hri-close-runs=10")
+        return any("closing ended" in line for line in result.outlines)
+
+    assert [closed(), closed()] == [True, False]
+    with (lamps.path / "conftest.py").open("a", encoding="utf-8") as file:
+        file.write("\n# a comment\n")
+    assert [closed(), closed()] == [True, False]
+    change(lamps.path, "requirements.toml", "[0:2]", "[0:1.5]")
+    assert closed()
+
+
+def test_after_another_suite_only_what_it_left_open_is_closed(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-close", "--hri-close-runs=40")
+    result.stdout.fnmatch_lines(["hricdv: running the 4 tests of the other suites first ..."])
+    suites = {suite["name"]: suite for suite in report(lamps.path)["suites"]}
+    assert [*suites] == ["by-hand", "closure"]
+    per_suite = [test["suite"] for test in report(lamps.path)["tests"]]
+    assert (per_suite.count("by-hand"), per_suite.count("closure")) == (4, 4)
+
+
+def test_as_many_tests_as_asked_for_are_handed_over(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(*SUITE, "--hri-tests=3")
+    assert len(ids(lamps)) == 3
+
+
+def test_ctrl_c_keeps_what_was_reached_and_says_so(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    add = Archive.add
+
+    def interrupted(self: Archive, *given: Any) -> Any:
+        if len(self.entries) == 3:
+            raise KeyboardInterrupt
+        return add(self, *given)
+
+    monkeypatch.setattr(Archive, "add", interrupted)
+    result = lamps.runpytest_inprocess(*SUITE)
+    assert 1 <= len(ids(lamps)) <= 3
+    result.stdout.fnmatch_lines(
+        [
+            "hricdv: closing ended (interrupted) after 3 runs, *",
+            "hricdv: what was reached until Ctrl-C is kept and runs now; Ctrl-C again ends all",
+        ]
+    )
+    result = lamps.runpytest_inprocess(*SUITE)
+    result.stdout.fnmatch_lines(["hricdv: closing ended (interrupted) *"])  # and is not kept as if it were the suite
+
+
+LAMP = "    lamp = Lamp()\n"
+GREETS = 'any(action.command == "greet" for action in run.test.actions)'
+
+
+def test_where_every_run_errs_it_is_said_why(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "conftest.py", LAMP, f"    {{}}[run.test.seed]\n{LAMP}")
+    assert "--hri-suite=closure: no run came to its end: KeyError: " in refused(lamps, *SUITE)
+
+
+def test_runs_that_err_are_noted_and_the_others_make_the_suite(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "conftest.py", LAMP, f"    if {GREETS}:\n        {{}}[run.test.seed]\n{LAMP}")
+    lamps.runpytest_inprocess(*SUITE)
+    (note,) = (note for note in report(lamps.path)["suites"][0]["generation"]["notes"] if "came to no end" in note)
+    assert "the first: KeyError: " in note
+    assert {*outcomes(lamps.path).values()} == {"passed"}
+
+
+def test_a_run_that_kills_its_process_is_an_error_of_that_run(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "conftest.py", LAMP, f"    if {GREETS}:\n        os._exit(3)\n{LAMP}")
+    change(lamps.path, "conftest.py", "from pathlib", "import os\nfrom pathlib")
+    lamps.runpytest_inprocess(*SUITE)
+    notes = report(lamps.path)["suites"][0]["generation"]["notes"]
+    assert any("ended with status 3" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--hri-close-runs=0"], "--hri-close-runs=0: expected at least 1"),
+        (["--hri-close-runs=many"], "--hri-close-runs=many: expected a whole number"),
+        (["--hri-close-seconds=0"], "--hri-close-seconds=0: expected at least 1"),
+        (
+            ["--hri-sampling=corners"],
+            "--hri-sampling and the suite closure: the closing loop chooses parameters itself",
+        ),
+    ],
+)
+def test_wrong_options_are_refused(lamps: pytest.Pytester, options: list[str], told: str) -> None:
+    assert told in refused(lamps, "--hri-suite=closure", *options)
+
+
+def test_a_model_that_is_broken_is_an_error_before_any_run(lamps: pytest.Pytester) -> None:
+    (lamps.path / "models" / "visitor.asl").write_text("@v1 +hall <- enter(hall", encoding="utf-8")
+    assert "visitor.asl" in refused(lamps, *SUITE)
+
+
+def test_that_a_loop_reaches_what_need_not_be_checked_is_no_sign_that_other_suites_do(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_allow_nc =\n    R1: for a test")
+    needless = "R1 need not be checked (for a test), but was"
+    lamps.runpytest_inprocess(*SUITE).stdout.no_fnmatch_line(needless)
+    lamps.runpytest_inprocess("--hri-suite=by-hand,closure", SUITE[1]).stdout.fnmatch_lines([needless])

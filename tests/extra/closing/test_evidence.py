@@ -1,0 +1,214 @@
+"""Evidence of a closing loop: hit, impossible and open points, bounds, growth, what a further run would find."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.coverage.code_map import CodeMap, SourceFile
+from pytest_hricdv.extra.closing.archive import GIVEN, Archive, Entry
+from pytest_hricdv.extra.closing.evidence import evidence, rule_of_three
+from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.open_points import Surroundings
+from pytest_hricdv.extra.closing.records import ClosingResult, ImpossiblePoint
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.suite_files import parse_tests
+
+CODE = CodeMap(
+    ("lamp",),
+    (
+        SourceFile(
+            "lamp.py",
+            Path("lamp.py"),
+            (1, 2, 3, 4),
+            ((1, 2), (1, 3), (3, -1), (3, 4)),
+            (),
+            "if dark:\n    switch_on()\nif bright:\n    switch_off()\n",
+        ),
+    ),
+    "",
+)
+KNOWN = Surroundings(CODE, {"light": ("place", "level")}, {"visitor": {"wish": ("curt", "dim")}})
+STATEMENTS: list[Point] = [("statement", "lamp.py", str(line)) for line in (1, 2, 3, 4)]
+BINS: list[Point] = [("bin", "light", place, level) for place in ("hall", "cellar") for level in ("low", "high")]
+
+
+def add(archive: Archive, name: str, *points: Point, way: str = "model", aims: tuple[Point, ...] = ()) -> Entry:
+    """A run of 10 s that hits these points; its id is `NAME-1`."""
+    hits = tuple(point[2:] for point in points if point[0] == "bin")
+    test = AbstractTest(f"{name}-1", "closure", name, (), ("greet",), seed=1)
+    observation = Observation(test.to_data(), tuple(sorted(points)), {"light": hits}, sim_s=10.0)
+    return archive.add(observation, way, aims)
+
+
+def shown(
+    archive: Archive, *suite: Entry, impossible: tuple[ImpossiblePoint, ...] = (), without: tuple[int, ...] = ()
+) -> ClosingResult:
+    """The evidence of an archive."""
+    return evidence(archive, suite, impossible, KNOWN, suite="closure", ended="runs", budget=99, without=without)
+
+
+def test_a_hit_point_names_a_test_of_the_suite_and_the_way_that_led_there_first() -> None:
+    archive = Archive(STATEMENTS[:2])
+    add(archive, "early", STATEMENTS[0])
+    late = add(archive, "late", *STATEMENTS[:2], way="disturbances")
+    result = shown(archive, late)
+    assert [(each.point, each.test, each.way, each.run) for each in result.hit] == [
+        (STATEMENTS[0], "late-1", "model", 1),
+        (STATEMENTS[1], "late-1", "disturbances", 2),
+    ]
+    assert result.open == ()
+
+
+def test_the_bound_of_an_open_point_is_three_over_the_runs_that_were_aimed_at_it() -> None:
+    archive = Archive(BINS[:2])
+    for number in range(12):
+        add(archive, f"n{number}", aims=(BINS[0],) if number % 2 else ())
+    aimed, other = shown(archive).open
+    assert (aimed.tries, aimed.bound) == (6, 0.5)
+    assert (other.tries, other.bound) == (0, None)
+    assert shown(archive).bound == 3 / 12
+    assert [rule_of_three(trials) for trials in (0, 1, 3, 300)] == [None, 1.0, 1.0, 0.01]
+
+
+def test_the_nearest_test_of_a_bin_differs_in_fewest_coordinates_and_is_of_the_suite_if_it_can_be() -> None:
+    archive = Archive(BINS)
+    add(archive, "dear", BINS[0])
+    add(archive, "far", BINS[2])
+    kept = add(archive, "kept", BINS[0], BINS[2])
+    open_points = {each.point: each for each in shown(archive, kept).open}
+    assert open_points[BINS[1]].test == "kept-1"
+    assert open_points[BINS[1]].lacking == "level low instead of high"
+    assert open_points[BINS[3]].lacking == "level low instead of high"
+    assert open_points[BINS[1]].waiver == """cross product light: impossible={('hall', 'high'): "why"}"""
+
+
+def test_of_equally_near_tests_of_a_bin_that_counts_which_planned_the_same_and_then_that_which_was_aimed_at_it() -> (
+    None
+):
+    archive = Archive(BINS)
+    add(archive, "elsewhere", BINS[3])
+    add(archive, "unaimed", BINS[0])
+    add(archive, "aimed", BINS[0], aims=(BINS[1],))
+    open_points = {each.point: each for each in shown(archive).open}
+    assert (open_points[BINS[1]].test, open_points[BINS[1]].lacking) == ("aimed-1", "level low instead of high")
+
+
+def test_a_nearest_test_that_is_in_no_suite_can_be_read_back() -> None:
+    archive = Archive(BINS[:2])
+    add(archive, "near", BINS[0])
+    ((name, text),) = shown(archive).nearest.items()
+    (test,) = parse_tests(text, file="nearest.txt", suite="nearest")
+    assert name == test.id == "near-1"
+    assert test == archive.entries[0].test
+
+
+def test_open_code_says_where_it_has_to_go_on_and_how_it_is_waived() -> None:
+    branch = ("branch", "lamp.py", "3", "4")
+    archive = Archive([*STATEMENTS, ("branch", "lamp.py", "1", "2"), branch])
+    run = add(archive, "dim", STATEMENTS[0], STATEMENTS[2])
+    found = {each.point: (each.test, each.lacking, each.waiver) for each in shown(archive, run).open}
+    way_on = "line 3 (`if bright:`) has to go on to"
+    assert found[STATEMENTS[3]] == ("dim-1", f"{way_on} it", "lamp.py:4: # unreachable: why")
+    assert found[branch] == ("dim-1", f"{way_on} line 4", "lamp.py:4: # unreachable: why")
+
+
+def test_a_branch_between_executed_lines_has_no_waiver() -> None:
+    branch = ("branch", "lamp.py", "1", "3")
+    archive = Archive([*STATEMENTS, branch])
+    run = add(archive, "all", *STATEMENTS)
+    assert [(each.point, each.waiver) for each in shown(archive, run).open] == [(branch, "")]
+
+
+def test_a_requirement_that_nothing_triggered_says_which_conditions_were_missing() -> None:
+    passed = ("verdict", "R1", "Passed")
+    archive = Archive([passed])
+    for name, distance in (("far", 2.0), ("near", 0.4)):
+        test = AbstractTest(f"{name}-1", "closure", name, (), ("greet",))
+        missing = {"R1": tuple(f"{name}{number}" for number in range(int(distance) + 1))}
+        archive.add(Observation(test.to_data(), distances=((passed, distance),), missing=missing), "model")
+    (only,) = shown(archive).open
+    assert (only.test, only.lacking) == ("near-1", "near0")
+    assert only.waiver == "hri_allow_nc = R1: why"
+
+
+def test_an_open_plan_says_which_beliefs_lead_to_it() -> None:
+    (only,) = shown(Archive([("plan", "visitor", "wish")])).open
+    assert (only.test, only.lacking, only.waiver) == ("", "the beliefs curt dim reach it", "")
+
+
+def test_what_is_impossible_and_nevertheless_hit_counts_as_hit() -> None:
+    archive = Archive(BINS[:1])
+    run = add(archive, "odd", *BINS[:2])
+    both = tuple(ImpossiblePoint(point=point, reason="so", by="model") for point in BINS[1:3])
+    result = shown(archive, run, impossible=both)
+    assert [each.point for each in result.hit] == BINS[:2]
+    assert [each.point for each in result.impossible] == BINS[2:3]
+    kind = result.kinds["bin"]
+    assert (kind.hit, kind.impossible, kind.open) == (2, 1, 0)
+
+
+def test_what_only_runs_that_do_not_repeat_hit_is_open() -> None:
+    archive = Archive(BINS[:2])
+    run = add(archive, "good", BINS[0])
+    add(archive, "odd", BINS[1])
+    result = shown(archive, run, without=(1,))
+    assert [each.point for each in result.open] == [BINS[1]]
+    assert len(result.growth) == 1
+
+
+def test_growth_counts_new_points_by_kind_and_way_without_the_time_of_given_tests() -> None:
+    archive = Archive([*STATEMENTS, *BINS])
+    add(archive, "given", STATEMENTS[0], way=GIVEN)
+    add(archive, "first", STATEMENTS[0], BINS[0], BINS[1])
+    add(archive, "second", STATEMENTS[0])
+    add(archive, "third", STATEMENTS[1], way="disturbances")
+    result = shown(archive)
+    assert [each.run for each in result.hit] == [0, 3, 1, 1]
+    assert [(each.run, each.sim_s, each.way, dict(each.new)) for each in result.growth] == [
+        (0, 0.0, GIVEN, {"statement": 1}),
+        (1, 10.0, "model", {"bin": 2}),
+        (3, 30.0, "disturbances", {"statement": 1}),
+    ]
+    assert {way: (each.runs, each.sim_s, dict(each.new)) for way, each in result.ways.items()} == {
+        "model": (2, 20.0, {"bin": 2}),
+        "disturbances": (1, 10.0, {"statement": 1}),
+    }
+    assert (result.runs, result.given, result.sim_s) == (3, 1, 30.0)
+
+
+def test_good_turing_takes_what_one_run_only_has_hit_for_what_is_left() -> None:
+    archive = Archive(BINS)
+    for points in (BINS[:2], BINS[:1], BINS[:1], BINS[2:3]):
+        add(archive, "some", *points)
+    estimate = shown(archive).good_turing
+    assert estimate is not None
+    assert (estimate.once, estimate.hits) == (2, 5)
+    assert (estimate.share, estimate.points) == (2 / 5, 2 / 4)
+    assert shown(Archive(BINS)).good_turing is None
+
+
+def test_violations_are_listed_by_kind_with_a_test_of_the_suite_and_those_that_are_not_known_first() -> None:
+    known = ("known violation", "R3", "far >= 0.05", "Move", "released")
+    new = ("violation", "R4", "speed < 0.25", "Reset", "")
+    archive = Archive(())
+    add(archive, "first", known)
+    kept = add(archive, "kept", known, new, ("fault", "# s too late"))
+    result = shown(archive, kept)
+    assert [
+        (each.requirement, each.part, each.state, each.known, each.runs, each.test) for each in result.violations
+    ] == [
+        ("", "# s too late", "", False, 1, "kept-1"),
+        ("R4", "speed < 0.25", "Reset", False, 1, "kept-1"),
+        ("R3", "far >= 0.05", "Move", True, 2, "kept-1"),
+    ]
+
+
+@pytest.mark.parametrize("kind", ["statement", "bin"])
+def test_without_a_run_everything_is_open_and_nothing_is_known(kind: str) -> None:
+    points = [point for point in (*STATEMENTS, *BINS) if point[0] == kind]
+    result = shown(Archive(points))
+    assert [(each.point, each.test, each.lacking) for each in result.open] == [(point, "", "") for point in points]
+    assert (result.runs, result.bound) == (0, None)

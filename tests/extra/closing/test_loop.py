@@ -1,0 +1,172 @@
+"""The loop with a runner that needs no simulation: generations, order of merging, budget, interruption, errors."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from random import Random
+
+import pytest
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.extra.closing.archive import Archive
+from pytest_hricdv.extra.closing.loop import GENERATION, Loop, LoopError, OnlineWeights
+from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.suite import smallest_suite
+from pytest_hricdv.extra.closing.way import Proposal
+from pytest_hricdv.extra.search import Budget
+from pytest_hricdv.generate.abstract import AbstractTest, Draft
+from pytest_hricdv.generate.rng import pick
+
+COMMANDS = ("ask", "take", "wait", "leave")
+WANTED = tuple(("said", one, two) for one in COMMANDS for two in COMMANDS)
+
+
+class AnyTwo:
+    """A way that proposes two commands at random, aimed at that pair."""
+
+    def __init__(self, name: str = "any two") -> None:
+        self.name = name
+
+    def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
+        """See `Way`."""
+        return [self._proposal((pick(rng, COMMANDS), pick(rng, COMMANDS))) for _ in range(count)]
+
+    def _proposal(self, lines: tuple[str, str]) -> Proposal:
+        return Proposal(Draft("two", (), lines), self.name, (("said", *lines),))
+
+
+class Nothing:
+    """A way that never knows a test."""
+
+    name = "nothing"
+
+    def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
+        """See `Way`."""
+        return []
+
+
+def observed(test: AbstractTest) -> Observation:
+    """What a run yields: the pair that was said; the seed decides how long it takes."""
+    return Observation(test.to_data(), points=(("said", *test.lines),), sim_s=1.0 + test.seed % 7)
+
+
+def in_order(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+    """Runs tests one by one."""
+    return ((number, observed(test)) for number, test in enumerate(tests))
+
+
+def backwards(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+    """The last test first, as another number of processes might."""
+    return reversed([*in_order(tests, online)])
+
+
+def loop(wanted: Iterable[Point] = WANTED, runs: int = 400, seed: int = 0) -> Loop:
+    """A loop with a way that needs luck."""
+    return Loop(Archive(wanted), (Nothing(), AnyTwo()), in_order, seed, Budget(runs))
+
+
+def test_it_ends_when_nothing_is_open() -> None:
+    closing = loop()
+    assert closing.run() == "closed"
+    assert not closing.archive.open
+    assert closing.budget.used < 400
+
+
+def test_what_it_finds_depends_on_the_seed_and_not_on_the_order_in_which_runs_end() -> None:
+    found = []
+    for runner, seed in ((in_order, 0), (backwards, 0), (in_order, 1)):
+        closing = loop(seed=seed)
+        closing.runner = runner
+        closing.run()
+        found.append([entry.test for entry in closing.archive.entries])
+    assert found[0] == found[1] != found[2]
+
+
+def test_the_budget_of_runs_is_kept_to_the_run() -> None:
+    closing = loop((*WANTED, ("never",)), runs=2 * GENERATION + 3)
+    assert closing.run() == "runs"
+    assert len(closing.archive.entries) == closing.budget.used == 2 * GENERATION + 3
+
+
+def test_seconds_end_it_between_two_generations() -> None:
+    times = iter(range(100))
+    closing = loop((("never",),))
+    closing.budget = Budget(400, seconds=3, clock=lambda: float(next(times)))
+    assert closing.run() == "seconds"
+    assert len(closing.archive.entries) == 2 * GENERATION
+
+
+def test_it_ends_when_no_way_knows_a_test() -> None:
+    closing = loop()
+    closing.ways = (Nothing(),)
+    assert closing.run() == "nothing to try"
+
+
+def test_what_a_way_cannot_use_all_others_share() -> None:
+    closing = Loop(Archive(WANTED), (Nothing(), AnyTwo("one"), AnyTwo("two")), in_order, 0, Budget(40))
+    closing.run()
+    counts = Counter(entry.way for entry in closing.archive.entries)
+    assert set(counts) == {"one", "two"}
+    assert min(counts.values()) >= 8
+
+
+def test_equal_tests_have_seeds_and_ids_of_their_own() -> None:
+    closing = loop((("never",),), runs=64)
+    closing.run()
+    tests = [entry.test for entry in closing.archive.entries]
+    assert len({test.lines for test in tests}) < len(tests)
+    assert len({test.id for test in tests}) == len({test.seed for test in tests}) == len(tests)
+
+
+def test_ctrl_c_keeps_what_was_reached() -> None:
+    def interrupted(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+        yield from list(in_order(tests, online))[1:4]
+        raise KeyboardInterrupt
+
+    closing = loop()
+    closing.runner = interrupted
+    assert closing.run() == "interrupted"
+    assert [entry.number for entry in closing.archive.entries] == [0, 1, 2]
+    assert smallest_suite(closing.archive)
+
+
+def test_where_every_run_errs_the_first_error_is_raised_and_where_some_do_it_goes_on() -> None:
+    def failing(every: int) -> Loop:
+        def run(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+            for number, test in enumerate(tests):
+                broken = Observation(test.to_data(), error=f"KeyError: {number}")
+                yield number, broken if number % every == 0 else observed(test)
+
+        closing = loop()
+        closing.runner = run
+        return closing
+
+    with pytest.raises(LoopError, match="KeyError: 0"):
+        failing(every=1).run()
+    assert failing(every=2).run() == "closed"
+
+
+def test_tries_are_counted_while_a_point_is_open() -> None:
+    closing = loop()
+    closing.run()
+    first = {entry.test.lines: entry.number for entry in reversed(closing.archive.entries)}
+    assert set(closing.archive.tries.values()) == {1}
+    assert all(closing.archive.entries[number].new == (("said", *lines),) for lines, number in first.items())
+
+
+def test_the_suite_has_the_shortest_run_of_each_point() -> None:
+    closing = loop()
+    closing.run()
+    suite = smallest_suite(closing.archive)
+    assert {entry.observation.points[0] for entry in suite} == set(WANTED)
+    best = [closing.archive.best[entry.observation.points[0]] for entry in suite]
+    assert [entry.observation.sim_s for entry in suite] == [entry.observation.sim_s for entry in best]
+
+
+def test_what_given_tests_hit_needs_no_further_test() -> None:
+    archive = Archive(WANTED)
+    archive.add(Observation(AbstractTest("g", "other", "two", (), ("ask", "ask")).to_data(), (WANTED[0],)))
+    closing = Loop(archive, (AnyTwo(),), in_order, 0, Budget(400))
+    assert closing.run() == "closed"
+    assert {entry.observation.points[0] for entry in smallest_suite(archive)} == set(WANTED[1:])

@@ -1,0 +1,88 @@
+"""What a report says of its closing loop: in the terminal and on the page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pytest_hricdv.extra.closing.view import curves
+from pytest_hricdv.report import html, terminal
+from tests.json_schema import REPORT as SCHEMA
+from tests.report import sample, sample_sections
+from tests.report.parsed import Page
+from tests.report.watched import Watched
+
+DATA = sample.data(("closure",), tests=2) | {"closing": sample_sections.CLOSING}
+REPORT = sample.typed(DATA)
+
+
+def test_the_sample_keeps_the_published_schema() -> None:
+    SCHEMA.validate(DATA)
+
+
+def test_the_summary_counts_points_by_kind_and_names_open_ones_in_at_most_ten_lines_that_fit() -> None:
+    lines = [line.text for line in terminal.summary(REPORT, Path("out"), 120)]
+    assert max(map(len, lines)) <= 120
+    start = lines.index("closing: 400 runs, 30212 s simulated; ended: the budget of runs is used up")
+    assert lines[start + 1 : start + 15] == [
+        "  points            hit  impossible   open",
+        "  statements          2           1      1",
+        "  branches            0           0      1",
+        "  bins                1           4     12",
+        "  verdicts            0           0      1",
+        "  1 run came to no end",
+        "  a further run would hit 0.005 new points, 0.1 % of its points (Good-Turing)",
+        "  violated: R4 (joint_speed < 0.25) in Reset, released: 1 run (closure-x)",
+        "  violated: the robot raised <b>KeyError</b>: 2 runs (closure-x)",
+        "  kinds of violations: 1 known, see the report",
+        "  open: controller/states.py:13: never aimed at; line 12 (`if <script>:`) has to go on to it (closure-near)",
+        "  open: controller/states.py:12->exit: 1 try, below 100.0 %",
+        "  open: R1 Passed: 120 tries, below 2.5 %; reading.gaze & reading.pressure",
+        "  open: handover: 100 x 1: 104 tries, below 2.9 %; leg 4 instead of 3 (closure-near)",
+    ]
+    open_lines = [line for line in lines if line.startswith("  open:")]
+    assert len(open_lines) == 10
+    assert open_lines[-1] == "  open: 6 more: see the report"
+
+
+def test_the_page_has_each_open_point_with_its_evidence_and_the_reasons_of_impossible_ones() -> None:
+    words = " ".join(Page(html.page(REPORT)[0]).words.split())
+    assert (
+        "Closing: 400 runs, 30212 s simulated; ended: the budget of runs is used up. 2 tests of other suites" in words
+    )
+    assert "statements 2 1 1 branches 0 0 1 bins 1 4 12 verdicts 0 0 1" in words
+    assert "disturbances 300 23212 s 1" in words
+    assert (
+        "line 12 ( if <script>: ) has to go on to it if it cannot be: controller/states.py:13: # unreachable: why"
+        in words
+    )
+    assert "R1 Passed verdicts 120 2.5 % reading.gaze & reading.pressure" in words
+    assert """if it cannot be: cross product handover: impossible={('001', '1'): "why"}""" in words
+    assert "# id: closure-near # seed: 1 tell leg" in words
+    assert "R4 violated Reset released 1 joint_speed < 0.25 closure-x" in words
+    assert "fault violated - - 2 the robot raised <b>KeyError</b> closure-x R3 known - - 7" in words
+    assert "statements 1 waived a <b>guard</b> bins 4 model the model" in words
+
+
+def test_curves_end_at_the_share_that_is_hit_and_begin_with_given_tests() -> None:
+    found = curves(REPORT)
+    assert found is not None
+    assert found["kinds"]["statements"]["runs"] == [(0, 0.0), (1, 33.33), (200, 66.67), (400, 66.67)]
+    assert found["kinds"]["statements"]["sim_s"][1] == (70.2, 33.33)
+    assert found["kinds"]["bins"]["runs"][:2] == [(0, 0.0), (0, 7.69)]
+    assert found["ways"]["disturbances"]["runs"] == [(0, 0.0), (200, 1.0), (400, 1.0)]
+
+
+def test_plots_show_kinds_and_ways_over_runs_and_time(watched: Watched, tmp_path: Path) -> None:
+    page: Any = watched.open(DATA, tmp_path, "closure")
+    assert page.locator("#closure figure[data-closing] svg[aria-label]").count() == 4
+    words = page.locator("#closure").text_content()
+    for text in ("points hit (%)", "points hit first", "runs →", "simulated time (s) →"):
+        assert text in words
+    watched.assert_quiet()
+
+
+def test_a_report_without_a_loop_says_nothing_of_it() -> None:
+    report = sample.report()
+    assert "Closing" not in Page(html.page(report)[0]).words
+    assert not [line for line in terminal.summary(report, Path("out"), 80) if "closing" in line.text]

@@ -1,0 +1,158 @@
+"""Declarations of conformance: what they accept, and what they refuse, with the place and the nearest name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.coupling.hears import Hears
+from pytest_hricdv.extra.oracle.declaration import Conformance, ConformanceError, Does
+from pytest_hricdv.monitor import RequirementError
+from tests.extra.oracle.toy import TOY, Toy
+
+OFFERED = Does("offered", "on(offer)")
+
+
+def test_the_oracle_says_what_is_required(tmp_path: Path) -> None:
+    oracle = Toy(tmp_path).oracle
+    assert (oracle.id, oracle.source, oracle.group) == ("MODEL", "robot.asl", "model")
+    assert oracle.title == "The code under test does what the agent robot does, in time, and nothing else"
+    assert oracle.text.startswith("take(Thing) after 1 to 10 s, offered within 2 s, ")
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"agent": "robto"}, "Conformance: no agent 'robto' in * nearest: robot"),
+        ({"does": (Does("@ofer", "on(offer)"),)}, "Does('@ofer'): robot has no plan @ofer; nearest: @offer"),
+        (
+            {"does": (Does("ofered", "on(offer)"),)},
+            "Does('ofered'): robot has no action or message ofered; nearest: offered",
+        ),
+        (
+            {"does": (Does("take", "on(taken)"),)},
+            "Does('take'): robot has no action or message take with 0 arguments; it has 1",
+        ),
+        ({"does": (Does("take(", "on(taken)"),)}, "Does('take('): *"),
+        (
+            {"does": (Does("take(Thign)", "on(taken)"),)},
+            "Does('take(Thign)'): Thign is no field of its message and no signal; nearest: thing",
+        ),
+        (
+            {"does": (Does("offered", "on(offer)", fails="rise(gripping)"),)},
+            "Does('offered'), fails: only an external action can fail; offered is none of robot",
+        ),
+        (
+            {"hears": (Hears("wnated(Thing)", "on(order)"),)},
+            "Hears('wnated(Thing)'): robot has no belief wnated; nearest: wanted",
+        ),
+        ({"hears": (Hears("!ofer", "on(order)"),)}, "Hears('!ofer'): robot has no goal ofer; nearest: offer"),
+        (
+            {"hears": (Hears("thanks", "on(thank)", source="persn"),)},
+            "Hears('thanks'): no agent 'persn'; nearest: person",
+        ),
+        (
+            {"limits": {"patence": 3.0}},
+            "Conformance: limits: robot has no initial belief patence(number); nearest: patience",
+        ),
+        (
+            {"limits": {"patience": "patience"}},
+            "Conformance: limits['patience']: the run has no parameter 'patience'; nearest: patience_s",
+        ),
+        ({"limits": {"patience": True}}, "Conformance: limits['patience'] is True; expected a number, or *"),
+    ],
+)
+def test_names_that_do_not_exist_are_refused(tmp_path: Path, changes: dict[str, object], told: str) -> None:
+    with pytest.raises(ConformanceError) as error:
+        Toy(tmp_path, **changes)
+    begin, _, end = told.partition("*")
+    assert str(error.value).startswith(begin.rstrip()), str(error.value)
+    assert str(error.value).endswith(end.strip()), str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("does", "told"),
+    [
+        (Does("offered", "on(ofer)"), "Does('offered'), column 4: unknown topic 'ofer'; nearest: offer"),
+        (Does("offered", "on(offer) &"), "Does('offered'), column 12: "),
+        (Does("offered", "holding"), "Does('offered'), column 1: expected an event\n    holding\n    ^^^^^^^"),
+        (Does("let_go", "on(offer)", fails="holding"), "Does('let_go'), fails, column 1: expected an event"),
+    ],
+    ids=["an unknown topic", "no condition", "no event", "a failure that is no event"],
+)
+def test_conditions_that_are_none_are_refused_with_their_place(tmp_path: Path, does: Does, told: str) -> None:
+    with pytest.raises(RequirementError) as error:
+        Toy(tmp_path, does=(does,))
+    assert str(error.value).startswith(told), str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("made", "told"),
+    [
+        (
+            lambda: Does("offered", "on(offer)", within_s=(3.0, 1.0)),
+            "Does('offered'): within_s is (3.0, 1.0); expected",
+        ),
+        (lambda: Does("offered", "on(offer)", within_s=3.0), "Does('offered'): within_s is 3.0; expected"),  # type: ignore[arg-type]
+        (lambda: Conformance("robot", ()), "Conformance: does is empty"),
+        (lambda: Conformance("robot", OFFERED), "Conformance: does is Does("),  # type: ignore[arg-type]
+        (lambda: Conformance("robot", (OFFERED,), hears=("wanted",)), "Conformance: hears is ('wanted',)"),  # type: ignore[arg-type]
+        (lambda: Conformance("robot", (OFFERED,), tolerance_s=-1.0), "Conformance: tolerance_s is -1.0"),
+    ],
+)
+def test_values_that_make_no_sense_are_refused(made: Callable[[], object], told: str) -> None:
+    with pytest.raises(ConformanceError) as error:
+        made()
+    assert str(error.value).startswith(told)
+
+
+def test_an_end_that_is_no_event_is_refused_with_its_place(tmp_path: Path) -> None:
+    with pytest.raises(RequirementError, match=r"Conformance, until, column 1: expected an event"):
+        Toy(tmp_path, until="gripping")
+
+
+def test_a_message_whose_content_is_a_variable_can_be_anything_that_the_agent_mentions(tmp_path: Path) -> None:
+    robot = "+wanted(Thing) <- !say(offered). +!say(What) <- .send(person, tell, What)."
+    toy = Toy(tmp_path, robot, does=(OFFERED,), hears=TOY.hears[:1], limits={})
+    assert toy.follow((1.0, "order", {"thing": "cup"}), (1.5, "offer")).verdict == "Passed"
+
+
+def test_a_variable_can_be_a_signal_which_needs_a_value(tmp_path: Path) -> None:
+    robot = "+heavy(Weight) : Weight > 2 <- offered."
+    toy = Toy(tmp_path, robot, does=(OFFERED,), hears=(Hears("heavy(Weight)", "on(order)"),), limits={})
+    order = (1.0, "order", {"thing": "cup"})
+    assert toy.follow((0.0, "weight", 3.0), order, (1.5, "offer")).verdict == "Passed"
+    assert toy.follow((0.0, "weight", 1.0), order, (1.5, "offer")).verdict == "Failed"
+    with pytest.raises(ConformanceError, match=r"Hears\('heavy\(Weight\)'\): weight has no value yet"):
+        toy.follow(order)
+
+
+def test_an_agent_that_waits_busily_is_refused(tmp_path: Path) -> None:
+    robot = "+wanted(Thing) <- !spin. +!spin <- .print(x); !spin. +thanks <- offered."
+    toy = Toy(tmp_path, robot, does=(OFFERED,), limits={})
+    with pytest.raises(ConformanceError, match=r"robot does not come to rest: it has to wait with \.wait, not busily"):
+        toy.follow((1.0, "order", {"thing": "cup"}))
+
+
+def test_an_agent_that_waits_for_no_time_again_and_again_is_refused(tmp_path: Path) -> None:
+    robot = "+wanted(Thing) <- !spin. +!spin <- .wait(0); !spin. +thanks <- offered."
+    toy = Toy(tmp_path, robot, does=(OFFERED,), limits={})
+    with pytest.raises(ConformanceError, match="robot waits again and again without time passing"):
+        toy.follow((1.0, "order", {"thing": "cup"}))
+
+
+def test_an_agent_that_only_waits_for_a_belief_comes_to_rest(tmp_path: Path) -> None:
+    robot = "+wanted(Thing) <- !ready; offered. +!ready : thanks. +!ready <- !ready."
+    toy = Toy(tmp_path, robot, does=(OFFERED,), limits={})
+    assert toy.follow((1.0, "order", {"thing": "cup"}), (2.0, "thank"), (2.5, "offer")).verdict == "Passed"
+    assert toy.follow((1.0, "order", {"thing": "cup"}), (2.0, "offer")).verdict == "Failed"
+
+
+def test_a_goal_of_the_agent_that_fails_is_named_in_the_deviation(tmp_path: Path) -> None:
+    robot = "+wanted(Thing) <- !missing; offered."
+    toy = Toy(tmp_path, robot, does=(OFFERED,), hears=TOY.hears[:1], limits={})
+    [violation] = toy.follow((1.0, "order", {"thing": "cup"}), (2.0, "offer")).violations
+    assert "nothing, as robot waits (robot: " in violation.text
+    assert "no relevant plan for +!missing" in violation.text

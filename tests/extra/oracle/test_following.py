@@ -1,0 +1,180 @@
+"""Runs compared with an agent: what conforms, and what deviates."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.coupling.hears import Hears
+from pytest_hricdv.extra.oracle.declaration import Does
+from tests.extra.oracle.toy import HANDED_OVER, TOY, Event, Toy, moved, violation, without
+
+
+@pytest.fixture
+def toy(tmp_path: Path) -> Toy:
+    return Toy(tmp_path)
+
+
+def test_a_run_that_does_what_the_agent_does_passes(toy: Toy) -> None:
+    verdict = toy.follow(*HANDED_OVER)
+    assert (verdict.requirement, verdict.verdict) == ("MODEL", "Passed")
+    assert (verdict.attempts, verdict.passes, verdict.pending) == (3, 3, 0)
+    assert [(each.begin_s, each.end_s) for each in verdict.history] == [(1.0, 4.0), (4.0, 5.0), (7.0, 7.5)]
+
+
+def test_an_act_that_is_not_observed_deviates_when_its_time_is_over(toy: Toy) -> None:
+    verdict = toy.follow(*without("offer", HANDED_OVER[:5]))
+    assert violation(verdict) == (
+        "6 s: expected offered within 2 s of 4.0 s (plan @offer of robot, observed by on(offer)); observed nothing"
+    )
+    assert (verdict.verdict, verdict.failures, verdict.violations[0].trigger_s) == ("Failed", 1, 4.0)
+
+
+def test_an_act_that_comes_after_its_time_is_late(toy: Toy) -> None:
+    assert toy.follow(*moved("taken", 11.0, HANDED_OVER[:4]), end_s=12.0).verdict == "Passed"
+    assert toy.follow(*moved("taken", 11.1, HANDED_OVER[:4]), end_s=12.0).violations[0].time_s == 11.0
+
+
+def test_an_act_before_its_time_deviates(toy: Toy) -> None:
+    assert violation(toy.follow(*moved("taken", 1.4))) == (
+        "1.4 s: expected take(cup) 1 to 10 s after 1.0 s (plan @fetch of robot, observed by on(taken)); "
+        'observed taken(thing="cup") after 0.4 s'
+    )
+
+
+@pytest.mark.parametrize(
+    ("event", "expected"),
+    [
+        ((5.5, "offer"), "nothing, as robot waits; observed offer"),
+        (
+            (2.0, "offer"),
+            "take(cup) 1 to 10 s after 1.0 s (plan @fetch of robot, observed by on(taken)); observed offer",
+        ),
+        ((30.0, "taken", {"thing": "cup"}), 'nothing, as robot waits; observed taken(thing="cup")'),
+        ((5.5, "holding", False), "nothing, as robot waits; observed holding = False"),
+    ],
+    ids=["twice", "in the wrong order", "at the end", "a signal"],
+)
+def test_an_act_that_the_agent_does_not_do_now_deviates(toy: Toy, event: Event, expected: str) -> None:
+    run = sorted((*HANDED_OVER, event), key=lambda each: each[0])
+    assert violation(toy.follow(*run)) == f"{event[0]:g} s: expected {expected}"
+
+
+def test_something_unexpected_at_the_very_end_of_a_run_deviates(toy: Toy) -> None:
+    assert toy.follow(*HANDED_OVER, (8.0, "offer"), end_s=8.0).verdict == "Failed"
+
+
+def test_what_corresponds_to_no_act_is_left_open(toy: Toy) -> None:
+    extra: tuple[Event, ...] = (
+        (2.0, "state", {"name": "Reset"}),
+        (2.0, "weight", 3.0),
+        (3.0, "report", {"count": 1.0}),
+    )
+    assert toy.follow(*sorted((*HANDED_OVER, *extra), key=lambda each: each[0])).verdict == "Passed"
+
+
+def test_an_agent_that_had_nothing_to_do_has_checked_nothing(toy: Toy) -> None:
+    verdict = toy.follow((0.0, "holding", False), (3.0, "thank"))
+    assert (verdict.verdict, verdict.vacuous) == ("NC", 1)
+    assert toy.follow((3.0, "offer")).verdict == "Failed", "but it has not done this either"
+
+
+def test_an_act_that_could_still_come_when_the_run_ends_is_pending(toy: Toy) -> None:
+    verdict = toy.follow(*HANDED_OVER[:5], (7.0, "thank"), end_s=8.0)
+    assert (verdict.verdict, verdict.pending, verdict.history[-1].outcome) == ("Passed", 1, "pending")
+    assert toy.follow(*HANDED_OVER[:5], (7.0, "thank"), end_s=8.1).verdict == "Failed"
+
+
+def test_an_act_is_observed_only_with_the_values_that_it_has(toy: Toy) -> None:
+    wrong = [(4.0, "taken", {"thing": "spoon"}) if event[1] == "taken" else event for event in HANDED_OVER]
+    assert violation(toy.follow(*wrong)).endswith('observed taken(thing="spoon")')  # type: ignore[arg-type]
+
+
+def test_the_agent_waits_as_long_as_the_run_allows(toy: Toy) -> None:
+    impatient: tuple[Event, ...] = (*HANDED_OVER[:5], (7.5, "put_back"))
+    assert toy.follow(*impatient, run={"patience_s": 2.5}).verdict == "Passed"
+    assert violation(toy.follow(*impatient)).endswith("observed put_back")
+    late = toy.follow(*HANDED_OVER[:5], (20.0, "put_back"))
+    assert late.violations[0].time_s == 12.0, "5 s of patience, and 2 s for the act"
+
+
+def test_an_input_just_before_a_time_out_may_come_after_it(toy: Toy) -> None:
+    def run(thanked_s: float) -> str:
+        return toy.follow(*HANDED_OVER[:5], (thanked_s, "thank"), (10.0, "put_back")).verdict
+
+    assert run(9.4) == "Failed"
+    assert run(9.6) == "Passed", "0.4 s before the time-out: the code under test may have missed it"
+    assert toy.follow(*HANDED_OVER[:5], (9.6, "thank"), (9.8, "holding", False)).verdict == "Passed", "or not"
+
+
+def test_the_agent_may_become_ready_a_little_later_than_observed(toy: Toy) -> None:
+    assert toy.follow(*HANDED_OVER[:5], (9.6, "put_back")).verdict == "Passed"
+    verdict = toy.follow(*HANDED_OVER[:5], (9.4, "put_back"))
+    assert (verdict.verdict, verdict.violations[0].time_s) == ("Failed", 9.4)
+
+
+def test_an_action_can_fail_and_the_agent_handles_it(tmp_path: Path) -> None:
+    does = [each for each in TOY.does if each.act != "let_go"]
+    failing = Does("let_go", "fall(holding)", within_s=(0.0, 1.0), fails="rise(gripping)")
+    toy = Toy(tmp_path, does=(*does, failing))
+    gripped: tuple[Event, ...] = (*HANDED_OVER[:6], (7.5, "gripping", False), (7.7, "gripping", True))
+    assert toy.follow(*gripped, (8.0, "put_back")).verdict == "Passed"
+    assert violation(toy.follow(*gripped, (8.0, "holding", False))).endswith("observed holding = False")
+    assert toy.follow(*HANDED_OVER, (20.0, "gripping", False), (21.0, "gripping", True)).verdict == "Passed"
+
+
+def test_what_the_agent_does_at_once_is_observed_in_any_order(tmp_path: Path) -> None:
+    robot = "+!serve <- !!pour; !!greet. +!pour <- pour. +!greet <- greet."
+    does = (Does("pour", "on(offer)"), Does("greet", "on(put_back)"))
+    toy = Toy(tmp_path, robot, hears=(Hears("!serve", "on(order)", source="person"),), does=does, limits={})
+    order: Event = (1.0, "order", {"thing": "tea"})
+    assert toy.follow(order, (1.5, "offer"), (1.6, "put_back")).verdict == "Passed"
+    assert toy.follow(order, (1.5, "put_back"), (1.6, "offer")).verdict == "Passed"
+    assert toy.follow(order, (1.5, "put_back"), (1.6, "put_back"), (1.7, "offer")).verdict == "Failed"
+
+
+def test_the_beginning_of_a_plan_can_be_observed(tmp_path: Path) -> None:
+    does = (Does("@fetch", "on(state) & state == 'Fetching'"), *TOY.does)
+    toy = Toy(tmp_path, does=does)
+    run: tuple[Event, ...] = ((1.5, "state", {"name": "Fetching"}), *HANDED_OVER)
+    assert toy.follow(*sorted(run, key=lambda each: each[0])).verdict == "Passed"
+    assert violation(toy.follow(*HANDED_OVER)).startswith("2 s: expected @fetch within 1 s of 1.0 s (plan @fetch")
+
+
+def test_messages_of_one_instant_are_observed_one_by_one(tmp_path: Path) -> None:
+    robot = "@a +!serve <- !go. @b +!go."
+    does = (Does("@a", "on(state) & state == 'A'"), Does("@b", "on(state) & state == 'B'"))
+    toy = Toy(tmp_path, robot, hears=(Hears("!serve", "on(order)", source="person"),), does=does, limits={})
+    order: Event = (1.0, "order", {"thing": "tea"})
+    a, b, c = ((1.0, "state", {"name": name}) for name in "ABC")
+    assert toy.follow(order, a, c, b, c).verdict == "Passed"
+    assert toy.follow(order, a, c, c).verdict == "Failed"
+
+
+def test_signals_of_one_instant_are_observed_together(tmp_path: Path) -> None:
+    toy = Toy(tmp_path, does=(*TOY.does[:2], Does("let_go", "fall(holding) & !gripping"), TOY.does[3]))
+    begin: tuple[Event, ...] = ((0.0, "gripping", True), *HANDED_OVER)
+    assert toy.follow(*begin, (7.5, "gripping", False)).verdict == "Passed"
+    assert toy.follow(*begin, (7.6, "gripping", False)).verdict == "Failed"
+
+
+def test_a_run_is_followed_until_it_leaves_what_the_model_knows(tmp_path: Path) -> None:
+    toy = Toy(tmp_path, until="rise(gripping)")
+    begin: tuple[Event, ...] = ((0.0, "gripping", False), *HANDED_OVER[:5])
+    verdict = toy.follow(*begin, (5.5, "gripping", True), (5.5, "holding", False), (6.0, "offer"))
+    assert (verdict.verdict, verdict.passes, verdict.pending) == ("Passed", 2, 0)
+    assert toy.follow(*begin, (5.5, "gripping", False), (5.5, "holding", False)).verdict == "Failed"
+
+
+def test_what_deviated_before_a_run_left_what_the_model_knows_counts(tmp_path: Path) -> None:
+    toy = Toy(tmp_path, until="rise(gripping)")
+    begin: tuple[Event, ...] = ((0.0, "gripping", False), *moved("taken", 1.4)[:4])
+    assert violation(toy.follow(*begin, (1.5, "gripping", True))).startswith("1.4 s: expected take(cup) 1 to 10 s")
+
+
+def test_what_is_open_when_a_run_leaves_what_the_model_knows_is_pending(tmp_path: Path) -> None:
+    toy = Toy(tmp_path, until="rise(gripping)")
+    verdict = toy.follow((0.0, "gripping", False), *HANDED_OVER[:4], (4.5, "gripping", True))
+    assert (verdict.verdict, verdict.passes, verdict.pending) == ("Passed", 1, 1)
+    assert [(each.begin_s, each.end_s) for each in verdict.history] == [(1.0, 4.0), (4.0, 4.5)]

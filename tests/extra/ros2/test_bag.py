@@ -1,0 +1,180 @@
+"""The bag of a run, read back by the decoder of MCAP's authors: bytes and definitions have to fit each other."""
+
+from __future__ import annotations
+
+import array
+import math
+from importlib.util import find_spec
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+
+from pytest_hricdv.extra.ros2.clocks import EPOCH_NS
+from pytest_hricdv.extra.ros2.definitions import definition_of
+from pytest_hricdv.extra.ros2.messages import RosMessage
+from pytest_hricdv.extra.traces import ros2_bag
+from pytest_hricdv.runtime import Recorder
+from tests.extra.ros2.test_cdr import Array, BasicType, NamespacedType, UnboundedSequence, UnboundedString
+
+_POINT = NamespacedType((__name__,), "Point")
+
+
+class _Message:
+    TYPES: ClassVar[dict[str, tuple[str, Any, Any]]] = {}
+    SLOT_TYPES: tuple[Any, ...] = ()
+
+    def __init_subclass__(cls) -> None:
+        cls.__module__ = "cell_msgs.msg._types"
+        cls.SLOT_TYPES = tuple(type_ for _, type_, _ in cls.TYPES.values())
+
+    def __init__(self, **values: Any) -> None:
+        vars(self).update({name: default for name, (_, _, default) in self.TYPES.items()} | values)
+
+    @classmethod
+    def get_fields_and_field_types(cls) -> dict[str, str]:
+        return {name: written for name, (written, _, _) in cls.TYPES.items()}
+
+
+class Point(_Message):
+    TYPES: ClassVar[dict[str, tuple[str, Any, Any]]] = {
+        "x": ("double", BasicType("double"), 0.0),
+        "kind": ("uint8", BasicType("uint8"), 0),
+    }
+
+
+class Scan(_Message):
+    TYPES: ClassVar[dict[str, tuple[str, Any, Any]]] = {
+        "near": ("boolean", BasicType("boolean"), False),
+        "frame": ("string", UnboundedString(), ""),
+        "counts": ("int16[3]", Array(BasicType("int16"), 3), array.array("h", [0, 0, 0])),
+        "ranges": ("sequence<float>", UnboundedSequence(BasicType("float")), array.array("f")),
+        "origin": ("cell_msgs/Point", _POINT, Point()),
+        "points": ("sequence<cell_msgs/Point, 5>", UnboundedSequence(_POINT), []),
+        "names": ("sequence<string>", UnboundedSequence(UnboundedString()), []),
+        "stamp": ("int64", BasicType("int64"), 0),
+    }
+
+
+class Empty(_Message):
+    pass
+
+
+SCAN = Scan(
+    near=True,
+    frame="map",
+    counts=array.array("h", [1, -2, 3]),
+    ranges=array.array("f", [0.5, math.inf]),
+    origin=Point(x=1.5, kind=7),
+    points=[Point(x=2.5), Point(kind=255)],
+    names=["a", "ä"],
+    stamp=-(2**62),
+)
+
+
+def test_a_definition_has_those_of_what_it_contains() -> None:
+    assert definition_of(Scan) == "\n".join(
+        [
+            "bool near",
+            "string frame",
+            "int16[3] counts",
+            "float32[] ranges",
+            "cell_msgs/Point origin",
+            "cell_msgs/Point[<=5] points",
+            "string[] names",
+            "int64 stamp",
+            "=" * 80,
+            "MSG: cell_msgs/Point",
+            "float64 x",
+            "uint8 kind",
+        ]
+    )
+
+
+def _record() -> Any:
+    recorder = Recorder()
+    for number, source in enumerate(
+        [
+            RosMessage("/cell/scan", "", SCAN),
+            RosMessage("/grasp", "request", Empty()),
+            None,
+            RosMessage("/done", "", Empty()),
+            RosMessage("/cell/scan", "", Scan()),
+        ]
+    ):
+        recorder.message(number / 4, "lidar", "topic", {}, source)
+    return recorder.finish()
+
+
+def test_the_messages_of_topics_are_read_back(tmp_path: Path) -> None:
+    file = tmp_path / "run.ros2.mcap"
+    assert ros2_bag.write(file, _record())
+    with file.open("rb") as opened:
+        reader = make_reader(opened, decoder_factories=[DecoderFactory()])
+        assert reader.get_header().profile == "ros2"
+        found = [
+            (channel.topic, message.log_time, each) for _, channel, message, each in reader.iter_decoded_messages()
+        ]
+    assert [(topic, time_ns) for topic, time_ns, _ in found] == [
+        ("/cell/scan", EPOCH_NS),
+        ("/done", EPOCH_NS + 750_000_000),
+        ("/cell/scan", EPOCH_NS + 1_000_000_000),
+    ]
+    assert _plain(found[0][2]) == _plain(SCAN)
+    assert _plain(found[2][2]) == _plain(Scan())
+
+
+def _plain(message: Any) -> dict[str, Any]:
+    """The fields of a message of either kind, as values of Python."""
+    point = ("x", "kind")
+    return {
+        **{name: getattr(message, name) for name in ("near", "frame", "stamp")},
+        **{name: list(getattr(message, name)) for name in ("counts", "ranges", "names")},
+        "origin": [getattr(message.origin, name) for name in point],
+        "points": [[getattr(each, name) for name in point] for each in message.points],
+    }
+
+
+@pytest.mark.skipif(find_spec("sensor_msgs") is None, reason="needs sensor_msgs, of a ROS 2 distribution")
+def test_generated_messages_are_read_back(tmp_path: Path) -> None:
+    from geometry_msgs.msg import Pose, PoseArray  # type: ignore[import-not-found, unused-ignore]
+    from sensor_msgs.msg import (  # type: ignore[import-not-found, unused-ignore]
+        CompressedImage,
+        LaserScan,
+        PointCloud2,
+        PointField,
+    )
+
+    scan = LaserScan(ranges=[0.5, 1.5, math.inf], angle_increment=0.25)
+    scan.header.frame_id, scan.header.stamp.sec = "lidar", 7
+    poses = PoseArray(poses=[Pose(), Pose()])
+    poses.poses[1].orientation.w = 0.5
+    cloud = PointCloud2(fields=[PointField(name="x", offset=4, datatype=PointField.FLOAT32)], data=b"abcd")
+    sent = {"/scan": scan, "/poses": poses, "/cloud": cloud, "/image": CompressedImage(format="png", data=b"\x89P")}
+    recorder = Recorder()
+    for topic, message in sent.items():
+        recorder.message(0.0, "robot", topic, {}, RosMessage(topic, "", message))
+    assert ros2_bag.write(tmp_path / "bag", recorder.finish())
+    with (tmp_path / "bag").open("rb") as opened:
+        reader = make_reader(opened, decoder_factories=[DecoderFactory()])
+        found = {channel.topic: message for _, channel, _, message in reader.iter_decoded_messages()}
+    scan, poses, cloud, image = (found[topic] for topic in sent)
+    assert (scan.header.frame_id, scan.header.stamp.sec, scan.angle_increment) == ("lidar", 7, 0.25)
+    assert list(scan.ranges) == [0.5, 1.5, math.inf]
+    assert [pose.orientation.w for pose in poses.poses] == [1.0, 0.5]
+    assert [(field.name, field.offset, field.datatype) for field in cloud.fields] == [("x", 4, 7)]
+    assert (bytes(cloud.data), image.format, bytes(image.data)) == (b"abcd", "png", b"\x89P")
+
+
+def test_the_same_run_gives_the_same_bytes(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        ros2_bag.write(tmp_path / name, _record())
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
+
+
+def test_a_run_without_topics_has_no_bag(tmp_path: Path) -> None:
+    assert not ros2_bag.write(tmp_path / "run", SimpleNamespace(messages=()))  # type: ignore[arg-type]
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,314 @@
+"""What is started, and processes that have variables of modules of their own."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import os
+import sys
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.extra.ros2 import launch, system
+from pytest_hricdv.extra.ros2.arguments import parse
+from pytest_hricdv.extra.ros2.declaration import Ros2, Ros2Error
+from pytest_hricdv.extra.ros2.launch import LaunchError, RosNode
+from pytest_hricdv.extra.ros2.ordered_set import OrderedSet
+from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
+from pytest_hricdv.extra.ros2.system import prepare
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.monitor import MonitorSet
+from pytest_hricdv.run import Run, TestbenchError
+from pytest_hricdv.runtime import Bus, Kernel, Recorder
+from pytest_hricdv.runtime.virtual import VirtualModules
+
+ARM = RosNode(
+    entry="cell.arm:main",
+    name="left",
+    namespace="/cell",
+    remappings=[("scan", "/front/scan")],
+    parameters=[{"speed": 0.5, "names": ["a", "b's"], "limits": {"force": 1e-7, "on": True}}, "more.yaml"],
+    arguments=["--fast"],
+)
+
+
+def test_the_command_line_is_that_of_a_launch_description() -> None:
+    assert ARM.command_line() == [
+        *("left", "--fast", "--ros-args", "-r", "__node:=left", "-r", "__ns:=/cell", "-r", "scan:=/front/scan"),
+        *("-p", "speed:=0.5", "-p", "names:=['a', 'b''s']", "-p", "limits.force:=1.0e-07", "-p", "limits.on:=true"),
+        *("--params-file", "more.yaml"),
+    ]
+    assert RosNode(entry="cell.arm:main").command_line() == ["arm"]
+
+
+_TEXTS = st.text(st.characters(codec="ascii", min_codepoint=32, max_codepoint=126))
+_SCALARS = st.booleans() | st.integers() | st.floats(allow_nan=False) | _TEXTS
+_NAMES = st.from_regex(r"[a-z]{1,5}", fullmatch=True)
+
+
+@given(st.dictionaries(_NAMES, _SCALARS | st.lists(st.floats(allow_nan=False)) | st.lists(_TEXTS)))
+def test_parameters_arrive_as_they_were_given(parameters: dict[str, Any]) -> None:
+    node = RosNode(entry="cell.arm:main", parameters=[parameters])
+    assert {name: value for _, name, value in parse(node.command_line()).parameters} == parameters
+
+
+@pytest.mark.parametrize("value", [math.inf, -math.inf, 1e22, 5e-324])
+def test_extreme_floats_stay_floats(value: float) -> None:
+    node = RosNode(entry="cell.arm:main", parameters=[{"speed": value}])
+    assert parse(node.command_line()).parameters == [("/**", "speed", value)]
+
+
+@pytest.mark.parametrize("given_", [{}, {"package": "cell"}, {"entry": "a:b", "package": "cell", "executable": "arm"}])
+def test_a_node_is_an_executable_or_an_entry(given_: dict[str, str]) -> None:
+    with pytest.raises(LaunchError, match=r'expected package="\.\.\." and executable="\.\.\.", or entry='):
+        RosNode(**given_)
+
+
+_MAIN = """
+import sys
+
+
+def main({parameter}):
+    return {value}
+"""
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "expected"),
+    [
+        ("args=None", "args, sys.argv", (None, sys.argv)),  # it reads it itself, in its process
+        ("argv=sys.argv", "argv", ["left", "--ros-args", "-r", "__node:=left"]),
+        ("*, argv=sys.argv[1:]", "argv", ["--ros-args", "-r", "__node:=left"]),
+        ("args=[]", "args", []),
+    ],
+)
+def test_a_main_function_gets_its_arguments_by_its_default(
+    parameter: str, value: str, expected: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "with_default.py").write_text(_MAIN.format(parameter=parameter, value=value))
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "with_default", raising=False)
+    assert RosNode(entry="with_default:main", name="left").load()() == expected
+
+
+def test_a_parameter_that_ros_has_no_type_for_is_an_error() -> None:
+    with pytest.raises(LaunchError, match="parameter 'at' is None; expected a bool, a number, a text, or a list"):
+        RosNode(entry="cell.arm:main", parameters=[{"at": None}]).command_line()
+
+
+def _installed(folder: Path) -> None:
+    """A package `cell_robot` with a console script, as colcon installs it."""
+    info = folder / "cell_robot-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: cell-robot\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[console_scripts]\ngrasper = cell_robot.grasper:main\n")
+    package = folder / "cell_robot"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "grasper.py").write_text("def main():\n    return 'grasped'\n")
+
+
+def test_a_console_script_is_found_by_package_and_executable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    _installed(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert RosNode(package="cell_robot", executable="grasper").load()() == "grasped"
+    with pytest.raises(LaunchError, match=r"package 'cell_robot' has grasper; nearest: grasper"):
+        RosNode(package="cell_robot", executable="graspr").load()
+    with pytest.raises(LaunchError, match=r"cell_robot\.grasper has no 'man'; nearest: main"):
+        RosNode(entry="cell_robot.grasper:man").load()
+    with pytest.raises(LaunchError, match=r"there is no module 'cell_robot\.graspr'; is its folder on the path"):
+        RosNode(entry="cell_robot.graspr:main").load()
+    with pytest.raises(LaunchError, match="package 'no_robot' is not installed, or has none"):
+        RosNode(package="no_robot", executable="arm").load()
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [(b"\x7fELF\x02", r"compiled program, as of C\+\+"), (b"#!/usr/bin/env python3", "no entry point")],
+)
+def test_another_executable_is_said_to_be_one(
+    content: bytes, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "driver"
+    file.write_bytes(content)
+    monkeypatch.setattr(launch, "_installed_executable", lambda package, executable: file)
+    with pytest.raises(LaunchError, match=message):
+        RosNode(package="cell_driver", executable="driver").load()
+
+
+MODULE = """
+import sys
+import threading
+
+context = None
+made = 0
+
+def init(log, sleep):
+    global context, made
+    made += 1
+    assert context is None
+    context = sys.argv[0]
+    sleep(1.0)
+    log.append((context, made))
+    thread = threading.Thread(target=lambda: (sleep(1.0), log.append(("thread of", context))))
+    thread.start()
+    thread.join()
+"""
+
+
+def _processes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, ModuleVariables]:
+    (folder / "one_context.py").write_text(MODULE)
+    monkeypatch.syspath_prepend(folder)
+    sys.modules.pop("one_context", None)
+    module = importlib.import_module("one_context")
+    variables = ModuleVariables(["one_context"])
+    variables.update()
+    return module, variables
+
+
+def test_each_process_has_variables_of_its_own_and_so_do_its_threads(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module, variables = _processes(tmp_path, monkeypatch)
+    argv = sys.argv
+    for _ in range(2):
+        assert _log_of_two(module, variables) == [
+            ("left", 1),
+            ("right", 1),
+            None,
+            ("thread of", "left"),
+            ("thread of", "right"),
+        ]
+        assert (module.context, module.made, sys.argv) == (None, 0, argv)
+
+
+def _log_of_two(module: Any, variables: ModuleVariables) -> list[Any]:
+    """What two processes and the world find in the variables of the module."""
+    kernel = Kernel()
+    kernel.virtual = frozenset({"threading"})
+    log: list[Any] = []
+    with VirtualModules(["one_context"]).installed():
+        for name in ("left", "right"):
+            body = Process(kernel, variables, [name]).running(partial(module.init, log, kernel.sleep))
+            kernel.spawn(name, body)
+
+        def world() -> None:
+            kernel.sleep(1.0)
+            log.append(module.context)
+
+        kernel.spawn("world", world)
+        assert kernel.run(10.0) == "idle"
+        kernel.close()
+    return log
+
+
+def test_a_process_that_the_run_ends_in_the_middle_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module, variables = _processes(tmp_path, monkeypatch)
+    kernel = Kernel()
+    kernel.spawn("left", Process(kernel, variables, ["left"]).running(lambda: module.init([], kernel.sleep)))
+    assert kernel.run(0.5) == "limit"
+    assert module.context is None
+    kernel.close()
+    assert (module.context, module.made) == (None, 0)
+
+
+@given(st.lists(st.tuples(st.sampled_from(["add", "discard"]), st.integers(0, 5))))
+def test_an_ordered_set_has_what_a_set_has_in_the_order_of_insertion(steps: list[tuple[str, int]]) -> None:
+    ordered, plain, order = OrderedSet[int](), set[int](), list[int]()
+    for step, value in steps:
+        getattr(ordered, step)(value)
+        getattr(plain, step)(value)
+        order = [each for each in [*order, *({value} - set(order))] if each in plain]
+    assert set(ordered) == plain
+    assert list(ordered) == order
+    assert list(ordered.copy()) == order
+
+
+@pytest.fixture
+def _any_rclpy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A module in the place of `rclpy`, and a process that is left as it was."""
+    (tmp_path / "rclpy.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(system, "replace_extension", lambda: None)
+    monkeypatch.setenv("ROS_PYTHON_CHECK_FIELDS", "")
+
+
+@pytest.mark.parametrize(("of_user", "expected"), [(None, "1"), ("0", "0")])
+@pytest.mark.usefixtures("_any_rclpy")
+def test_messages_check_their_fields_unless_the_user_says_otherwise(
+    of_user: str | None, expected: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    message = ModuleType("cell_msgs.msg._early")  # imported before the testbench was loaded
+    vars(message)["ros_python_check_fields"] = ""
+    monkeypatch.setitem(sys.modules, message.__name__, message)
+    if of_user is None:
+        monkeypatch.delenv("ROS_PYTHON_CHECK_FIELDS")
+    else:
+        monkeypatch.setenv("ROS_PYTHON_CHECK_FIELDS", of_user)
+    prepare()
+    assert os.environ["ROS_PYTHON_CHECK_FIELDS"] == expected
+    assert vars(message)["ros_python_check_fields"] == expected
+
+
+@pytest.mark.skipif(find_spec("rclpy") is not None, reason="there is rclpy")
+def test_without_rclpy_it_says_how_to_get_it() -> None:
+    with pytest.raises(Ros2Error, match="rclpy cannot be imported: it is not on PyPI, but part of a ROS 2"):
+        prepare()
+
+
+@pytest.mark.parametrize(
+    ("version", "is_refused"), [("3.3.11", True), ("7.0.1", True), ("7.1.3", False), ("10.0.0", False)]
+)
+@pytest.mark.usefixtures("_any_rclpy")
+def test_a_version_that_is_too_old_is_refused(version: str, is_refused: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(system.metadata, "version", lambda package: version)
+    if is_refused:
+        with pytest.raises(Ros2Error, match=f"rclpy {version} is not supported: expected 7.1 "):
+            prepare()
+    else:
+        prepare()
+
+
+def _run() -> Run:
+    kernel, recorder = Kernel(), Recorder()
+    test = ConcreteTest(id="t", suite="by-hand", seed=0, actions=())
+    return Run(test, kernel, Bus(kernel, (), recorder), recorder, lambda body: body, MonitorSet(()))
+
+
+@pytest.mark.parametrize(
+    ("node", "message"),
+    [
+        ("cell.arm:main", r"run\.ros2: expected RosNode\(\.\.\.\), not 'cell\.arm:main'"),
+        (
+            RosNode(entry="cell.arm:main", parameters=["no/arm.yaml"]),
+            r"run\.ros2: RosNode cell\.arm:main: .*parameter file /.*no/arm\.yaml: No such file or directory",
+        ),
+        (RosNode(entry="cell.arm:main", remappings=[("", "scan")]), r"run\.ros2: RosNode cell\.arm:main: .*':=scan'"),
+        (RosNode(entry="cell.arm:main", arguments=["--ros-args", "--fast"]), r"unknown ROS arguments: \['--fast'\]"),
+        (RosNode(entry="cell.arm:main"), r"its package 'cell' is neither in the testbench's code nor in Ros2\("),
+    ],
+)
+def test_what_cannot_be_started_is_said_before_anything_runs(
+    node: Any, message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(system, "prepare", lambda: None)
+    monkeypatch.setattr(system, "_USED", ())  # there may be no rclpy
+    run = _run()
+    run.rclpy = system.Ros2Overlay(Ros2(), ("other",))
+    with pytest.raises(TestbenchError, match=message):
+        run.ros2(node)
+
+
+def test_a_testbench_without_a_declaration_cannot_start_nodes() -> None:
+    run = _run()
+    with pytest.raises(TestbenchError, match=r"the testbench declares no ROS 2 system; give it ros2=Ros2\(\.\.\.\)"):
+        run.ros2(RosNode(entry="cell.arm:main"))

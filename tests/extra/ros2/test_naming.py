@@ -1,0 +1,184 @@
+"""Names, ROS arguments, parameters and loggers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.extra.ros2 import arguments, logging, names
+from pytest_hricdv.extra.ros2.extension import extension
+from pytest_hricdv.runtime import Kernel
+from tests.extra.ros2.system import node, run
+
+
+@pytest.mark.parametrize(
+    ("name", "full"),
+    [
+        ("scan", "/cell/scan"),
+        ("/scan", "/scan"),
+        ("~", "/cell/arm"),
+        ("~/state", "/cell/arm/state"),
+        ("{node}/state", "/cell/arm/state"),
+        ("{ns}/state", "/cell/state"),
+    ],
+)
+def test_a_name_is_expanded(name: str, full: str) -> None:
+    assert names.expand(name, "arm", "/cell") == full
+    assert names.full_topic_name_fault(full) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "what", "index"),
+    [
+        ("", "must not be empty", 0),
+        ("scan/", "must not end with a forward slash", 4),
+        ("sc an", "must not contain characters other than", 2),
+        ("left/2nd", "must not start with a number", 5),
+        ("2nd", "must not start with a number", 0),
+        ("~scan", "must not have a tilde", 1),
+        ("scan/~", "must not have '~'", 5),
+        ("{node", "unbalanced", 0),
+        ("node}", "unbalanced", 4),
+        ("{a{b}}", "unbalanced", 2),
+    ],
+)
+def test_a_wrong_name_is_refused_with_the_place(name: str, what: str, index: int) -> None:
+    fault = names.topic_name_fault(name)
+    assert fault is not None
+    assert what in fault[0]
+    assert fault[1] == index
+    with pytest.raises(ValueError, match="topic name is invalid"):
+        names.expand(name, "arm", "/")
+
+
+@pytest.mark.parametrize("name", ["scan", "/scan/", "/a//b", "/2nd", "/a b", ""])
+def test_a_full_name_is_checked(name: str) -> None:
+    assert names.full_topic_name_fault(name) is not None
+
+
+def test_an_unknown_substitution_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"unknown substitution '\{robot\}'"):
+        names.expand("{robot}/scan", "arm", "/")
+
+
+def test_arguments_rename_a_node_and_its_topics() -> None:
+    def robot(kernel: Kernel) -> None:
+        made = node("arm", "--ros-args", "-r", "__node:=left", "-r", "__ns:=/cell", "-r", "scan:=/lidar")
+        assert made.get_fully_qualified_name() == "/cell/left"
+        assert made.logger_name() == "cell.left"
+        assert made.resolve("scan") == "/lidar"
+        assert made.resolve("/scan") == "/scan"
+        other = node("arm", "--ros-args", "-r", "gripper:scan:=/lidar")
+        assert other.resolve("scan") == "/scan"
+
+    run(robot)
+
+
+@pytest.mark.parametrize("name", ["2arm", "ar m", ""])
+def test_a_wrong_node_name_is_refused(name: str) -> None:
+    def robot(kernel: Kernel) -> None:
+        with pytest.raises(ValueError, match="invalid node name"):
+            node(name)
+
+    run(robot)
+
+
+@dataclass
+class _Parameter:
+    name: str
+    kind: str
+    value: Any
+
+    class Type:
+        @staticmethod
+        def from_parameter_value(value: object) -> str:
+            return type(value).__name__
+
+
+def test_parameters_come_from_files_and_arguments(tmp_path: Path) -> None:
+    """The same pattern of names may be there several times, and the later value wins."""
+    file = tmp_path / "parameters.yaml"
+    file.write_text(
+        "/**:\n  ros__parameters: {speed: 1.0, name: arm}\n"
+        "/cell/*:\n  ros__parameters: {gains: [1, 2], grip: {force: 3}}\n"
+        "/**:\n  ros__parameters: {on: true}\n"
+        "/other:\n  ros__parameters: {speed: 9.0}\n"
+    )
+    found = {}
+
+    def robot(kernel: Kernel) -> None:
+        made = node("arm", "--ros-args", "--params-file", str(file), "-p", "speed:=2.5", namespace="/cell")
+        found.update(made.get_parameters(_Parameter))
+
+    run(robot)
+    assert {name: (each.kind, each.value) for name, each in found.items()} == {
+        "speed": ("float", 2.5),
+        "name": ("str", "arm"),
+        "gains": ("list", [1, 2]),
+        "grip.force": ("int", 3),
+        "on": ("bool", True),
+    }
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "text"),
+    [
+        (["-p"], arguments.InvalidROSArgsError, "'-p' has no value"),
+        (["-p", "speed=1"], arguments.InvalidROSArgsError, "'speed=1' is not of the form name:=value"),
+        (["-p", "speed:=["], arguments.InvalidROSArgsError, "is no YAML"),
+        (["--params-file", "none.yaml"], arguments.InvalidROSArgsError, r"parameter file /.*none\.yaml: No such file"),
+        (["--quickly"], arguments.UnknownROSArgsError, r"\['--quickly'\]"),
+    ],
+)
+def test_wrong_arguments_are_refused(given: list[str], error: type[Exception], text: str) -> None:
+    with pytest.raises(error, match=text):
+        arguments.parse(["--ros-args", *given])
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"arm:\n  ros__parameters:\n    speed: 1\nhand: 3\n", r"parameters\.yaml:4: expected names with values"),
+        (b"[1, 2]", r"parameters\.yaml:1: expected names with values"),
+        (b"arm:\n  ros__parameters:\n    gains: [1,\n", r"parameters\.yaml:4: expected the node content"),
+        (b"arm:\n  ros__parameters:\n    at: !!python/name:os.sep\n", r"parameters\.yaml:3: could not determine"),
+        (b"arm: \xff", r"parameters\.yaml: 'utf-8' codec can't decode"),
+    ],
+)
+def test_a_file_of_another_form_is_refused_in_one_line(content: bytes, message: str, tmp_path: Path) -> None:
+    file = tmp_path / "parameters.yaml"
+    file.write_bytes(content)
+    with pytest.raises(arguments.InvalidROSArgsError, match=message) as caught:
+        arguments.parse(["--ros-args", "--params-file", str(file)])
+    assert "\n" not in str(caught.value)
+
+
+def test_other_arguments_are_left_alone() -> None:
+    given = ["arm.py", "--fast", "--ros-args", "-p", "a:=1", "--", "--slow"]
+    assert arguments.without_ros(given) == ["arm.py", "--fast", "--slow"]
+    assert arguments.parse(given).parameters == [("/**", "a", 1)]
+
+
+def test_a_logger_has_the_level_of_the_nearest_above_it() -> None:
+    def robot(kernel: Kernel) -> None:
+        logging.set_logger_level("cell", logging.level_from_string("warn"))
+        assert logging.effective_level("cell.arm") == 30
+        assert logging.logger_level("cell.arm") == 0
+        logging.write(20, "cell.arm", "quiet", "grasp", "arm.py", 7)
+        kernel.sleep(0.5)
+        logging.write(40, "cell.arm", "slipped", "grasp", "arm.py", 8)
+        logging.reset_levels()
+        assert logging.is_enabled_for("cell.arm", 20)
+        assert not logging.is_enabled_for("cell.arm", 10)
+
+    kernel, _ = run(robot)
+    (entry,) = logging.log_of(kernel).entries
+    assert (entry.time_s, entry.severity.text, entry.text, entry.line) == (0.5, "ERROR", "slipped", 8)
+
+
+def test_a_name_that_the_extension_lacks_says_so() -> None:
+    with pytest.raises(AttributeError, match="rclpy_fly of rclpy's extension is not simulated yet"):
+        extension().rclpy_fly  # noqa: B018

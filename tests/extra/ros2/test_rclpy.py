@@ -1,0 +1,211 @@
+"""With the real `rclpy`, where there is one: it is not on PyPI, but comes with a ROS 2 distribution."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from tests.docs.page import blocks, follow, run, write_files
+
+pytestmark = pytest.mark.skipif(find_spec("rclpy") is None, reason="needs rclpy, of a ROS 2 distribution")
+
+
+def test_the_page_leads_from_a_package_to_a_generated_test(tmp_path: Path) -> None:
+    assert follow("ros2.md", tmp_path) == 2
+
+
+@pytest.fixture
+def cell(tmp_path: Path) -> Path:
+    """The project of docs/ros2.md."""
+    run("python -m pytest_hricdv init . --robot=cell", tmp_path)
+    write_files(blocks("ros2.md"), tmp_path)
+    return tmp_path
+
+
+def test_plugins_for_launch_tests_are_left_out(
+    cell: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That of older ones has a hook with an argument that pytest has no more: pytest would not start."""
+    folder = tmp_path_factory.mktemp("distribution")
+    (folder / "launch_hooks.py").write_text("def pytest_pycollect_makemodule(no_more, parent):\n    pass\n")
+    info = folder / "launch_testing-3.4.3.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: launch-testing\nVersion: 3.4.3\n")
+    (info / "entry_points.txt").write_text("[pytest11]\nlaunch_testing = launch_hooks\n")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")]))
+    assert run("pytest --collect-only -q", cell)[0] == 0
+    _edit(cell / "pytest.ini", ("addopts", "; addopts"))
+    assert "declared in the hookimpl" in run("pytest --collect-only -q", cell)[1]
+
+
+def _edit(file: Path, *replacements: tuple[str, str]) -> None:
+    text = file.read_text(encoding="utf-8")
+    for old, new in replacements:
+        assert old in text
+        text = text.replace(old, new)
+    file.write_text(text, encoding="utf-8")
+
+
+def _hashes(folder: Path) -> list[str]:
+    report = json.loads((folder / "hri-report" / "report.json").read_text(encoding="utf-8"))
+    return sorted(test["record_sha256"] for test in report["tests"])
+
+
+def test_a_run_is_the_same_in_each_repeat_worker_process_and_hash_seed(cell: Path) -> None:
+    found = []
+    for seed, options in (("0", []), ("1", []), ("2", ["-n", "2"])):
+        environment = {**os.environ, "PYTHONHASHSEED": seed}
+        subprocess.run([sys.executable, "-m", "pytest", *options], cwd=cell, env=environment, check=True)
+        found.append(_hashes(cell))
+    assert len(found[0]) == 6
+    assert found[0] == found[1] == found[2]
+
+
+def test_a_node_that_uses_simulated_time_needs_no_clock_topic(cell: Path) -> None:
+    _edit(cell / "conftest.py", ('{"period_s": 0.1}', '{"period_s": 0.1, "use_sim_time": True}'))
+    status, printed = run("pytest", cell)
+    assert status == 0, printed
+
+
+def test_a_slower_node_violates_a_requirement(cell: Path) -> None:
+    _edit(cell / "conftest.py", ('"period_s": 0.1', '"period_s": 0.4'))
+    status, printed = run("pytest", cell)
+    assert status == 1
+    assert "R2 Failed: The arm rests within 0.2 s when a person is near" in printed
+
+
+_CALL = (
+    (
+        "from std_msgs.msg import Bool, Empty\n",
+        "from std_msgs.msg import Bool, Empty\nfrom std_srvs.srv import Trigger\n",
+    ),
+    ("        self.left_s = 2.0\n", '        self.create_client(Trigger, "grasp").call(Trigger.Request())\n'),
+)
+_ACTION = (
+    (
+        "from std_msgs.msg import Bool, Empty\n",
+        "from example_interfaces.action import Fibonacci\nfrom rclpy.action import ActionClient\n"
+        "from std_msgs.msg import Bool, Empty\n",
+    ),
+    ("        self.left_s = 2.0\n", '        ActionClient(self, Fibonacci, "count").wait_for_server()\n'),
+)
+_WAITS_FOR_SERVICE = """gripper = self.create_client(Trigger, "grasp")
+        while not gripper.wait_for_service(timeout_sec=1.0):
+            self.get_logger().info("no gripper yet")
+        """
+_SERVER = "ros.node('gripper').serve('/grasp', 'std_srvs/srv/Trigger', lambda request, response: response)\n    "
+
+
+@pytest.mark.parametrize(
+    ("file", "edits", "message"),
+    [
+        (
+            "arm_control/arm_node.py",
+            (*_CALL,),
+            "arm_node waits at arm_node.py:22 since 0.645 s: for the response of the service /grasp, which nobody "
+            "serves",
+        ),
+        (
+            "arm_control/arm_node.py",
+            (_CALL[0], ("self.moving =", _WAITS_FOR_SERVICE + "self.moving =")),
+            "arm_node waits at arm_node.py:15 since 0.000 s: for the service /grasp, which nobody serves",
+        ),
+        (
+            "arm_control/arm_node.py",
+            (_CALL[0], (_CALL[1][0], _CALL[1][1].replace(".call(", ".call_async("))),
+            "arm_node calls the service /grasp at arm_node.py:22 at 0.645 s: nobody serves it",
+        ),
+        (
+            "arm_control/arm_node.py",
+            _ACTION,
+            "arm_node waits at arm_node.py:23 since 0.645 s: for the action /count, which nobody serves",
+        ),
+        (
+            "arm_control/arm_node.py",
+            (("        self.left_s = 2.0\n", "        while True:\n            self.get_clock().now()\n"),),
+            "arm_control/arm_node.py:22: a loop must sleep; in arm_node",
+        ),
+        (
+            "arm_control/arm_node.py",
+            (("Bool(data=moves and self.left_s > 0.0)", "Bool(data=3)"),),
+            "the code under test raised AssertionError: The 'data' field must be of type 'bool' in node arm_node",
+        ),
+        (
+            "arm_control/arm_node.py",
+            (
+                ("import rclpy\nfrom", "import threading\n\nimport rclpy\nfrom"),
+                ("        self.left_s = 2.0\n", "        threading.Event().wait()\n"),
+            ),
+            "arm_node waits at arm_node.py:23 since 0.645 s: in a callback, for 30.0 s so far, without a time-out",
+        ),
+        (
+            "arm_control/arm_node.py",
+            (('Bool, "arm/moving"', 'Bool, "done"'), ('Empty, "done"', 'Empty, "over"')),
+            "/done: /arm uses it with the type std_msgs/msg/Bool, but the testbench declares std_msgs/msg/Empty",
+        ),
+        (
+            "conftest.py",
+            (('entry="arm_control.arm_node:main"', 'package="arm_controll", executable="arm"'),),
+            "package 'arm_controll' is not installed, or has none. Source the workspace's setup file",
+        ),
+        (
+            "conftest.py",
+            (('code=("arm_control",)', 'code=("world",)'),),
+            "its package 'arm_control' is neither in the testbench's code nor in Ros2(packages=...)",
+        ),
+        ("conftest.py", (("std_msgs/msg/Empty", "std_msgs/msg/Emty"),), "std_msgs has no msg 'Emty'; nearest: Empty"),
+    ],
+)
+def test_a_mistake_is_said_in_a_line(cell: Path, file: str, edits: tuple[tuple[str, str], ...], message: str) -> None:
+    _edit(cell / file, *edits)
+    status, printed = run("pytest -x", cell)
+    assert status in (1, 4)
+    assert message in " ".join(printed.split())
+
+
+_OTHER = """
+class Other(Node):
+    def __init__(self):
+        super().__init__("other")
+        self.holding = self.create_client(Trigger, "hold")
+        self.create_service(Trigger, "grasp", self.on_grasp)
+
+    def on_grasp(self, _, response):
+        return self.holding.call(Trigger.Request())
+
+
+def main():"""
+
+
+def test_two_nodes_that_wait_for_each_other_are_both_said(cell: Path) -> None:
+    serves = (
+        "self.moving =",
+        'self.create_service(Trigger, "hold", lambda _, response: response)\n        self.moving =',
+    )
+    _edit(cell / "arm_control" / "arm_node.py", *_CALL, serves, ("\ndef main():", _OTHER))
+    _edit(cell / "conftest.py", ("run.ros2(", 'run.ros2(RosNode(entry="arm_control.arm_node:Other"), '))
+    printed = " ".join(run("pytest -x", cell)[1].split())
+    assert (
+        "arm_node waits at arm_node.py:23 since 0.645 s: for the response of the service /grasp of /other," in printed
+    )
+    assert "Other waits at arm_node.py:45 since 0.645 s: for the response of the service /hold of /arm," in printed
+
+
+def test_an_answer_that_only_the_waiting_executor_could_take_is_a_deadlock(cell: Path) -> None:
+    _edit(cell / "arm_control" / "arm_node.py", *_CALL)
+    _edit(cell / "conftest.py", ("for each in (scanner", f"{_SERVER}for each in (scanner"))
+    assert "which only the executor that waits here could take" in run("pytest -x", cell)[1]
+
+
+def test_the_benchmark_runs_two_nodes_faster_than_real_time() -> None:
+    """Much slower than it says would be a mistake; how fast it is, is the benchmark's to say."""
+    program = "from benchmarks.ros2_nodes import times_real; print(times_real(10.0, 20.0))"
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=Path(__file__).parents[3])
+    assert float(done.stdout) > 50

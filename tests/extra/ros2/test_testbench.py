@@ -1,0 +1,59 @@
+"""What a testbench says of ROS 2, checked before anything runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.extra.ros2 import system
+from pytest_hricdv.run import TestbenchError
+from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, Testbench
+from pytest_hricdv.testbench_faults import checked
+
+
+@dataclass(frozen=True)
+class Scan:
+    """A message of the bus."""
+
+
+@pytest.fixture
+def testbench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cell_msgs: None) -> Testbench:
+    monkeypatch.setattr(system, "prepare", lambda: None)  # there may be no rclpy
+    (tmp_path / "requirements.toml").touch()
+    (tmp_path / "cell.mas2j").write_text("MAS cell { agents: person; }")
+    return Testbench(
+        name="cell",
+        model=Model(tmp_path / "cell.mas2j"),
+        beliefs=BeliefSpace(start=("a",), groups={}),
+        concretization=Concretization(commands={}),
+        requirements=tmp_path / "requirements.toml",
+        messages=(),
+        signals={},
+        code=("cell",),
+        run=lambda run: Outcome("never"),
+        ros2=Ros2(topics={"/scan": "cell_msgs/msg/Scan"}),
+    )
+
+
+def test_it_has_the_names_of_the_graph(testbench: Testbench) -> None:
+    assert checked(testbench, "here").vocabulary().kind("scan.origin.x") is float
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"ros2": "/scan"}, "here: ros2 is '/scan'; expected Ros2(...) or None"),
+        ({"messages": (Scan,)}, "here: 'scan' is a message of the bus, and a topic of ROS 2; rename one of them"),
+        (
+            {"ros2": Ros2(topics={"/scan": "cell_msgs/msg/Scn"})},
+            "here: ros2: cell_msgs has no msg 'Scn'; nearest: Scan",
+        ),
+    ],
+)
+def test_a_mistake_is_said(changes: dict[str, Any], message: str, testbench: Testbench) -> None:
+    with pytest.raises(TestbenchError) as caught:
+        checked(replace(testbench, **changes), "here")
+    assert str(caught.value) == message

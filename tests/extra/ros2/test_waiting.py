@@ -1,0 +1,254 @@
+"""Timers, guard conditions and wait sets in virtual time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.extra.ros2.clocks import Clock, ClockEvent, ClockType, TimePoint, Timer, need_no_clock_topic
+from pytest_hricdv.extra.ros2.handles import InvalidHandle, RCLError
+from pytest_hricdv.extra.ros2.wait_set import GuardCondition, WaitSet
+from pytest_hricdv.runtime import Kernel, KernelError
+from tests.extra.ros2.system import node, run, wait
+
+_MS = 1_000_000
+
+
+@given(
+    period_ms=st.integers(1, 50),
+    works_ms=st.lists(st.integers(0, 200), min_size=1, max_size=12),
+)
+def test_a_timer_keeps_its_phase_and_skips_what_was_missed(period_ms: int, works_ms: list[int]) -> None:
+    """As a reference that looks for the next due time step by step says, whatever a callback takes."""
+    called, expected = [], []
+
+    def robot(kernel: Kernel) -> None:
+        timer = Timer(Clock(ClockType.STEADY_TIME), node("robot").context, period_ms * _MS)
+        for work_ms in works_ms:
+            assert wait("timer", [timer]) == [0]
+            timer.call_timer()
+            called.append(round(kernel.now_s * 1000))
+            kernel.sleep(work_ms / 1000)
+
+    run(robot)
+    now_ms, due_ms = 0, period_ms
+    for work_ms in works_ms:
+        now_ms = max(now_ms, due_ms)
+        expected.append(now_ms)
+        due_ms += period_ms
+        while due_ms < now_ms:
+            due_ms += period_ms
+        now_ms += work_ms
+    assert called == expected
+
+
+def test_a_timer_that_is_cancelled_is_not_due_until_it_is_reset() -> None:
+    seen = []
+
+    def robot(kernel: Kernel) -> None:
+        timer = Timer(Clock(ClockType.STEADY_TIME), node("robot").context, 10 * _MS)
+        timer.cancel_timer()
+        seen.append(wait("timer", [timer], timeout_s=1.0))
+        assert timer.time_until_next_call() is None
+        with pytest.raises(RCLError, match="timer is canceled"):
+            timer.call_timer()
+        timer.reset_timer()
+        seen.append((wait("timer", [timer], timeout_s=1.0), kernel.now_s))
+
+    run(robot)
+    assert seen == [[], ([0], 1.01)]
+
+
+def test_a_period_of_less_than_the_kernels_resolution_lets_time_pass() -> None:
+    def robot(kernel: Kernel) -> None:
+        timer = Timer(Clock(ClockType.STEADY_TIME), node("robot").context, 300)
+        for _ in range(1000):
+            wait("timer", [timer])
+            timer.call_timer()
+
+    kernel, why = run(robot)
+    assert why == "idle"
+    assert 0.0003 <= kernel.now_s <= 0.0011
+
+
+def test_a_timer_of_an_overridden_clock_waits_until_the_clock_is_set() -> None:
+    seen = []
+
+    def robot(kernel: Kernel) -> None:
+        clock = Clock(ClockType.ROS_TIME)
+        clock.set_ros_time_override(TimePoint(0, ClockType.ROS_TIME))
+        clock.set_ros_time_override_is_enabled(True)
+        timer = Timer(clock, node("robot").context, 1000 * _MS)
+
+        def simulator() -> None:
+            for second in (1, 2):
+                kernel.sleep(5.0)
+                clock.set_ros_time_override(TimePoint(second * 600 * _MS, ClockType.ROS_TIME))
+
+        kernel.spawn("simulator", simulator)
+        wait("timer", [timer])
+        seen.append(kernel.now_s)
+
+    run(robot)
+    assert seen == [10.0]
+
+
+@pytest.mark.parametrize(
+    ("needs_clock", "expected"), [(False, [([0], 0.01), ([0], 1.5)]), (True, [([], 1.0), ([0], 1.5)])]
+)
+def test_until_it_is_set_an_overridden_clock_reads_the_kernel_if_it_may(
+    needs_clock: bool, expected: list[tuple[list[int], float]]
+) -> None:
+    """As `use_sim_time` of `rclpy` does: it sets 0 until somebody publishes `/clock`."""
+    seen = []
+
+    def robot(kernel: Kernel) -> None:
+        if not needs_clock:
+            need_no_clock_topic(kernel)
+        clock = Clock(ClockType.ROS_TIME)
+        clock.set_ros_time_override(TimePoint(0, ClockType.ROS_TIME))
+        clock.set_ros_time_override_is_enabled(True)
+        timer = Timer(clock, node("robot").context, 10 * _MS)
+        seen.append((wait("timer", [timer], timeout_s=1.0), kernel.now_s))
+        kernel.sleep(1.5 - kernel.now_s)
+        clock.set_ros_time_override(TimePoint(2**62, ClockType.ROS_TIME))
+        seen.append((wait("timer", [timer], timeout_s=1.0), kernel.now_s))
+
+    run(robot)
+    assert seen == expected
+
+
+def test_jumps_are_told_to_those_who_asked_for_them() -> None:
+    heard = []
+
+    class Handle:
+        def _pre_callback(self) -> None:
+            heard.append("before")
+
+        def _post_callback(self, jump: dict[str, int]) -> None:
+            heard.append(jump["delta"])
+
+    def robot(kernel: Kernel) -> None:
+        clock = Clock(ClockType.ROS_TIME)
+        handle = Handle()
+        clock.set_ros_time_override(TimePoint(100, ClockType.ROS_TIME))
+        clock.set_ros_time_override_is_enabled(True)
+        clock.add_clock_callback(handle, False, 50, -50)
+        for now in (120, 200, 190, 100):
+            clock.set_ros_time_override(TimePoint(now, ClockType.ROS_TIME))
+        clock.remove_clock_callback(handle)
+        with pytest.raises(RCLError, match="was not found"):
+            clock.remove_clock_callback(handle)
+
+    run(robot)
+    assert heard == ["before", 80, "before", -90]
+
+
+def test_a_clock_event_ends_a_sleep() -> None:
+    seen = []
+
+    def robot(kernel: Kernel) -> None:
+        event, clock = ClockEvent(), Clock(ClockType.SYSTEM_TIME)
+
+        def other() -> None:
+            kernel.sleep(2.0)
+            event.set()
+
+        kernel.spawn("other", other)
+        for _ in range(2):
+            event.wait_until_system(clock, TimePoint(clock.now_ns() + 10_000 * _MS, ClockType.SYSTEM_TIME))
+            seen.append(kernel.now_s)
+            event.clear()
+
+    run(robot)
+    assert seen == [2.0, 12.0]
+
+
+def test_a_guard_condition_is_taken_by_the_wait_that_it_ends() -> None:
+    seen = []
+
+    def robot(kernel: Kernel) -> None:
+        guards = [GuardCondition(node("robot").context) for _ in range(2)]
+        guards[1].trigger_guard_condition()
+        seen.append(wait("guard_condition", guards))
+        seen.append(wait("guard_condition", guards, timeout_s=0.5))
+
+        def other() -> None:
+            kernel.sleep(0.25)
+            guards[0].trigger_guard_condition()
+
+        kernel.spawn("other", other)
+        seen.append((wait("guard_condition", guards), kernel.now_s))
+
+    run(robot)
+    assert seen == [[1], [], ([0], 0.75)]
+
+
+def test_a_loop_that_polls_without_end_is_an_error() -> None:
+    def robot(kernel: Kernel) -> None:
+        guard = GuardCondition(node("robot").context)
+        while True:
+            wait("guard_condition", [guard], timeout_s=0.0)
+
+    with pytest.raises(KernelError, match=r"polls without time passing, at \S+: a loop must sleep"):
+        run(robot)
+
+
+def test_who_waits_for_ever_leaves_the_run_idle() -> None:
+    def robot(kernel: Kernel) -> None:
+        wait("guard_condition", [GuardCondition(node("robot").context)])
+
+    assert run(robot)[1] == "idle"
+
+
+def test_an_index_or_kind_that_is_none_is_refused() -> None:
+    def robot(kernel: Kernel) -> None:
+        waiting = WaitSet()
+        with pytest.raises(RuntimeError, match="'lidar' is not a known entity"):
+            waiting.get_ready_entities("lidar")
+        with pytest.raises(IndexError, match="too big"):
+            waiting.is_ready("timer", 0)
+
+    run(robot)
+
+
+def test_a_handle_is_valid_until_its_last_use_ends() -> None:
+    def robot(kernel: Kernel) -> None:
+        made = node("robot")
+        with made:
+            made.destroy_when_not_in_use()
+            assert made.get_node_names_and_namespaces() == [("robot", "/")]
+        assert made.graph.nodes == []
+        with pytest.raises(InvalidHandle, match="destruction was requested"), made:
+            pass
+
+    run(robot)
+
+
+def test_a_finalizer_may_use_a_handle_of_a_run_that_is_over_also_in_the_next_one() -> None:
+    made: list[Any] = []
+    finalized: list[str] = []
+
+    def finalize() -> None:
+        with made[0]:
+            made[0].destroy_when_not_in_use()
+        finalized.append("once more")
+
+    def robot(kernel: Kernel) -> None:
+        made.append(node("robot"))
+        made[0].destroy_when_not_in_use()
+        with pytest.raises(InvalidHandle):
+            finalize()
+
+    run(robot)
+    finalize()
+    run(lambda kernel: finalize())
+    assert len(finalized) == 2
+
+
+def test_outside_of_a_run_nothing_waits() -> None:
+    with pytest.raises(KernelError, match="only a node of a simulated run"):
+        WaitSet()
