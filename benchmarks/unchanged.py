@@ -19,10 +19,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-SUITES = ("by-hand", "bdi-random", "rl", "pseudorandom")
+SUITES = ("by-hand", "bdi-random", "rl", "pseudorandom", "closure")
 SEEDS = (0, 1)
 UNSTABLE = ("wall_s", "replay")
 """Keys of `report.json` that hold measured times, or paths into the folder of the report."""
+NEW_KEYS = {"legs": "outcomes", "frozen_s": "skipped_s", "attempts": "triggers"}
+"""Keys of a test, and of its timeline, that schema 2 of `report.json` renamed."""
 
 
 def report_of(suite: str, seed: int) -> Any:
@@ -34,23 +36,43 @@ def report_of(suite: str, seed: int) -> Any:
         return stable(json.loads((Path(folder) / "report.json").read_text(encoding="utf-8")))
 
 
+def read(file: Path) -> dict[str, dict[str, Any]]:
+    """What was stored: suite and seed -> report."""
+    reports = json.loads(gzip.decompress(file.read_bytes()))
+    return {name: upgraded(stable(report)) for name, report in reports.items()}
+
+
 def stable(value: Any) -> Any:
     """`value` without what differs from run to run."""
     if isinstance(value, dict):
-        return {key: stable(each) for key, each in value.items() if key not in UNSTABLE}
-    return [stable(each) for each in value] if isinstance(value, list) else value
+        return {key: stable(item) for key, item in value.items() if key not in UNSTABLE}
+    return [stable(item) for item in value] if isinstance(value, list) else value
 
 
-def differences(stored: Any, found: Any, where: str = "") -> Iterator[str]:
+def upgraded(report: dict[str, Any]) -> dict[str, Any]:
+    """A stored report with the keys of today: schema 1 of `report.json` had other names for three of them."""
+    if report["schema"] != "hricdv-report/1":
+        return report
+    return report | {"schema": "hricdv-report/2", "tests": [_upgraded_test(test) for test in report["tests"]]}
+
+
+def _upgraded_test(test: dict[str, Any]) -> dict[str, Any]:
+    renamed = {NEW_KEYS.get(key, key): value for key, value in test.items()}
+    if renamed["timeline"] is not None:
+        renamed["timeline"] = {NEW_KEYS.get(key, key): value for key, value in renamed["timeline"].items()}
+    return renamed
+
+
+def differences(stored: Any, now: Any, where: str = "") -> Iterator[str]:
     """Where two reports differ, a line each."""
-    if isinstance(stored, dict) and isinstance(found, dict):
-        for key in sorted(stored.keys() | found.keys()):
-            yield from differences(stored.get(key), found.get(key), f"{where}.{key}")
-    elif isinstance(stored, list) and isinstance(found, list) and len(stored) == len(found):
-        for number, (before, after) in enumerate(zip(stored, found, strict=True)):
+    if isinstance(stored, dict) and isinstance(now, dict):
+        for key in sorted(stored.keys() | now.keys()):
+            yield from differences(stored.get(key), now.get(key), f"{where}.{key}")
+    elif isinstance(stored, list) and isinstance(now, list) and len(stored) == len(now):
+        for number, (before, after) in enumerate(zip(stored, now, strict=True)):
             yield from differences(before, after, f"{where}[{number}]")
-    elif stored != found:
-        yield f"{where}: {str(stored)[:100]} became {str(found)[:100]}"
+    elif stored != now:
+        yield f"{where}: {str(stored)[:100]} became {str(now)[:100]}"
 
 
 def main() -> int:
@@ -60,18 +82,19 @@ def main() -> int:
     parser.add_argument("file", type=Path, help="gzipped JSON")
     parser.add_argument("--suite", action="append", choices=SUITES, help="only these (repeatable)")
     parser.add_argument("--seed", action="append", type=int, help="only these (repeatable)")
-    given = parser.parse_args()
-    chosen = [(suite, seed) for seed in given.seed or SEEDS for suite in given.suite or SUITES]
-    stored = {} if given.action == "store" else stable(json.loads(gzip.decompress(given.file.read_bytes())))
-    found, faults = {}, 0
+    options = parser.parse_args()
+    chosen = [(suite, seed) for seed in options.seed or SEEDS for suite in options.suite or SUITES]
+    stored = {} if options.action == "store" else read(options.file)
+    reports, faults = {}, 0
     for suite, seed in chosen:
-        key = f"{suite} seed {seed}"
-        found[key] = report_of(suite, seed)
-        lines = list(differences(stored[key], found[key])) if stored else []
+        name = f"{suite} seed {seed}"
+        reports[name] = report_of(suite, seed)
+        lines = list(differences(stored.get(name, {}), reports[name])) if options.action == "compare" else []
         faults += len(lines)
-        print(f"{key}: {len(found[key]['tests'])} tests, {len(lines)} differences", *lines[:20], sep="\n  ", flush=True)
-    if given.action == "store":
-        given.file.write_bytes(gzip.compress(json.dumps(found, sort_keys=True).encode("ascii")))
+        count = len(reports[name]["tests"])
+        print(f"{name}: {count} tests, {len(lines)} differences", *lines[:20], sep="\n  ", flush=True)
+    if options.action == "store":
+        options.file.write_bytes(gzip.compress(json.dumps(reports, sort_keys=True).encode("ascii")))
     return 1 if faults else 0
 
 

@@ -80,7 +80,7 @@ def details(report: Report, test: TestResult) -> dict[str, Any] | None:
 def _timeline(behaviour: Behaviour) -> dict[str, Any]:
     """The messages of a run in the form of a timeline."""
     lines = ("\t".join([f"{time_s}", *names, json.dumps(fields)]) for time_s, *names, fields in behaviour.messages)
-    return {"end_s": behaviour.end_s, "messages": [*lines], "signals": {}, "attempts": {}}
+    return {"end_s": behaviour.end_s, "messages": [*lines], "signals": {}, "triggers": {}}
 
 
 def _example(report: Report, changes: BehaviourChanges, kind: ChangeKind) -> str:

@@ -85,8 +85,8 @@ def triggers_over_time(report: Report, requirement: str, bins: int = 60) -> dict
     """
     begins: dict[str, list[float]] = {}
     for test in report.tests:
-        attempts = test.timeline.attempts.get(requirement, "") if test.timeline else ""
-        begins.setdefault(test.suite, []).extend(float(each.partition("-")[0]) for each in attempts.split())
+        triggers = test.timeline.triggers.get(requirement, "") if test.timeline else ""
+        begins.setdefault(test.suite, []).extend(float(each.partition("-")[0]) for each in triggers.split())
     last_s = max((time_s for times in begins.values() for time_s in times), default=None)
     if last_s is None:
         return None

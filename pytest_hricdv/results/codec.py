@@ -105,7 +105,8 @@ def load(path: Path) -> Report:
         found = from_json(text, _Head).schema
         if found != SCHEMA:
             raise ReportError(
-                f"{file}: expected schema {SCHEMA!r}, found {quoted(found)}; use the plugin's version that wrote it"
+                f"{file}: expected schema {SCHEMA!r}, found {quoted(found)}: run the suite again, or read the report "
+                "with the version of the plugin that wrote it"
             )
         report = from_json(text, Report)
         check_report(report)

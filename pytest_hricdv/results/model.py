@@ -9,15 +9,12 @@ of it is needed in code. The rules:
   `shrunk`, `shard`, ...) stay absent. `None` is such a default; where null is a value of its own, the default is UNSET,
   which is false.
 - Sequences are tuples and mappings are read-only by type, so records can be shared.
-- The Python name can differ from the key: `outcomes` is written as `legs`, `skipped_s` as `frozen_s`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import ClassVar, Final, Literal
-
-from msgspec import field
 
 from pytest_hricdv.coverage.cross_records import CrossCoverage, ExplorationRecord, ProductDeclaration
 from pytest_hricdv.coverage.records import (
@@ -50,7 +47,7 @@ from pytest_hricdv.results.difference import Difference
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.origin import Origin
 
-SCHEMA: Final = "hricdv-report/1"
+SCHEMA: Final = "hricdv-report/2"
 TestOutcome = Literal["passed", "failed", "known-violation", "engine-sensitive", "error", "not-run"]
 
 
@@ -78,7 +75,7 @@ class Timeline(Record, frozen=True, kw_only=True):
         end_s: when the run ended.
         messages: time (s), sender, topic and the fields as JSON, separated by tabs.
         signals: name -> "time value time value ...", each value from its time (s) on.
-        attempts: requirement -> "begin-end begin-end! begin-end?" (s), `!` where it failed, `?` where it is pending.
+        triggers: requirement -> "begin-end begin-end! begin-end?" (s), `!` where it failed, `?` where it is pending.
         checksums: signal -> CRC-32 (hexadecimal) of all its changes, bit by bit, before they were thinned.
         texts: signals that are texts: name -> (time, text), each from its time (s) on.
     """
@@ -86,7 +83,7 @@ class Timeline(Record, frozen=True, kw_only=True):
     end_s: NotNegative
     messages: Names
     signals: Mapping[str, str]
-    attempts: Mapping[str, str]
+    triggers: Mapping[str, str]
     checksums: Mapping[str, str] = {}
     texts: Mapping[str, tuple[tuple[NotNegative, str], ...]] = {}
 
@@ -128,9 +125,9 @@ class TestResult(Record, frozen=True, kw_only=True):
         aim: what generation aimed at.
         name: what a person calls it; may be empty.
         abstract: the abstract test, an action a line.
-        skipped_s: simulated time without physics steps (s); written as `frozen_s`.
+        skipped_s: simulated time without physics steps (s).
         ended: why the run ended, in the testbench's words.
-        outcomes: how each interaction ended, in order; written as `legs`.
+        outcomes: how each interaction ended, in order.
         requirements: requirement -> verdict; empty where the test was not run: that is not NC.
         failure: the text of the failure, or why the test was not run.
         faults: what is wrong with the run beside its requirements, a sentence each; they fail the test.
@@ -162,11 +159,11 @@ class TestResult(Record, frozen=True, kw_only=True):
     outcome: TestOutcome
     wall_s: NotNegative | None
     sim_s: NotNegative
-    skipped_s: NotNegative = field(name="frozen_s")
+    skipped_s: NotNegative
     fidelity: str
     engine: str = ""
     ended: str
-    outcomes: Names = field(name="legs")
+    outcomes: Names
     requirements: Mapping[str, RequirementResult]
     code: CodeShare | None
     timeline: Timeline | None
@@ -325,7 +322,7 @@ class Report(Record, frozen=True, kw_only=True):
         whole: of a session that ran a part of its suites: the page, relative to the report, of the last whole one.
     """
 
-    schema: Literal["hricdv-report/1"]
+    schema: Literal["hricdv-report/2"]
     version: str
     testbench: str
     selected: Count

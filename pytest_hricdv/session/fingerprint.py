@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pytest_hricdv._base.project_files import hashes, short_hash, versions
+from pytest_hricdv.results.model import SCHEMA
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.options import Options
 from pytest_hricdv.session.replaying import Provenance
@@ -19,7 +20,8 @@ def fingerprint(collection: Collection, provenance: Provenance) -> dict[str, str
     suites = {f"suite {each.suite.name}": short_hash(each.suite.to_json().encode()) for each in collection.selected}
     replays = {each.name: short_hash(each.replay.to_json().encode()) for each in collection.replays.values()}
     project = files_and_versions(collection.config.rootpath)
-    return {**_options(collection.options), **suites, **replays, **project, **code, **provenance.made_with}
+    form = {"report.json": SCHEMA}
+    return {**_options(collection.options), **form, **suites, **replays, **project, **code, **provenance.made_with}
 
 
 def files_and_versions(root: Path) -> dict[str, str]:

@@ -50,7 +50,7 @@ def paired(report: Mapping[str, Any]) -> tuple[Pair, ...]:
 
 
 def _our_run(entry: Mapping[str, Any]) -> OurRun:
-    legs = tuple(entry["legs"])
+    legs = tuple(entry["outcomes"])
     return OurRun(
         id=entry["id"],
         coverage=float(entry["code"]["percent"]),

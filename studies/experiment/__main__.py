@@ -72,7 +72,7 @@ def context(report: dict[str, Any], found: dict[str, Method]) -> dict[str, Any]:
         "machine": session.machine(),
         "published": published,
         "workers": workers,
-        "unread_turns": sum(test["legs"].count("sensing-timeout") for test in report["tests"]),
+        "unread_turns": sum(test["outcomes"].count("sensing-timeout") for test in report["tests"]),
         # Expected values of the draws: sequences of 4 to 19 of ten commands, and poses of one to four legs.
         "no_request_expected": 100.0 * fmean(0.9**length for length in range(4, 20)),
         "all_ready_expected": 100.0 * fmean(1 - (7 / 8) ** legs for legs in (1, 2, 3, 4)),

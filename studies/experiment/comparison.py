@@ -110,7 +110,7 @@ def _method(suite: Entry, report: Entry, published: Published, runs: Sequence[Or
         percents=percents,
         mean=mean(percents),
         ours=_request_statistics(
-            [(t["abstract"], _verdicts(t), tuple(t["legs"]), float(t["code"]["percent"])) for t in tests]
+            [(t["abstract"], _verdicts(t), tuple(t["outcomes"]), float(t["code"]["percent"])) for t in tests]
         ),
         original=_request_statistics(
             [(r.lines, r.verdicts, r.legs, r.coverage) for r in runs if method_of(r.suite) == suite["name"]]

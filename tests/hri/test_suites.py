@@ -47,7 +47,7 @@ def test_three_suites_run_on_two_workers_and_are_reported(tmp_path: Path) -> Non
         for verdicts in suite["requirements"].values():
             assert verdicts["passed"] + verdicts["failed"] + verdicts["nc"] == 3
     for test in session.report["tests"]:
-        assert set(test["legs"]) <= OUTCOMES
+        assert set(test["outcomes"]) <= OUTCOMES
         assert test["sim_s"] <= bench.LONGEST_S
         assert test["outcome"] in ("passed", "known-violation")
 

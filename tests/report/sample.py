@@ -32,7 +32,7 @@ def data(suites: tuple[str, ...] = ("rl",), tests: int = 3, seed: int = 0) -> di
     rng = random.Random(seed)
     made = [test(rng, name) for name in suites for _ in range(tests)]
     return {
-        "schema": "hricdv-report/1",
+        "schema": "hricdv-report/2",
         "version": "0.1.0",
         "testbench": "table-assembly",
         "selected": len(made),

@@ -67,11 +67,11 @@ def test(rng: random.Random, suite: str) -> dict[str, Any]:
         "outcome": "failed" if failed - {"R3"} else "known-violation" if failed else "passed",
         "wall_s": rng.uniform(0.3, 0.9),
         "sim_s": rng.uniform(40, 300),
-        "frozen_s": rng.uniform(10, 40),
+        "skipped_s": rng.uniform(10, 40),
         "fidelity": "",
         "ended": "table done",
         "unmeasured": "",
-        "legs": legs,
+        "outcomes": legs,
         "record_sha256": f"{rng.getrandbits(256):064x}",
         "requirements": verdicts,
         "plans": {agent: [f"plan{n}" for n in range(1, total, 2)] for agent, total in PLANS.items()},
@@ -87,12 +87,12 @@ def timeline(rng: random.Random, verdicts: dict[str, Any]) -> dict[str, Any]:
     speeds = " ".join(f"{n} {rng.uniform(0, 0.24):.3g}" for n in range(0, 60, 2))
     states = [f'{n}\trobot\tstate\t{{"name":"{name}"}}' for n, name in enumerate(("Wait", "Fetch", "Offer", "Done"))]
     marks = {"Passed": ["1-2", "41.25-51.5"], "Failed": ["1-2", "41.25-51.5!"], "NC": []}
-    attempts = {name: " ".join(marks[found["verdict"]]) for name, found in verdicts.items() if found["triggers"]}
+    triggers = {name: " ".join(marks[found["verdict"]]) for name, found in verdicts.items() if found["triggers"]}
     return {
         "end_s": 60.0,
         "messages": [*states, "5.5\thuman\trequest\t{}", '51.5\tsensors\treading\t{"gaze":true}'],
         "signals": {"arm_speed": speeds, "leg_held": "0 0 7.5 1 50 0"},
-        "attempts": attempts,
+        "triggers": triggers,
     }
 
 

@@ -207,7 +207,7 @@ def poisoned() -> Report:
         "end_s": 3.0,
         "messages": [f"1\t{EVIL}\t{EVIL}\tno JSON {EVIL}"],
         "signals": {EVIL: "0 1 2 0.5"},
-        "attempts": {EVIL: "1-2!"},
+        "triggers": {EVIL: "1-2!"},
     }
     typed = sample.typed(report)
     first = replace(typed.tests[0], id=f"{EVIL}\ud800", failure="\udfff")
@@ -286,8 +286,10 @@ def test_all_unchecked_and_nothing_learned() -> None:
 
 def test_tests_that_never_ran_are_pointed_out() -> None:
     report = sample.data(tests=2)
-    lost = {"outcome": "not-run", "wall_s": None, "sim_s": 0.0, "frozen_s": 0.0}
-    report["tests"][0].update(lost, requirements={}, code=None, legs=[], failure="worker gw1 crashed", timeline=None)
+    lost = {"outcome": "not-run", "wall_s": None, "sim_s": 0.0, "skipped_s": 0.0}
+    report["tests"][0].update(
+        lost, requirements={}, code=None, outcomes=[], failure="worker gw1 crashed", timeline=None
+    )
     report.update(reported=1, not_run=1)
     page = _page(report)
     assert "Expected 2 tests, reported 1: 1 test not run or lost" in page.words

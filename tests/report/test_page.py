@@ -160,7 +160,7 @@ def _without_runs() -> dict[str, Any]:
     report = sample.data(tests=2)
     for test in report["tests"]:
         del test["cross"], test["record_sha256"]
-        test |= {"timeline": None, "plans": {}, "legs": [], "code": None, "outcome": "error", "failure": "no world"}
+        test |= {"timeline": None, "plans": {}, "outcomes": [], "code": None, "outcome": "error", "failure": "no world"}
     return report
 
 

@@ -229,7 +229,7 @@ def test_a_difference_is_found_exactly_where_runs_differ_and_never_after_it(
 
 def ran(number: int, *messages: BusMessage, **changes: Any) -> TestResult:
     lines = ["\t".join([str(m.time_s), m.sender, m.topic, json.dumps(m.fields)]) for m in messages]
-    made = Timeline(end_s=40.0, messages=tuple(lines), signals={}, attempts={}, checksums={"speed": "0a"})
+    made = Timeline(end_s=40.0, messages=tuple(lines), signals={}, triggers={}, checksums={"speed": "0a"})
     fields = {"outcome": "passed", "record_sha256": repr(messages), "timeline": made, "ended": "done"}
     return reports.result(number, **(fields | changes))
 
@@ -265,7 +265,7 @@ def test_a_value_that_json_does_not_have_can_be_kept(tmp_path: Path, value: obje
 
 @pytest.mark.parametrize("message", ["1\trobot\tsaid", "1\trobot\tsaid\t{", "soon\trobot\tsaid\t{}"])
 def test_a_message_of_a_report_that_is_none_is_named(message: str) -> None:
-    timeline = Timeline(end_s=1, messages=(message,), signals={}, attempts={})
+    timeline = Timeline(end_s=1, messages=(message,), signals={}, triggers={})
     with pytest.raises(ReportError, match=r"message '.*' of a timeline: expected time, sender, topic and fields"):
         baseline_of(reports.report([ran(1, timeline=timeline)]))
 

@@ -85,7 +85,7 @@ def _put(value: object, *path: str | int) -> Callable[[Data], None]:
 
 
 BAD = {
-    "other version": (_put("hricdv-report/2", "schema"), "expected schema 'hricdv-report/1'"),
+    "other version": (_put("hricdv-report/1", "schema"), "expected schema 'hricdv-report/2'"),
     "no tests": (_drop("tests"), "missing required field `tests`"),
     "count as text": (_put("134", "selected"), "Expected `int`, got `str` - at `$.selected`"),
     "negative count": (

@@ -42,7 +42,7 @@ def test_a_timeline_is_plain_text_by_the_second() -> None:
     made = timeline(recorder.finish(), verdicts, 4.0)
     assert made.signals == {"speed": "0 0.1235 0.333 2"}
     assert made.texts == {"mode": ((0.0, "manual \t"), (0.333, "auto"))}
-    assert made.attempts == {"R1": "0.5-1.25 1-2! 3-4?"}
+    assert made.triggers == {"R1": "0.5-1.25 1-2! 3-4?"}
     time_s, sender, topic, fields = made.messages[0].split("\t")
     assert (time_s, sender, topic) == ("0.5", "ro bot", "state")
     assert json.loads(fields) == {"name": "Wait \t é", "turn": 1}

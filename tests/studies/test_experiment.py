@@ -27,7 +27,7 @@ def entry(suite: str, percent: float = 85.0, grip_s: float = 0.0, **more: Any) -
         "abstract": leg(),
         "concrete": {"actions": [{"command": "set_param pressure = 1", "parameters": {"grip_s": grip_s}}]},
         "requirements": {name: {"verdict": verdict} for name, verdict in verdicts.items()},
-        "legs": ["released"],
+        "outcomes": ["released"],
         "code": {"percent": percent},
         "outcome": "passed",
         "wall_s": 2.0,
@@ -110,7 +110,7 @@ def test_reasons_are_given_only_for_what_is_there() -> None:
     assert "**R3 and R4, NC.**" not in all_moving
     assert "Failures of what is not known to fail" not in all_moving
     assert "so this\n  seed" not in all_moving
-    resting = [entry("pseudorandom", 60.0, R4="NC", abstract=["bored"], legs=[])]
+    resting = [entry("pseudorandom", 60.0, R4="NC", abstract=["bored"], outcomes=[])]
     text = rendered(report(pseudorandom=resting))
     assert "**R3 and R4, NC.** 1 tests of pseudorandom never move" in text
     assert "1 of 1 tests never ask for a leg" in text

@@ -25,7 +25,7 @@ from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.folder_lock import FolderLock, LockedError
 from pytest_hricdv.results.model import TestResult
 
-SCHEMA = "hricdv-campaign/2"
+SCHEMA = "hricdv-campaign/3"
 
 _TABLES = """
 CREATE TABLE campaign (name TEXT PRIMARY KEY, value BLOB) WITHOUT ROWID;

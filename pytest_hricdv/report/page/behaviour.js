@@ -9,7 +9,7 @@ function coded(text) {
 
 /** Messages only: of the run of the baseline nothing else is kept. */
 function messagesOf({ end_s, messages }) {
-  return { end_s, messages, signals: {}, attempts: {} };
+  return { end_s, messages, signals: {}, triggers: {} };
 }
 
 function behaviourView({ changed, timeline, abstract }) {

@@ -18,7 +18,7 @@ function chips(names) {
 }
 
 function verdictTable(verdicts) {
-  return h("table", { class: "verdicts" }, h("thead", {}, h("tr", {}, ["", "Verdict", "Attempts", "Least margin"].map((each) => h("th", {}, each)))),
+  return h("table", { class: "verdicts" }, h("thead", {}, h("tr", {}, ["", "Verdict", "Triggers", "Least margin"].map((each) => h("th", {}, each)))),
     h("tbody", {}, verdicts.map((verdict) => h("tr", {},
       h("td", {}, h("a", { href: "#requirement/" + encodeURIComponent(verdict.name) }, verdict.name)),
       h("td", { class: "nowrap" }, verdictMark(verdict.verdict === "NC" ? "N" : verdict.verdict[0]), " ", verdict.verdict === "NC" ? "" : verdict.verdict),

@@ -1,6 +1,6 @@
 // A run's timeline: the robot's state, messages, signals, and triggers of requirements, over simulated time.
 
-const ATTEMPTS = { "": ["passed", "var(--ok-mark)"], "!": ["failed", "var(--bad-mark)"], "?": ["pending at the end", "var(--nc-mark)"] };
+const TRIGGERS = { "": ["passed", "var(--ok-mark)"], "!": ["failed", "var(--bad-mark)"], "?": ["pending at the end", "var(--nc-mark)"] };
 
 function parsedMessages(timeline) {
   return timeline.messages.map((text) => {
@@ -18,7 +18,7 @@ function parsedSignal(text, end) {
   return points;
 }
 
-function parsedAttempts(text) {
+function parsedTriggers(text) {
   return text.split(" ").map((each) => {
     const mark = /[!?]$/.test(each) ? each.slice(-1) : "";
     const [begin, end] = each.replace(/[!?]$/, "").split("-").map(Number);
@@ -104,10 +104,10 @@ function lanes({ timeline, acted, abstract }) {
       if (value) bars.push({ lane: name, from, to: points[n + 1][0], fill: "var(--c5)", tooltip: name + " from " + seconds(from) + " to " + seconds(points[n + 1][0]) });
     });
   }
-  for (const [name, text] of Object.entries(timeline.attempts).sort(([a], [b]) => natural(a, b))) {
+  for (const [name, text] of Object.entries(timeline.triggers).sort(([a], [b]) => natural(a, b))) {
     names.push(name);
-    for (const { begin, end: over, mark } of parsedAttempts(text)) {
-      const [outcome, colour] = ATTEMPTS[mark];
+    for (const { begin, end: over, mark } of parsedTriggers(text)) {
+      const [outcome, colour] = TRIGGERS[mark];
       const tooltip = name + " triggered at " + seconds(begin) + "\n" + outcome + " at " + seconds(over);
       bars.push({ lane: name, from: begin, to: over, fill: colour, tooltip });
       dots.push({ lane: name, time: begin, symbol: mark === "!" ? "triangle" : "circle", fill: colour, tooltip });
@@ -165,7 +165,7 @@ function signalPlot(width, marginLeft, name, timeline, failures) {
 function timelineLegend(labelled) {
   const swatches = Object.entries(labelled).map(([lane, labels]) =>
     h("ul", { class: "legend" }, h("li", { class: "soft" }, lane + ":"), labels.map((label, n) => h("li", {}, h("i", { class: "swatch", style: "background:" + fillOf(n) }), label))));
-  return [swatches, legend(Object.values(ATTEMPTS).map(([outcome, colour]) => ["trigger " + outcome, colour, ""])),
+  return [swatches, legend(Object.values(TRIGGERS).map(([outcome, colour]) => ["trigger " + outcome, colour, ""])),
     h("p", { class: "soft small" }, "A requirement's bar begins where it is triggered and ends where it is decided; × and the dashed line mark a violation. A dot is a message, ■ an action of the human, a dark bar a switch that is on. A signal keeps its value until it changes; signals are shown with fewer points, their extremes are kept.")];
 }
 
