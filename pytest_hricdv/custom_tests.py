@@ -128,7 +128,7 @@ def hri_run(request: pytest.FixtureRequest) -> HriRun:
 
 def _parsed(test: str | Iterable[str], seed: int, ranges: Concretization) -> AbstractTest:
     text = test if isinstance(test, str) else "\n".join(test)
-    found = parse_tests(text, file="hri_run", suite=SUITE, master_seed=seed, known=tuple(ranges.commands))
+    found = parse_tests(text, file="hri_run", suite=SUITE, master_seed=seed, commands=tuple(ranges.commands))
     if len(found) != 1:
         raise GenerateError(
             f"hri_run: {len(found)} tests in the text; expected one: commands on lines of their own, no blank line "

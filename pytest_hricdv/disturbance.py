@@ -67,8 +67,8 @@ class MessageDisturbance(ABC):
     def faults(self, topics: Collection[str]) -> Iterator[str]:
         """What is wrong with its declaration, a sentence each. `topics`: of the testbench's messages."""
         if self.topic not in topics:
-            known = ", ".join(sorted(topics)) or "none"
-            yield f"topic {self.topic!r} is none of the messages{nearest(self.topic, topics)}; there are: {known}"
+            listed = ", ".join(sorted(topics)) or "none"
+            yield f"topic {self.topic!r} is none of the messages{nearest(self.topic, topics)}; there are: {listed}"
         for name, sampler in self.parameters.items():
             if not isinstance(sampler, Sampler) or any(corner < 0 for corner in sampler.corners()):
                 yield f"{name} is {sampler!r}; expected a Range or Constant of at least 0 s"
@@ -129,7 +129,7 @@ Disturbances = Mapping[str, Disturbance | MessageDisturbance]
 
 def lines(disturbances: Disturbances) -> dict[str, Mapping[str, Sampler]]:
     """The command lines of disturbances, each with the ranges of its parameters."""
-    return {f"{PREFIX}{name}": each.parameters for name, each in disturbances.items()}
+    return {f"{PREFIX}{name}": disturbance.parameters for name, disturbance in disturbances.items()}
 
 
 def faults(disturbances: Disturbances, commands: Collection[str], topics: Collection[str]) -> Iterator[str]:
@@ -143,12 +143,12 @@ def faults(disturbances: Disturbances, commands: Collection[str], topics: Collec
     if not isinstance(disturbances, Mapping):
         yield f"disturbances is {disturbances!r}; expected a mapping of names to disturbances"
         return
-    for name, each in disturbances.items():
+    for name, disturbance in disturbances.items():
         if not isinstance(name, str) or not _NAME.match(name):
             yield f"disturbance {name!r}: expected a name of one word (letters, digits and '_')"
         elif f"{PREFIX}{name}" in commands:
             yield f"disturbance {name!r}: the concretization has the command '{PREFIX}{name}', too; rename one"
-        elif isinstance(each, Disturbance | MessageDisturbance):
-            yield from (f"disturbance {name!r}: {fault}" for fault in each.faults(topics))
+        elif isinstance(disturbance, Disturbance | MessageDisturbance):
+            yield from (f"disturbance {name!r}: {fault}" for fault in disturbance.faults(topics))
         else:
-            yield f"disturbance {name!r} is {each!r}; expected a Disturbance, Lost, Late or Doubled"
+            yield f"disturbance {name!r} is {disturbance!r}; expected a Disturbance, Lost, Late or Doubled"

@@ -108,7 +108,7 @@ class Outcome:
         for name in ("ended", "fidelity"):
             if not isinstance(getattr(self, name), str):
                 raise TestbenchError(f"Outcome: {name} is {getattr(self, name)!r}; expected a text")
-        if isinstance(self.outcomes, str) or not all(isinstance(each, str) for each in self.outcomes):
+        if isinstance(self.outcomes, str) or not all(isinstance(outcome, str) for outcome in self.outcomes):
             raise TestbenchError(f"Outcome: outcomes is {self.outcomes!r}; expected a tuple of texts")
         if not isinstance(self.skipped_s, int | float) or not 0 <= self.skipped_s < math.inf:
             raise TestbenchError(f"Outcome: skipped_s is {self.skipped_s!r}; expected a time in seconds")
@@ -207,14 +207,14 @@ class Testbench:
     def commands(self) -> Concretization:
         """The concretization, with the lines of the disturbances: what tests may contain, whereas methods draw from
         `concretization`."""
-        given = self.concretization
-        return dataclasses.replace(given, commands={**given.commands, **lines(self.disturbances)})
+        declared = self.concretization
+        return dataclasses.replace(declared, commands={**declared.commands, **lines(self.disturbances)})
 
     def simulated(self, fidelity: str) -> Testbench:
         """The testbench with this fidelity. Raises TestbenchError where it is none of `fidelities`."""
         if fidelity not in self.fidelities:
-            known = ", ".join(self.fidelities) or 'none: give it fidelities=("...", "...")'
-            raise TestbenchError(f"fidelity {fidelity!r}: testbench {self.name!r} has {known}")
+            listed = ", ".join(self.fidelities) or 'none: give it fidelities=("...", "...")'
+            raise TestbenchError(f"fidelity {fidelity!r}: testbench {self.name!r} has {listed}")
         return dataclasses.replace(self, fidelity=fidelity)
 
     def vocabulary(self) -> Vocabulary:

@@ -69,7 +69,7 @@ def lacking(error: Exception) -> str:
     """What to add to the error of a testbench that was built without some part: the part, and what it is for."""
     if not isinstance(error, TypeError) or f"{Testbench.__name__}.__init__()" not in str(error):
         return ""
-    return "".join(f"\n  {name}: {what}" for name, what in PARTS.items() if f"'{name}'" in str(error))
+    return "".join(f"\n  {name}: {purpose}" for name, purpose in PARTS.items() if f"'{name}'" in str(error))
 
 
 def _check_kinds(testbench: Testbench, where: str) -> None:
@@ -88,9 +88,9 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
             raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
     optional: Mapping[str, type[Any]] = {"conformance": Conformance, "online": Online, "ros2": Ros2}
     for name, kind in optional.items():
-        given = getattr(testbench, name)
-        if not isinstance(given, kind | None):
-            raise TestbenchError(f"{where}: {name} is {given!r}; expected {kind.__name__}(...) or None")
+        part = getattr(testbench, name)
+        if not isinstance(part, kind | None):
+            raise TestbenchError(f"{where}: {name} is {part!r}; expected {kind.__name__}(...) or None")
     if not callable(testbench.run):
         raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
     for end in testbench.may_end:
@@ -114,7 +114,9 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
 
 
 def _film_faults(testbench: Testbench) -> list[str]:
-    topics = {topic_of(kind): frozenset(each.name for each in dataclasses.fields(kind)) for kind in testbench.messages}
+    topics = {
+        topic_of(kind): frozenset(member.name for member in dataclasses.fields(kind)) for kind in testbench.messages
+    }
     return testbench.film.faults(testbench.vocabulary(), topics) if testbench.film is not None else []
 
 
@@ -122,27 +124,29 @@ def _state_faults(testbench: Testbench) -> Iterator[str]:
     topic, _, name = testbench.state.partition(".")
     topics = testbench.vocabulary().messages
     if testbench.state and topics.get(topic, {}).get(name) is not str:
-        texts = sorted(f"{each}.{field}" for each, kinds in topics.items() for field in kinds if kinds[field] is str)
-        known = ", ".join(texts) or "none"
-        yield f"state is {testbench.state!r}, which is no text field of a message; there are: {known}"
+        texts = sorted(
+            f"{message}.{field}" for message, kinds in topics.items() for field in kinds if kinds[field] is str
+        )
+        listed = ", ".join(texts) or "none"
+        yield f"state is {testbench.state!r}, which is no text field of a message; there are: {listed}"
     if testbench.transitions and not testbench.state:
         yield "transitions are given, but no state: expected the text field that tells it, such as state='state.name'"
     states = testbench.values.get(testbench.state, ())
-    for each in testbench.transitions:
-        if not (isinstance(each, tuple) and len(each) == 2 and all(isinstance(name, str) for name in each)):
-            yield f"transitions has {each!r}; expected pairs of states, such as ('Idle', 'Move_hand')"
+    for pair in testbench.transitions:
+        if not (isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(name, str) for name in pair)):
+            yield f"transitions has {pair!r}; expected pairs of states, such as ('Idle', 'Move_hand')"
             continue
-        for name in each if states else ():
+        for name in pair if states else ():
             if name not in states:
-                yield f"transitions has {each!r}: {name!r} is no value of {testbench.state}{nearest(name, states)}"
+                yield f"transitions has {pair!r}: {name!r} is no value of {testbench.state}{nearest(name, states)}"
 
 
 def _virtual_faults(testbench: Testbench) -> Iterator[str]:
-    given = testbench.virtual
-    for name in given if isinstance(given, tuple) else (given,):
+    declared = testbench.virtual
+    for name in declared if isinstance(declared, tuple) else (declared,):
         if name not in KINDS:
-            known = "; ".join(f'"{kind}" for {modules}' for kind, modules in KINDS.items())
-            yield f"virtual has {name!r}; expected a tuple of these: {known}"
+            listed = "; ".join(f'"{kind}" for {modules}' for kind, modules in KINDS.items())
+            yield f"virtual has {name!r}; expected a tuple of these: {listed}"
 
 
 def _sampling_faults(testbench: Testbench) -> Iterator[str]:
@@ -151,5 +155,5 @@ def _sampling_faults(testbench: Testbench) -> Iterator[str]:
         if name not in testbench.signals:
             yield f"sampled_while has {name!r}, which is no signal{nearest(name, testbench.signals)}"
         if switch not in switches:
-            known = ", ".join(switches) or "none"
-            yield f"sampled_while[{name!r}] is {switch!r}, which is no bool signal; there are: {known}"
+            listed = ", ".join(switches) or "none"
+            yield f"sampled_while[{name!r}] is {switch!r}, which is no bool signal; there are: {listed}"

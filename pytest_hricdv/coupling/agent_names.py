@@ -49,8 +49,8 @@ class AgentNames:
     def heard(self, hears: Hears) -> Structure:
         """The literal of what it hears. Raises CouplingError for one that it does not know."""
         literal = _parse(hears.owner, hears.literal.removeprefix("!"))
-        kind, known = ("goal", self._goals) if hears.is_goal else ("belief", self._beliefs)
-        self._require(hears.owner, literal, kind, known)
+        kind, predicates = ("goal", self._goals) if hears.is_goal else ("belief", self._beliefs)
+        self._require(hears.owner, literal, kind, predicates)
         return literal
 
     def act(self, owner: str, act: str) -> Structure | None:
@@ -70,31 +70,31 @@ class AgentNames:
             raise CouplingError(f"{owner}: only an external action can fail; {act} is none of {self._agent}")
         return literal
 
-    def _require(self, owner: str, literal: Structure, kind: str, known: set[Key]) -> None:
-        if literal.key in known:
+    def _require(self, owner: str, literal: Structure, kind: str, predicates: set[Key]) -> None:
+        if literal.key in predicates:
             return
-        counts = sorted(arity for _, functor, arity in known if functor == literal.functor)
+        counts = sorted(arity for _, functor, arity in predicates if functor == literal.functor)
         if counts:
             problem = f" with {len(literal.args)} arguments; it has {' or '.join(map(str, counts))}"
         else:
-            problem = nearest(literal.functor, sorted({functor for _, functor, _ in known}))
+            problem = nearest(literal.functor, sorted({functor for _, functor, _ in predicates}))
         raise CouplingError(f"{owner}: {self._agent} has no {kind} {literal.functor}{problem}")
 
 
 def _keys(parts: Iterable[object]) -> set[Key]:
-    structures = (part for each in parts for part in parts_of(each) if isinstance(part, Structure))
+    structures = (part for root in parts for part in parts_of(root) if isinstance(part, Structure))
     return {part.key for part in structures if part.functor not in ("source", "true", "false")}
 
 
 def _sent(plans: Iterable[Plan]) -> set[Key]:
     """The predicates of what is sent; of all that the plans mention, if a variable stands for what is sent."""
-    found: set[Key] = set()
+    predicates: set[Key] = set()
     for plan in plans:
         for call in parts_of(plan.body):
             if isinstance(call, Call) and call.name in CONTENT:
                 content = call.args[CONTENT[call.name]]
-                found |= {content.key} if isinstance(content, Structure) else _keys(each.body for each in plans)
-    return found
+                predicates |= {content.key} if isinstance(content, Structure) else _keys(plan.body for plan in plans)
+    return predicates
 
 
 def _parse(owner: str, text: str) -> Structure:

@@ -60,7 +60,7 @@ class CoupledRun(SystemRun):
         waiting: list[Wait | Question] = []
         for agent in self.order:
             waiting += [*agent.waits, *agent.questions.values()]
-        deadlines = [each.deadline for each in waiting if each.deadline is not None]
+        deadlines = [wait.deadline for wait in waiting if wait.deadline is not None]
         return min(deadlines, default=math.inf) / TICKS_PER_S
 
     def deliver(self, receiver: str, message: Message) -> None:

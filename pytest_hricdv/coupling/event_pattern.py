@@ -82,10 +82,10 @@ def parse_heard(
         RequirementError: as `parse_event`.
     """
     declared, others = tuple(declared), tuple(others)
-    for each in declared:
-        if each.source != PERCEPT and each.source not in others:
-            raise CouplingError(f"{each.owner}: no agent {each.source!r}{nearest(each.source, others)}")
-    return tuple(parse_event(each.owner, names.heard(each), each.when, vocabulary) for each in declared)
+    for hears in declared:
+        if hears.source != PERCEPT and hears.source not in others:
+            raise CouplingError(f"{hears.owner}: no agent {hears.source!r}{nearest(hears.source, others)}")
+    return tuple(parse_event(hears.owner, names.heard(hears), hears.when, vocabulary) for hears in declared)
 
 
 def _sources(
@@ -94,11 +94,11 @@ def _sources(
     fields = {
         field: f"{topic}.{field}" for topic in sorted(topics_of([condition])) for field in vocabulary.messages[topic]
     }
-    known = {name: name for name in vocabulary.signals} | fields
-    found: dict[Variable, str] = {}
+    sources = {name: name for name in vocabulary.signals} | fields
+    bound: dict[Variable, str] = {}
     for variable in sorted(variables_of(pattern)) if pattern is not None else ():
         name = variable[:1].lower() + variable[1:]
-        if name not in known:
-            raise CouplingError(f"{owner}: {variable} is no field of its message and no signal{nearest(name, known)}")
-        found[variable] = known[name]
-    return found
+        if name not in sources:
+            raise CouplingError(f"{owner}: {variable} is no field of its message and no signal{nearest(name, sources)}")
+        bound[variable] = sources[name]
+    return bound

@@ -43,15 +43,15 @@ class Events:
     """
 
     def __init__(self, conditions: Iterable[PastFormula], names: Iterable[str] = ()) -> None:
-        given = tuple(conditions)
+        formulas = tuple(conditions)
         self._monitors = MonitorSet()
-        for number, condition in enumerate(given):
+        for number, condition in enumerate(formulas):
             self._monitors.watch(condition, partial(self._changed, number))
-        self.topics = topics_of(given)
+        self.topics = topics_of(formulas)
         """The topics whose messages are read."""
-        self.signals = frozenset(name for name in (*names_of(given), *names) if "." not in name)
+        self.signals = frozenset(name for name in (*names_of(formulas), *names) if "." not in name)
         """The signals that are read."""
-        self._sources = frozenset().union(*map(sources, given))
+        self._sources = frozenset().union(*map(sources, formulas))
         self.values: dict[str, Value] = {}
         """The last value of each signal, and of each field as `topic.field`."""
         self._numbers: list[int] = []

@@ -103,14 +103,14 @@ class BeliefSpace:
             GenerateError: a belief is not of this space, or is given twice.
         """
         rank = self._rank
-        given = list(beliefs)
-        for belief in given:
+        chosen = list(beliefs)
+        for belief in chosen:
             if belief not in rank:
                 raise GenerateError(f"belief {belief!r} is not in the belief space{nearest(belief, rank)}")
-        if len(set(given)) != len(given):
-            twice = sorted({belief for belief in given if given.count(belief) > 1})
+        if len(set(chosen)) != len(chosen):
+            twice = sorted({belief for belief in chosen if chosen.count(belief) > 1})
             raise GenerateError(f"belief {twice[0]!r} is given twice in one subset")
-        return tuple(sorted(given, key=rank.__getitem__))
+        return tuple(sorted(chosen, key=rank.__getitem__))
 
     def target(self, beliefs: Iterable[str]) -> str:
         """A subset in a few words: its start belief and its beliefs of the naming groups, as in `leg1-bored`."""
@@ -178,12 +178,12 @@ class _Reader:
             raise GenerateError(f"{self.path}:1:1: no [[aim]] entries; expected at least one")
         tests = 0
         for number, entry in enumerate(entries):
-            found = self._entry(number, entry)
-            tests += len(found.subsets) * found.concretizations
+            sets = self._entry(number, entry)
+            tests += len(sets.subsets) * sets.concretizations
             if tests > MAX_TESTS:
                 where = self._where(number, "beliefs")
                 raise GenerateError(f"{where}: {tests} tests up to here; expected at most {MAX_TESTS} in one file")
-            yield found
+            yield sets
 
     def _entry(self, number: int, entry: dict[str, Any]) -> BeliefSets:
         for key in entry:
@@ -223,9 +223,9 @@ class _Reader:
     def _matches(self, number: int, item: str) -> list[str]:
         matches = [belief for belief in self.space.beliefs if fnmatchcase(belief, item)]
         if not matches:
-            what = "pattern matches no belief" if set(item) & set("*?[") else "unknown belief"
+            fault = "pattern matches no belief" if set(item) & set("*?[") else "unknown belief"
             where = self._where(number, item)
-            raise GenerateError(f"{where}: {what}: {quoted(item)}{nearest(item, self.space.beliefs)}")
+            raise GenerateError(f"{where}: {fault}: {quoted(item)}{nearest(item, self.space.beliefs)}")
         return matches
 
     def _where(self, number: int | None, token: str) -> str:

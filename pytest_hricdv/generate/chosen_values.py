@@ -81,7 +81,7 @@ def read_key(key: str) -> int:
 
 def read_text(text: str) -> dict[str, float]:
     """The values of a text such as `pull_n 8.25, grip_s 31.5`. Raises GenerateError if it is no such text."""
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     for part in text.split(","):
         name, _, number = part.strip().partition(" ")
         try:
@@ -89,7 +89,7 @@ def read_text(text: str) -> dict[str, float]:
         except ValueError:
             expected = "expected a parameter and a number, as in 'pull_n 8.25, grip_s 31.5'"
             raise GenerateError(f"{quoted(part.strip())} is no value; {expected}") from None
-        if name in found:
+        if name in values:
             raise GenerateError(f"a second value of {quoted(name)}; expected each parameter once")
-        found[name] = value
-    return found
+        values[name] = value
+    return values

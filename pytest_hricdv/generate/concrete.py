@@ -55,13 +55,15 @@ class Concretization:
 
     def shown(self, test: ConcreteTest) -> tuple[str, ...]:
         """A concrete test for people: one line per action, then one for the run, each value with its unit."""
-        lines = [_shown(each.command, each.parameters, self.commands.get(each.command, {})) for each in test.actions]
+        lines = [
+            _shown(action.command, action.parameters, self.commands.get(action.command, {})) for action in test.actions
+        ]
         return (*lines, _shown("run", test.run, self.run)) if test.run else tuple(lines)
 
 
-def _shown(what: str, parameters: Parameters, samplers: Mapping[str, Sampler]) -> str:
+def _shown(heading: str, parameters: Parameters, samplers: Mapping[str, Sampler]) -> str:
     values = [f"{name} {samplers.get(name, _UNITLESS).shown(value)}" for name, value in parameters.items()]
-    return f"{what}: {', '.join(values)}" if values else what
+    return f"{heading}: {', '.join(values)}" if values else heading
 
 
 def _check_samplers(where: str, samplers: Mapping[str, Sampler]) -> None:
@@ -103,11 +105,11 @@ class ConcreteTest:
             GenerateError: the text is not such a test.
         """
         try:
-            found = from_json(text, _Text)
+            fields = from_json(text, _Text)
         except MalformedError as error:
             raise GenerateError(f"not a concrete test{error}; expected what ConcreteTest.to_json writes") from None
-        actions = tuple(ConcreteAction(command, given) for command, given in found.actions)
-        return cls(found.id, found.suite, found.seed, actions, found.run)
+        actions = tuple(ConcreteAction(command, parameters) for command, parameters in fields.actions)
+        return cls(fields.id, fields.suite, fields.seed, actions, fields.run)
 
 
 class _Text(Struct):
@@ -178,15 +180,15 @@ def draw_action(command: str, concretization: Concretization, seed: int, place: 
     """
     samplers = concretization.commands.get(command)
     if samplers is None:
-        known = nearest(command, concretization.commands)
-        raise GenerateError(f"command {place + 1}: no ranges are declared for {command!r}{known}")
+        hint = nearest(command, concretization.commands)
+        raise GenerateError(f"command {place + 1}: no ranges are declared for {command!r}{hint}")
     return ConcreteAction(command, _drawn(samplers, {}, SAMPLINGS[UNIFORM], seed, place, command))
 
 
 def _drawn(samplers: Mapping[str, Sampler], chosen: Parameters, sample: Sampling, *key: int | str) -> dict[str, float]:
     return {
-        name: float(chosen[name]) if name in chosen else sample(each, make_rng(*key, name))
-        for name, each in samplers.items()
+        name: float(chosen[name]) if name in chosen else sample(sampler, make_rng(*key, name))
+        for name, sampler in samplers.items()
     }
 
 
@@ -214,8 +216,8 @@ def _chosen(test: AbstractTest, number: int, concretization: Concretization) -> 
 def _samplers(test: AbstractTest, number: int, concretization: Concretization) -> Mapping[str, Sampler]:
     command = test.lines[number - 1]
     if command not in concretization.commands:
-        known = nearest(command, concretization.commands)
-        raise GenerateError(f"test {test.id}: no ranges are declared for command {command!r}{known}")
+        hint = nearest(command, concretization.commands)
+        raise GenerateError(f"test {test.id}: no ranges are declared for command {command!r}{hint}")
     return concretization.commands[command]
 
 

@@ -63,7 +63,7 @@ def softmax(values: Sequence[float], temperature_kt: float) -> list[float]:
 def boltzmann_choice(rng: Random, choices: Sequence[str], row: Mapping[str, float], temperature_kt: float) -> str:
     """One of the choices, by the Boltzmann probabilities of their values."""
     mark = rng.random()
-    for choice, probability in zip(choices, softmax([row[each] for each in choices], temperature_kt), strict=True):
+    for choice, probability in zip(choices, softmax([row[option] for option in choices], temperature_kt), strict=True):
         mark -= probability
         if mark < 0.0:
             return choice
@@ -105,9 +105,9 @@ def learn(
     converged_at: int | None = None
     last_new_plan_at = 0
     for iteration in range(parameters.iterations):
-        known = len(learner.seen)
+        seen_before = len(learner.seen)
         deltas.append(learner.iterate(iteration))
-        last_new_plan_at = iteration + 1 if len(learner.seen) > known else last_new_plan_at
+        last_new_plan_at = iteration + 1 if len(learner.seen) > seen_before else last_new_plan_at
         last = deltas[-parameters.quiet_iterations :]
         if converged_at is None and len(last) == parameters.quiet_iterations and max(last) <= parameters.tolerance:
             converged_at = len(deltas) - len(last) + 1
@@ -210,23 +210,23 @@ def policy_subsets(
     key = (seed, round_number) if round_number else (seed,)
     ranked = rankings(q, space, *key)
     rng = make_rng("policy-walks", *key)
-    found: dict[tuple[str, ...], None] = {}
+    subsets: dict[tuple[str, ...], None] = {}
     fruitless = walks = 0
-    while len(found) < count and fruitless < parameters.patience:
+    while len(subsets) < count and fruitless < parameters.patience:
         walk = [space.start[walks % len(space.start)]]
         size = parameters.subset_size(rng)
         while len(walk) < size and (options := _options(ranked[walk[-1]], walk, parameters.alternatives)):
             walk.append(options[random_index(rng, len(options))])
         subset = space.subset(walk)
-        fruitless = fruitless + 1 if subset in found else 0
-        found[subset] = None
+        fruitless = fruitless + 1 if subset in subsets else 0
+        subsets[subset] = None
         walks += 1
-    if len(found) < count:
+    if len(subsets) < count:
         for subset in _enumerate(ranked, space, parameters):
-            found[subset] = None
-            if len(found) == count:
+            subsets[subset] = None
+            if len(subsets) == count:
                 break
-    return tuple(found)
+    return tuple(subsets)
 
 
 def _options(ranking: Sequence[str], chosen: Sequence[str], count: int) -> list[str]:

@@ -126,8 +126,8 @@ class GreedySelector:
         rank is still the one it was queued with comes before all others.
         """
         candidates = list(runs)
-        plans = [[(agent, plan) for agent, own in each.plans.items() for plan in own] for each in candidates]
-        texts = {each.lines for each in self.chosen}
+        plans = [[(agent, plan) for agent, own in run.plans.items() for plan in own] for run in candidates]
+        texts = {run.lines for run in self.chosen}
 
         def rank(place: int) -> tuple[float, bool, int]:
             rarest = min([self.executed[plan] for plan in plans[place]], default=math.inf)
@@ -175,10 +175,10 @@ class ReinforcementLearning:
                 suite=selector.executed,
                 start=context.start,
             )
-            known = {run.beliefs for run in selector.chosen}
+            chosen = {run.beliefs for run in selector.chosen}
             wanted = parameters.suite_size * parameters.candidates
-            subsets = policy_subsets(learned.q, space, parameters, wanted + len(known), context.seed, number)
-            new = [subset for subset in subsets if subset not in known][:wanted]
+            subsets = policy_subsets(learned.q, space, parameters, wanted + len(chosen), context.seed, number)
+            new = [subset for subset in subsets if subset not in chosen][:wanted]
             selector.choose(map(runner.run, new), parameters.suite_size)
             rounds.append(learned)
         _save(rounds[-1], context)
@@ -219,11 +219,11 @@ def _generation(rounds: Sequence[LearningResult], runner: ModelRunner, context: 
     )
 
 
-def _notes(rounds: Sequence[LearningResult], found: int, count: int, context: GenerationContext) -> Iterator[str]:
+def _notes(rounds: Sequence[LearningResult], tests: int, count: int, context: GenerationContext) -> Iterator[str]:
     if context.start.name:
         yield f"learning began with {context.start.name}"
-    if found < count:
-        yield f"{count} tests asked for, but the policy leads to {found} distinct subsets only"
+    if tests < count:
+        yield f"{count} tests asked for, but the policy leads to {tests} distinct subsets only"
     unconverged = [learned for learned in rounds if learned.converged_at is None]
     if unconverged:
         where = f" in {len(unconverged)} of {len(rounds)} rounds" if len(rounds) > 1 else ""

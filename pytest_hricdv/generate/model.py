@@ -129,15 +129,15 @@ def file_digests(files: Iterable[Path]) -> list[list[str]]:
     Raises:
         GenerateError: a file cannot be read.
     """
-    found = []
+    digests = []
     for path in files:
         try:
-            found.append([path.name, hashlib.sha256(read_bytes(path)).hexdigest()])
+            digests.append([path.name, hashlib.sha256(read_bytes(path)).hexdigest()])
         except FileNotFoundError:
             raise GenerateError(f"{path}: no such file; expected a readable file") from None
         except MalformedError as error:
             raise GenerateError(f"{path}{error}") from None
-    return sorted(found)
+    return sorted(digests)
 
 
 def list_model(model: Model, root: Path) -> dict[str, Any]:
@@ -217,7 +217,7 @@ class Exploration:
             for text in data["runs"].split("\n") if data["runs"] else ():
                 lines, plans, beliefs = text.split(",")
                 runs.append(ExploredRun(tuple([commands[code] for code in lines]), int(plans, 16), int(beliefs, 16)))
-            known = tuple((agent, label) for agent, label in data["plans"])
-            return cls(known, tuple(data["beliefs"]), tuple(runs), data["reason"])
+            labelled = tuple((agent, label) for agent, label in data["plans"])
+            return cls(labelled, tuple(data["beliefs"]), tuple(runs), data["reason"])
         except (KeyError, AttributeError, TypeError, ValueError) as error:
             raise GenerateError(f"an exploration that cannot be read: {error!r}") from None

@@ -63,8 +63,8 @@ class ModelRunner:
     def _check_agents(self) -> None:
         for agent in (self.model.steering_agent, self.model.actor, *self.model.covered):
             if agent not in self._system.agents:
-                known = nearest(agent, self._system.agents)
-                raise GenerateError(f"{self.model.path}: no agent {agent!r} in this model{known}")
+                hint = nearest(agent, self._system.agents)
+                raise GenerateError(f"{self.model.path}: no agent {agent!r} in this model{hint}")
 
     def _check_beliefs(self) -> None:
         mentioned = _mentioned(self._system, self.model.actor)
@@ -120,22 +120,22 @@ class ModelRunner:
             return self._lines(actions), sum(plan_bits.get(plan, 0) for plan in labels)
 
         model, bits = self.model, self.space.bits
-        found: list[ExploredRun] = []
+        explored: list[ExploredRun] = []
         for start in self.space.start:
-            given = {belief: belief == start for belief in self.space.start}
+            fixed = {belief: belief == start for belief in self.space.start}
             try:
                 runs = self._memo.explore_all(
-                    model.steering_agent, model.chosen, self.space.beliefs, given, content, model.max_rounds, model.seed
+                    model.steering_agent, model.chosen, self.space.beliefs, fixed, content, model.max_rounds, model.seed
                 )
             except BdiError as error:
                 raise GenerateError(f"BDI model {model.path}: {error}") from error
             if runs is None:
                 return None
-            found += [
+            explored += [
                 ExploredRun(lines, mask, bits[start] | sum([bits[belief] for belief in beliefs]))
                 for (lines, mask), beliefs in runs.items()
             ]
-        return found
+        return explored
 
     def notes(self) -> tuple[str, ...]:
         """Notes for the suite: how many runs, and so tests, were cut off."""

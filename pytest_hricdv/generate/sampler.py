@@ -183,6 +183,6 @@ def corners(sampler: Sampler, rng: Random) -> float:
 SAMPLINGS: Mapping[str, Sampling] = {"uniform": uniform, "corners": corners}
 
 
-def _check_finite(what: str, value: float) -> None:
+def _check_finite(subject: str, value: float) -> None:
     if not math.isfinite(value):
-        raise GenerateError(f"{what} with {value!r}: expected a finite number")
+        raise GenerateError(f"{subject} with {value!r}: expected a finite number")

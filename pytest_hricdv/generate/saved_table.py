@@ -75,9 +75,9 @@ class SavedTable:
         """
         expected = "expected what --hri-rl-save writes, with this version of the plugin"
         try:
-            found = from_json(text, _Head).schema
-            if found != SCHEMA:
-                raise GenerateError(f"{where}: expected schema {SCHEMA!r}, found {quoted(found)}; {expected}")
+            schema = from_json(text, _Head).schema
+            if schema != SCHEMA:
+                raise GenerateError(f"{where}: expected schema {SCHEMA!r}, found {quoted(schema)}; {expected}")
             return from_json(text, cls)
         except MalformedError as error:
             raise GenerateError(f"{where}{error}; expected a saved table, or belief sets (*.toml)") from None
@@ -114,8 +114,8 @@ class SavedTable:
             )
         for state in space.beliefs:
             cells = {belief for belief in space.others if belief != state}
-            if (found := self.q.get(state, {}).keys()) != cells:
-                odd = sorted(found ^ cells)[0]
+            if (saved := self.q.get(state, {}).keys()) != cells:
+                odd = sorted(saved ^ cells)[0]
                 fault = "lacks" if odd in cells else "has the unknown cell"
                 raise GenerateError(f"{where}: the row of {state!r} {fault} {odd!r}; was the file edited?")
 

@@ -61,7 +61,7 @@ def _dump(test: AbstractTest) -> str:
 
 
 def parse_tests(
-    text: str, *, file: str, suite: str, master_seed: int = 0, known: Collection[str] = ()
+    text: str, *, file: str, suite: str, master_seed: int = 0, commands: Collection[str] = ()
 ) -> tuple[AbstractTest, ...]:
     """The tests of a text.
 
@@ -72,12 +72,12 @@ def parse_tests(
         file: name of the text in errors.
         suite: the suite of tests that state none.
         master_seed: for the seeds of tests that state none.
-        known: the commands that can be executed; if any are given, others are errors.
+        commands: those that can be executed; if any are given, others are errors.
 
     Raises:
         GenerateError: a malformed or unknown command or a malformed header, with file, line and column.
     """
-    blocks = [block for block in _blocks(text, file, known) if block.is_test]
+    blocks = [block for block in _blocks(text, file, commands) if block.is_test]
     complete = [_complete_test(block) if "id" in block.headers else None for block in blocks]
     _check_ids(blocks)
     drafts: dict[str, list[Draft]] = {}
@@ -103,7 +103,7 @@ def _check_ids(blocks: Iterable[_Block]) -> None:
         places |= {} if name is None else {name: block.where}
 
 
-def _blocks(text: str, file: str, known: Collection[str]) -> list[_Block]:
+def _blocks(text: str, file: str, commands: Collection[str]) -> list[_Block]:
     blocks = [_Block()]
     for number, line in enumerate(text.splitlines(), 1):
         stripped = line.strip()
@@ -116,7 +116,7 @@ def _blocks(text: str, file: str, known: Collection[str]) -> list[_Block]:
             _read_comment(blocks[-1], stripped, where)
         else:
             blocks[-1].where = blocks[-1].where or where
-            blocks[-1].commands.append(_read_command(stripped.partition("#")[0], where, known))
+            blocks[-1].commands.append(_read_command(stripped.partition("#")[0], where, commands))
         if blocks[-1].where and len(blocks) > MAX_TESTS:
             raise GenerateError(f"{where}: more than {MAX_TESTS} tests up to here; expected fewer in one file")
     return blocks
@@ -145,13 +145,13 @@ def _read_values(block: _Block, key: str, text: str, where: str) -> None:
         raise GenerateError(f"{where}: {error}") from None
 
 
-def _read_command(text: str, where: str, known: Collection[str]) -> str:
+def _read_command(text: str, where: str, commands: Collection[str]) -> str:
     try:
         command = canonical_command(text)
     except GenerateError as error:
-        raise GenerateError(f"{where}: {error}{nearest(text.strip(), known)}") from None
-    if known and command not in known:
-        raise GenerateError(f"{where}: unknown command {quoted(command)}{nearest(command, known)}")
+        raise GenerateError(f"{where}: {error}{nearest(text.strip(), commands)}") from None
+    if commands and command not in commands:
+        raise GenerateError(f"{where}: unknown command {quoted(command)}{nearest(command, commands)}")
     return command
 
 
@@ -226,10 +226,10 @@ class Files:
         """
         notes: list[str] = []
         if self.path.suffix == ".json" and self.path.is_file():
-            found = _from_json(self.path, context, notes)
+            read = _from_json(self.path, context, notes)
         else:
-            found = self._from_text(context)
-        tests = tuple(islice(found, MAX_TESTS + 1))
+            read = self._from_text(context)
+        tests = tuple(islice(read, MAX_TESTS + 1))
         if len(tests) > MAX_TESTS:
             raise GenerateError(f"{self.path}: more than {MAX_TESTS} tests; expected fewer in one file or folder")
         if not tests:
@@ -251,7 +251,7 @@ class Files:
         for path in paths:
             suite = slug(path.stem)
             for test in parse_tests(
-                _read(path), file=str(path), suite=suite, master_seed=context.seed, known=context.commands
+                _read(path), file=str(path), suite=suite, master_seed=context.seed, commands=context.commands
             ):
                 if test.id in file_of:
                     raise GenerateError(

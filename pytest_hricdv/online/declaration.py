@@ -33,5 +33,5 @@ class Online:
     def __post_init__(self) -> None:
         if not (isinstance(self.agent, str) and self.agent):
             raise OnlineError(f"Online: agent is {self.agent!r}; expected the name of an agent of the model")
-        if not (isinstance(self.hears, tuple) and all(isinstance(each, Hears) for each in self.hears)):
+        if not (isinstance(self.hears, tuple) and all(isinstance(heard, Hears) for heard in self.hears)):
             raise OnlineError(f"Online: hears is {self.hears!r}; expected a tuple of Hears(...)")

@@ -218,8 +218,8 @@ class OnlineAgent:
         decision = Decision(about, options, situation)
         chosen = self._chooser.choose(decision)
         if chosen not in options:
-            known = ", ".join(map(repr, options))
-            raise OnlineError(f"Online: {chosen!r} was chosen for {about}; expected one of {known}")
+            alternatives = ", ".join(map(repr, options))
+            raise OnlineError(f"Online: {chosen!r} was chosen for {about}; expected one of {alternatives}")
         if chosen != NONE or about not in (GOAL, DISTURBANCE):
             self.choices.append(Choice(len(self.taken), situation.state, situation.turn, about, chosen))
         return chosen

@@ -40,14 +40,14 @@ class Skeleton:
     person: str
 
     def __post_init__(self) -> None:
-        for what, name in (("robot", self.robot), ("person", self.person)):
+        for option, name in (("robot", self.robot), ("person", self.person)):
             if not _NAME.fullmatch(name) or keyword.iskeyword(name):
                 raise SkeletonError(
-                    f"--{what}={name}: expected a name of small letters, digits and underscores that begins with a "
+                    f"--{option}={name}: expected a name of small letters, digits and underscores that begins with a "
                     f"letter, such as {name_like(name)}"
                 )
             if name in _TAKEN:
-                raise SkeletonError(f"--{what}={name}: a file of the skeleton has this name; choose another one")
+                raise SkeletonError(f"--{option}={name}: a file of the skeleton has this name; choose another one")
         if self.robot == self.person:
             raise SkeletonError(f"--robot and --person: both are {self.robot}; expected two names")
 

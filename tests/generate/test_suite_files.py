@@ -38,7 +38,7 @@ def test_written_tests_read_back_unchanged(tests: list[AbstractTest]) -> None:
 
 
 def test_plain_texts_get_ids_from_their_content() -> None:
-    greeting, second = parse_tests(TWO, file="two.txt", suite="two", known=COMMANDS)
+    greeting, second = parse_tests(TWO, file="two.txt", suite="two", commands=COMMANDS)
     assert greeting.lines == ("tell leg", "receivesignal")
     assert greeting.name == "a greeting"
     assert re.fullmatch(r"two-a-greeting-[0-9a-f]{8}", greeting.id)
@@ -48,8 +48,8 @@ def test_plain_texts_get_ids_from_their_content() -> None:
 
 def test_chosen_values_are_read_from_headers_and_change_the_id_only() -> None:
     text = "# values run: patience_s 2.5\n# values 2: grip_s 31.5, pull_n 8\ntell leg\nset_param pressure = 1\n"
-    (chosen,) = parse_tests(text, file="f", suite="s", known=COMMANDS)
-    (drawn,) = parse_tests("tell leg\nset_param pressure = 1\n", file="f", suite="s", known=COMMANDS)
+    (chosen,) = parse_tests(text, file="f", suite="s", commands=COMMANDS)
+    (drawn,) = parse_tests("tell leg\nset_param pressure = 1\n", file="f", suite="s", commands=COMMANDS)
     assert chosen.values == {0: {"patience_s": 2.5}, 2: {"grip_s": 31.5, "pull_n": 8.0}}
     assert chosen.id != drawn.id
     assert chosen == replace(drawn, id=chosen.id, values=chosen.values)
@@ -89,7 +89,7 @@ def test_a_test_without_commands_has_an_id() -> None:
 )
 def test_an_error_of_a_text_names_file_line_and_column(text: str, message: str) -> None:
     with pytest.raises(GenerateError, match=message):
-        parse_tests(text, file="f.txt", suite="f", known=COMMANDS)
+        parse_tests(text, file="f.txt", suite="f", commands=COMMANDS)
 
 
 CONTEXT = GenerationContext(commands=COMMANDS)
