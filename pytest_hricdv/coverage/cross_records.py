@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
-from pytest_hricdv.coverage.records import Count, Names, Record
+from pytest_hricdv._base.record import Count, Names, PlainRecord
 
 
-class Coordinate(Record, frozen=True, kw_only=True):
+class Coordinate(PlainRecord, frozen=True, kw_only=True):
     """A coordinate of a cross product, with its bins."""
 
     name: str
     bins: Names
 
 
-class ImpossibleBin(Record, frozen=True, kw_only=True):
+class ImpossibleBin(PlainRecord, frozen=True, kw_only=True):
     """A bin that cannot be hit: by declaration, or because the model cannot."""
 
     bin: Names
@@ -23,14 +23,14 @@ class ImpossibleBin(Record, frozen=True, kw_only=True):
     by: Literal["declared", "model"]
 
 
-class IllegalBin(Record, frozen=True, kw_only=True):
+class IllegalBin(PlainRecord, frozen=True, kw_only=True):
     """A bin that must not be hit."""
 
     bin: Names
     reason: str
 
 
-class Proof(Record, frozen=True, kw_only=True):
+class Proof(PlainRecord, frozen=True, kw_only=True):
     """Whether all runs of the model were explored; every field is None for a product without a model."""
 
     status: Literal["proven", "not proven"] | None = None
@@ -38,7 +38,7 @@ class Proof(Record, frozen=True, kw_only=True):
     runs: Count | None = None
 
 
-class ProductDeclaration(Record, frozen=True, kw_only=True):
+class ProductDeclaration(PlainRecord, frozen=True, kw_only=True):
     """A cross product as the testbench declared it, with what the model rules out."""
 
     coordinates: tuple[Coordinate, ...]
@@ -47,7 +47,7 @@ class ProductDeclaration(Record, frozen=True, kw_only=True):
     proof: Proof
 
 
-class BinHits(Record, frozen=True, kw_only=True):
+class BinHits(PlainRecord, frozen=True, kw_only=True):
     """A bin that was hit: by how many tests, and how often."""
 
     bin: Names
@@ -55,7 +55,7 @@ class BinHits(Record, frozen=True, kw_only=True):
     hits: Count
 
 
-class ProductCoverage(Record, frozen=True, kw_only=True):
+class ProductCoverage(PlainRecord, frozen=True, kw_only=True):
     """What a suite hit of one cross product. `missing` bins are possible, legal and not hit."""
 
     bins: Count
@@ -66,7 +66,7 @@ class ProductCoverage(Record, frozen=True, kw_only=True):
     missing: tuple[Names, ...]
 
 
-class CrossCoverage(Record, frozen=True, kw_only=True):
+class CrossCoverage(PlainRecord, frozen=True, kw_only=True):
     """What a suite hit of all cross products: sums, missing bins as text, and each product."""
 
     bins: Count
@@ -82,14 +82,14 @@ class CrossCoverage(Record, frozen=True, kw_only=True):
         return self.bins - self.impossible - self.illegal
 
 
-class PlannedBin(Record, frozen=True, kw_only=True):
+class PlannedBin(PlainRecord, frozen=True, kw_only=True):
     """Bins of the first coordinates that a run of the model aims at, and the smallest belief set that leads to it."""
 
     bin: Names
     beliefs: Names
 
 
-class ExplorationRecord(Record, frozen=True, kw_only=True):
+class ExplorationRecord(PlainRecord, frozen=True, kw_only=True):
     """What exploring all runs of the model has shown; every field is None where nothing was explored.
 
     `plans` is agent -> plan -> the smallest belief set found that reaches it. `bins` is by cross product.

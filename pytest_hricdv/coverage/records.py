@@ -9,33 +9,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from msgspec import UNSET, Meta, Struct, UnsetType
+from msgspec import UNSET, Meta, UnsetType
 
-Number = int | float
-"""A JSON number. Both types are named so that reading and writing a report keeps `0` and `0.0` apart."""
-_MOST = 2**63 - 1
-Count = Annotated[int, Meta(ge=0, le=_MOST)]
-NotNegative = Annotated[int, Meta(ge=0, le=_MOST)] | Annotated[float, Meta(ge=0)]
-SuiteName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,100}\Z")]
-"""Files are named after suites."""
-Shard = Annotated[str, Meta(pattern=r"^([1-9]\d{0,3}/[1-9]\d{0,3})?\Z")]
-"""As in 2/3: at most `gates.MAX_SHARDS`; empty for all."""
+from pytest_hricdv._base.record import Count, Names, NotNegative, Number, Percent, PlainRecord
+
 Bits = Annotated[str, Meta(pattern=r"^0x(0|[1-9a-f][0-9a-f]*)\Z")]
 """A set of bits as a hexadecimal number."""
-Percent = Annotated[int, Meta(ge=0, le=100)] | Annotated[float, Meta(ge=0, le=100)]
-Names = tuple[str, ...]
 ArcRecord = tuple[int, int]
 """From line, to line; a negative line is the exit of a function."""
-
-
-class Record(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """Base of all records of a report: immutable, built by keywords; a field that has its default is not written."""
 
 
 # Code
 
 
-class WaiverRecord(Record, frozen=True, kw_only=True):
+class WaiverRecord(PlainRecord, frozen=True, kw_only=True):
     """A statement that its author declared unreachable, and why."""
 
     file: str
@@ -43,7 +30,7 @@ class WaiverRecord(Record, frozen=True, kw_only=True):
     reason: str
 
 
-class MappedFile(Record, frozen=True, kw_only=True):
+class MappedFile(PlainRecord, frozen=True, kw_only=True):
     """A file of the code under test. Bits of tests number all files' statements in this order; branches likewise."""
 
     file: str
@@ -52,7 +39,7 @@ class MappedFile(Record, frozen=True, kw_only=True):
     source: str
 
 
-class FileCoverage(Record, frozen=True, kw_only=True):
+class FileCoverage(PlainRecord, frozen=True, kw_only=True):
     """What all tests together covered of a file."""
 
     file: str
@@ -62,7 +49,7 @@ class FileCoverage(Record, frozen=True, kw_only=True):
     missing_branches: tuple[ArcRecord, ...]
 
 
-class CodeUnderTest(Record, frozen=True, kw_only=True):
+class CodeUnderTest(PlainRecord, frozen=True, kw_only=True):
     """The code under test: what there is to cover, and what all tests covered.
 
     `reason` says why it was not measured, or not completely; empty where it was.
@@ -77,7 +64,7 @@ class CodeUnderTest(Record, frozen=True, kw_only=True):
     files: tuple[FileCoverage, ...]
 
 
-class CodeShare(Record, frozen=True, kw_only=True):
+class CodeShare(PlainRecord, frozen=True, kw_only=True):
     """What one test covered of the code; `bits` are statements and branches as hexadecimal numbers.
 
     Branches are None where only lines were measured.
@@ -88,7 +75,7 @@ class CodeShare(Record, frozen=True, kw_only=True):
     bits: tuple[Bits, Bits | None]
 
 
-class CodeCoverage(Record, frozen=True, kw_only=True):
+class CodeCoverage(PlainRecord, frozen=True, kw_only=True):
     """Covered statements (or branches) of a suite. `reachable` is the total less the waived ones."""
 
     covered: Count
@@ -98,7 +85,7 @@ class CodeCoverage(Record, frozen=True, kw_only=True):
     percent_reachable: Percent
 
 
-class SuiteCode(Record, frozen=True, kw_only=True):
+class SuiteCode(PlainRecord, frozen=True, kw_only=True):
     """Code coverage of a suite; None where it was not measured."""
 
     statements: CodeCoverage | None
@@ -108,7 +95,7 @@ class SuiteCode(Record, frozen=True, kw_only=True):
 # Plans
 
 
-class PlanReach(Record, frozen=True, kw_only=True):
+class PlanReach(PlainRecord, frozen=True, kw_only=True):
     """How a plan is reached: by how many tests and belief sets, the smallest of these, and a test that has it."""
 
     tests: Count
@@ -117,7 +104,7 @@ class PlanReach(Record, frozen=True, kw_only=True):
     test: str
 
 
-class PlanCoverage(Record, frozen=True, kw_only=True):
+class PlanCoverage(PlainRecord, frozen=True, kw_only=True):
     """The plans of one agent. `declared` are all, in source order; `reached` leaves out plans without a test."""
 
     covered: Names
@@ -130,7 +117,7 @@ class PlanCoverage(Record, frozen=True, kw_only=True):
 # Requirements
 
 
-class ReportedViolation(Record, frozen=True, kw_only=True):
+class ReportedViolation(PlainRecord, frozen=True, kw_only=True):
     """One violation of a requirement: when it was triggered and violated (s), with the values at that time.
 
     `outside`: violations of the requirement are known, but under a condition that did not hold then.
@@ -145,7 +132,7 @@ class ReportedViolation(Record, frozen=True, kw_only=True):
     text: str = ""
 
 
-class ReportedNearMiss(Record, frozen=True, kw_only=True):
+class ReportedNearMiss(PlainRecord, frozen=True, kw_only=True):
     """When the antecedent of a requirement came nearest to holding (s), and which conjuncts were false.
 
     `distance` says how far the only false one was from holding; None where it compares nothing.
@@ -156,7 +143,7 @@ class ReportedNearMiss(Record, frozen=True, kw_only=True):
     distance: Number | None
 
 
-class RequirementResult(Record, frozen=True, kw_only=True):
+class RequirementResult(PlainRecord, frozen=True, kw_only=True):
     """The verdict on one requirement in one test, with the numbers of attempts.
 
     `margin_time_s` and `nearest_miss` are UNSET where no run came to an end. `unused` are the alternatives `f`, `g` of
@@ -181,7 +168,7 @@ class RequirementResult(Record, frozen=True, kw_only=True):
         return any(violation.outside for violation in self.violations)
 
 
-class RequirementTally(Record, frozen=True, kw_only=True):
+class RequirementTally(PlainRecord, frozen=True, kw_only=True):
     """One requirement over the tests of a suite.
 
     `passed`, `failed`, `nc` count tests by verdict; one that was not run has none. `triggers` counts attempts:
@@ -205,7 +192,7 @@ class RequirementTally(Record, frozen=True, kw_only=True):
 # Over all kinds of coverage
 
 
-class CurvePoint(Record, frozen=True, kw_only=True):
+class CurvePoint(PlainRecord, frozen=True, kw_only=True):
     """Coverage after so many tests."""
 
     tests: Count
@@ -214,7 +201,7 @@ class CurvePoint(Record, frozen=True, kw_only=True):
     plans: Count
 
 
-class MinimalStep(Record, frozen=True, kw_only=True):
+class MinimalStep(PlainRecord, frozen=True, kw_only=True):
     """A test of the minimal suite: points new with it; points and simulated time up to it."""
 
     nodeid: str
@@ -227,7 +214,7 @@ class MinimalStep(Record, frozen=True, kw_only=True):
 GapKind = Literal["statements", "branches", "plans", "bins", "requirements"]
 
 
-class Gap(Record, frozen=True):
+class Gap(PlainRecord, frozen=True):
     """Something that no test covers.
 
     Args:
@@ -249,7 +236,7 @@ class Gap(Record, frozen=True):
     beliefs: Names
 
 
-class Closure(Record, frozen=True, kw_only=True):
+class Closure(PlainRecord, frozen=True, kw_only=True):
     """What tests cover together, of all kinds of coverage, and which of them suffice for it.
 
     A point is a statement, a branch, a plan, a bin, or a verdict (Passed, Failed) of a requirement.

@@ -15,7 +15,7 @@ from msgspec.structs import asdict
 from pytest_hricdv._base.atomic_file import write_text
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, check_plain, from_json, read_text
 from pytest_hricdv._base.message import InputError
-from pytest_hricdv.coverage.records import Count, Names, Number, Record
+from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
 from pytest_hricdv.results.behaviour import Behaviour, BusMessage
 from pytest_hricdv.results.codec import ReportError, canonical
 from pytest_hricdv.results.derivation import percentages
@@ -29,7 +29,7 @@ class BaselineError(InputError):
     """A baseline cannot be read, written or compared with; the text says which file, why, and what to do."""
 
 
-class SuiteBaseline(Record, frozen=True, kw_only=True):
+class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
     """What one suite reached: violating tests by requirement, tests in error or at fault, triggers, coverage.
 
     A baseline that an older version wrote has none of the following.
@@ -53,7 +53,7 @@ class SuiteBaseline(Record, frozen=True, kw_only=True):
     tests: Mapping[str, Behaviour] | None = None
 
 
-class Baseline(Record, frozen=True, kw_only=True):
+class Baseline(PlainRecord, frozen=True, kw_only=True):
     """What the suites of a testbench reached."""
 
     schema: Literal["hricdv-baseline/1"]
@@ -209,7 +209,7 @@ def write_baseline(baseline: Baseline, path: Path) -> None:
 def _lines(value: object, indent: str = "\n") -> str:
     """JSON with sorted keys; what is None in a record is left out."""
     inner = f"{indent} "
-    if isinstance(value, Record) and not isinstance(value, Behaviour):
+    if isinstance(value, PlainRecord) and not isinstance(value, Behaviour):
         value = {name: each for name, each in asdict(value).items() if each is not None}
     if isinstance(value, Mapping) and value:
         items = [f"{json.dumps(key)}: {_lines(value[key], inner)}" for key in sorted(value)]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from pytest_hricdv.coverage.records import Count, Names, NotNegative, Number, Record
+from pytest_hricdv._base.record import Count, Names, NotNegative, Number, PlainRecord
 
 
 class BusMessage(NamedTuple):
@@ -21,7 +21,7 @@ class BusMessage(NamedTuple):
     fields: Mapping[str, Any]
 
 
-class Behaviour(Record, frozen=True, kw_only=True):
+class Behaviour(PlainRecord, frozen=True, kw_only=True):
     """What one run did.
 
     Args:
@@ -47,7 +47,7 @@ class Behaviour(Record, frozen=True, kw_only=True):
     faults: Names = ()
 
 
-class Change(Record, frozen=True, kw_only=True):
+class Change(PlainRecord, frozen=True, kw_only=True):
     """A test that behaves otherwise than in the baseline.
 
     Args:
@@ -67,7 +67,7 @@ class Change(Record, frozen=True, kw_only=True):
     before: Behaviour
 
 
-class ChangeKind(Record, frozen=True, kw_only=True):
+class ChangeKind(PlainRecord, frozen=True, kw_only=True):
     """Changes of one kind: how many tests, and the node id of the one that differs earliest."""
 
     kind: str
@@ -75,7 +75,7 @@ class ChangeKind(Record, frozen=True, kw_only=True):
     example: str
 
 
-class BehaviourChanges(Record, frozen=True, kw_only=True):
+class BehaviourChanges(PlainRecord, frozen=True, kw_only=True):
     """A session's tests compared with a baseline.
 
     Args:

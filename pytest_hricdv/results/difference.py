@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.coverage.records import Names, Record
+from pytest_hricdv._base.record import Names, PlainRecord
 
 
-class Difference(Record, frozen=True, kw_only=True):
+class Difference(PlainRecord, frozen=True, kw_only=True):
     """What a suite reached otherwise than in the baseline.
 
     Args:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pytest_hricdv.coverage.records import Count, Names, NotNegative, Record
+from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord
 
 
-class LastNewPlan(Record, frozen=True, kw_only=True):
+class LastNewPlan(PlainRecord, frozen=True, kw_only=True):
     """The iteration of learning, and the number of the test, after which no new plan was executed."""
 
     iteration: Count | None
     test: Count
 
 
-class Diagnosis(Record, frozen=True, kw_only=True):
+class Diagnosis(PlainRecord, frozen=True, kw_only=True):
     """How varied a suite is, before any test has run; `plans_executed` is agent -> number of plans."""
 
     distinct_subsets: Count
@@ -24,7 +24,7 @@ class Diagnosis(Record, frozen=True, kw_only=True):
     last_new_plan: LastNewPlan
 
 
-class GenerationResult(Record, frozen=True, kw_only=True):
+class GenerationResult(PlainRecord, frozen=True, kw_only=True):
     """How a suite was generated. `q_delta` is the largest change of a cell of Q, one number an iteration."""
 
     wall_s: NotNegative

@@ -14,26 +14,21 @@ of it is needed in code. The rules:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, Final, Literal
+from typing import Annotated, ClassVar, Final, Literal
 
+from msgspec import Meta
+
+from pytest_hricdv._base.record import Count, Names, NotNegative, Number, Percent, PlainRecord
 from pytest_hricdv.coverage.cross_records import CrossCoverage, ExplorationRecord, ProductDeclaration
 from pytest_hricdv.coverage.records import (
     Closure,
     CodeShare,
     CodeUnderTest,
-    Count,
     CurvePoint,
-    Names,
-    NotNegative,
-    Number,
-    Percent,
     PlanCoverage,
-    Record,
     RequirementResult,
     RequirementTally,
-    Shard,
     SuiteCode,
-    SuiteName,
 )
 from pytest_hricdv.extra.campaign.records import CampaignResult
 from pytest_hricdv.extra.closing.records import ClosingResult
@@ -48,27 +43,31 @@ from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.origin import Origin
 
 SCHEMA: Final = "hricdv-report/2"
+SuiteName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,100}\Z")]
+"""Files are named after suites."""
+Shard = Annotated[str, Meta(pattern=r"^([1-9]\d{0,3}/[1-9]\d{0,3})?\Z")]
+"""As in 2/3: at most `gates.MAX_SHARDS`; empty for all."""
 TestOutcome = Literal["passed", "failed", "known-violation", "engine-sensitive", "error", "not-run"]
 
 
 # Tests
 
 
-class ActionParameters(Record, frozen=True, kw_only=True):
+class ActionParameters(PlainRecord, frozen=True, kw_only=True):
     """An action of the human with its sampled parameters."""
 
     command: str
     parameters: Mapping[str, Number]
 
 
-class ConcreteParameters(Record, frozen=True, kw_only=True):
+class ConcreteParameters(PlainRecord, frozen=True, kw_only=True):
     """All sampled parameters of a test: of its actions, and of the whole run."""
 
     actions: tuple[ActionParameters, ...]
     run: Mapping[str, Number]
 
 
-class Timeline(Record, frozen=True, kw_only=True):
+class Timeline(PlainRecord, frozen=True, kw_only=True):
     """What happened in a run, thinned to what a picture can show.
 
     Args:
@@ -88,7 +87,7 @@ class Timeline(Record, frozen=True, kw_only=True):
     texts: Mapping[str, tuple[tuple[NotNegative, str], ...]] = {}
 
 
-class ReplayComparison(Record, frozen=True, kw_only=True):
+class ReplayComparison(PlainRecord, frozen=True, kw_only=True):
     """How the run of a replayed test compares with the recorded one. `changed` lists what it depends on and changed."""
 
     file: str
@@ -97,7 +96,7 @@ class ReplayComparison(Record, frozen=True, kw_only=True):
     changed: Names
 
 
-class FilmResult(Record, frozen=True, kw_only=True):
+class FilmResult(PlainRecord, frozen=True, kw_only=True):
     """The film of a failed test, with paths relative to the report; `note` says why there is none, or what is wrong."""
 
     video: str | None
@@ -107,7 +106,7 @@ class FilmResult(Record, frozen=True, kw_only=True):
     note: str
 
 
-class TraceResult(Record, frozen=True, kw_only=True):
+class TraceResult(PlainRecord, frozen=True, kw_only=True):
     """The MCAP file of a run, relative to the report; `note` says why there is none, or what is wrong with it.
 
     `bag` is a second one, with the messages of ROS 2 as `ros2 bag` has them; None where there are none.
@@ -118,7 +117,7 @@ class TraceResult(Record, frozen=True, kw_only=True):
     bag: str | None = None
 
 
-class TestResult(Record, frozen=True, kw_only=True):
+class TestResult(PlainRecord, frozen=True, kw_only=True):
     """One test and its result.
 
     Args:
@@ -201,7 +200,7 @@ class TestResult(Record, frozen=True, kw_only=True):
 # Suites
 
 
-class SuiteResult(Record, frozen=True, kw_only=True):
+class SuiteResult(PlainRecord, frozen=True, kw_only=True):
     """A suite and what its tests covered. `size` counts its tests, selected or not; `tests` the selected ones."""
 
     name: SuiteName
@@ -222,7 +221,7 @@ class SuiteResult(Record, frozen=True, kw_only=True):
 # The report
 
 
-class RequirementText(Record, frozen=True, kw_only=True):
+class RequirementText(PlainRecord, frozen=True, kw_only=True):
     """A requirement for people: title, source (a standard, a paper), and the formula that the monitor checks.
 
     `group` is what it belongs to; empty where nothing was said.
@@ -234,7 +233,7 @@ class RequirementText(Record, frozen=True, kw_only=True):
     group: str = ""
 
 
-class ModelSource(Record, frozen=True, kw_only=True):
+class ModelSource(PlainRecord, frozen=True, kw_only=True):
     """The AgentSpeak source of an agent whose plans are covered; `plans` is label -> line."""
 
     file: str
@@ -242,14 +241,14 @@ class ModelSource(Record, frozen=True, kw_only=True):
     plans: Mapping[str, Count]
 
 
-class RerunOptions(Record, frozen=True, kw_only=True):
+class RerunOptions(PlainRecord, frozen=True, kw_only=True):
     """What `--hri-suite` was given, and the other options that a test needs to be run again."""
 
     suite: str
     options: Names
 
 
-class SessionSummary(Record, frozen=True, kw_only=True):
+class SessionSummary(PlainRecord, frozen=True, kw_only=True):
     """One of the sessions that a report was merged from; `sha256` is of its report.json."""
 
     sha256: str
@@ -261,7 +260,7 @@ class SessionSummary(Record, frozen=True, kw_only=True):
     origin: Origin | None = None
 
 
-class NcExemption(Record, frozen=True, kw_only=True):
+class NcExemption(PlainRecord, frozen=True, kw_only=True):
     """Why a requirement need not be triggered, in which suites (empty: in all), and up to which day (YYYY-MM-DD)."""
 
     reason: str
@@ -269,7 +268,7 @@ class NcExemption(Record, frozen=True, kw_only=True):
     until: str = ""
 
 
-class GatePolicy(Record, frozen=True, kw_only=True):
+class GatePolicy(PlainRecord, frozen=True, kw_only=True):
     """The gates that a session was asked to keep: least percentage by kind, and what else fails it."""
 
     thresholds: Mapping[str, Percent] = {}
@@ -277,7 +276,7 @@ class GatePolicy(Record, frozen=True, kw_only=True):
     fail_on_change: bool = False
 
 
-class GateResult(Record, frozen=True, kw_only=True):
+class GateResult(PlainRecord, frozen=True, kw_only=True):
     """What failed the session beside its tests, and what improved, a sentence each.
 
     Args:
@@ -289,7 +288,7 @@ class GateResult(Record, frozen=True, kw_only=True):
     differences: tuple[Difference, ...] = ()
 
 
-class Report(Record, frozen=True, kw_only=True):
+class Report(PlainRecord, frozen=True, kw_only=True):
     """All of `report.json`.
 
     Args:

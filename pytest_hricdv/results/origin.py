@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pytest_hricdv.coverage.records import Names, Record
+from pytest_hricdv._base.record import Names, PlainRecord
 
 
-class Origin(Record, frozen=True, kw_only=True):
+class Origin(PlainRecord, frozen=True, kw_only=True):
     """Of one session. It is no result: reports of equal runs differ in it.
 
     Args:

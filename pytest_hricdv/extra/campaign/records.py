@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pytest_hricdv.coverage.records import Count, Names, NotNegative, Number, Percent, Record
+from pytest_hricdv._base.record import Count, Names, NotNegative, Number, Percent, PlainRecord
 
 
-class FailedShare(Record, frozen=True, kw_only=True):
+class FailedShare(PlainRecord, frozen=True, kw_only=True):
     """The share of runs that violated a requirement, of those that checked it, with its 95 % interval (per cent).
 
     The interval is Wilson's (1927); of runs that checked nothing, all of it is open.
@@ -19,14 +19,14 @@ class FailedShare(Record, frozen=True, kw_only=True):
     high: Percent
 
 
-class LeastMargin(Record, frozen=True, kw_only=True):
+class LeastMargin(PlainRecord, frozen=True, kw_only=True):
     """The least margin of all runs, and the first run that has it; negative where the requirement was violated."""
 
     margin: Number
     run: str
 
 
-class CampaignRequirement(Record, frozen=True, kw_only=True):
+class CampaignRequirement(PlainRecord, frozen=True, kw_only=True):
     """A requirement over all runs.
 
     Args:
@@ -50,7 +50,7 @@ class CampaignRequirement(Record, frozen=True, kw_only=True):
     least: LeastMargin | None
 
 
-class CampaignTest(Record, frozen=True, kw_only=True):
+class CampaignTest(PlainRecord, frozen=True, kw_only=True):
     """An abstract test over all of its seeds.
 
     Args:
@@ -71,14 +71,14 @@ class CampaignTest(Record, frozen=True, kw_only=True):
     keep: Names
 
 
-class LostRun(Record, frozen=True, kw_only=True):
+class LostRun(PlainRecord, frozen=True, kw_only=True):
     """A run that ended its process, or its worker, each time; why."""
 
     id: str
     reason: str
 
 
-class DifferingRun(Record, frozen=True, kw_only=True):
+class DifferingRun(PlainRecord, frozen=True, kw_only=True):
     """A run that gave another record elsewhere: where the two part, and in which versions the workers differ."""
 
     id: str
@@ -86,7 +86,7 @@ class DifferingRun(Record, frozen=True, kw_only=True):
     versions: str
 
 
-class CampaignResult(Record, frozen=True, kw_only=True):
+class CampaignResult(PlainRecord, frozen=True, kw_only=True):
     """All runs of a campaign.
 
     Args:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from pytest_hricdv.coverage.records import Count, Names, NotNegative, Record
+from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord
 
 ClosingEnd = Literal["closed", "runs", "seconds", "nothing to try", "interrupted"]
 """Why a loop ended: nothing is open, the budget has no runs or seconds left, no way knows a test, or Ctrl-C."""
@@ -15,7 +15,7 @@ ClosingEnd = Literal["closed", "runs", "seconds", "nothing to try", "interrupted
 Probability = Annotated[int, Meta(ge=0, le=1)] | Annotated[float, Meta(ge=0, le=1)]
 
 
-class HitPoint(Record, frozen=True, kw_only=True):
+class HitPoint(PlainRecord, frozen=True, kw_only=True):
     """A point that is hit.
 
     Args:
@@ -31,7 +31,7 @@ class HitPoint(Record, frozen=True, kw_only=True):
     run: Count
 
 
-class ImpossiblePoint(Record, frozen=True, kw_only=True):
+class ImpossiblePoint(PlainRecord, frozen=True, kw_only=True):
     """A point that cannot be hit: by declaration, by a waiver in the code, or because the model cannot."""
 
     point: Names
@@ -39,7 +39,7 @@ class ImpossiblePoint(Record, frozen=True, kw_only=True):
     by: Literal["declared", "waived", "model"]
 
 
-class OpenPoint(Record, frozen=True, kw_only=True):
+class OpenPoint(PlainRecord, frozen=True, kw_only=True):
     """A point that no run hit.
 
     Args:
@@ -58,7 +58,7 @@ class OpenPoint(Record, frozen=True, kw_only=True):
     waiver: str = ""
 
 
-class ViolationKind(Record, frozen=True, kw_only=True):
+class ViolationKind(PlainRecord, frozen=True, kw_only=True):
     """Violations that are alike: of the same part of a requirement, in the same state, and with the same outcome.
 
     Args:
@@ -80,7 +80,7 @@ class ViolationKind(Record, frozen=True, kw_only=True):
     test: str
 
 
-class KindCount(Record, frozen=True, kw_only=True):
+class KindCount(PlainRecord, frozen=True, kw_only=True):
     """How many points of a kind are hit, impossible and open."""
 
     hit: Count
@@ -88,7 +88,7 @@ class KindCount(Record, frozen=True, kw_only=True):
     open: Count
 
 
-class WayResult(Record, frozen=True, kw_only=True):
+class WayResult(PlainRecord, frozen=True, kw_only=True):
     """What a way of reaching points has brought: its runs, their simulated time (s), and kind -> new points."""
 
     runs: Count
@@ -96,7 +96,7 @@ class WayResult(Record, frozen=True, kw_only=True):
     new: Mapping[str, Count]
 
 
-class GrowthStep(Record, frozen=True, kw_only=True):
+class GrowthStep(PlainRecord, frozen=True, kw_only=True):
     """A run that hit new points.
 
     Args:
@@ -112,7 +112,7 @@ class GrowthStep(Record, frozen=True, kw_only=True):
     new: Mapping[str, Count]
 
 
-class GoodTuring(Record, frozen=True, kw_only=True):
+class GoodTuring(PlainRecord, frozen=True, kw_only=True):
     """How much a further run would find, after Good (1953): The population frequencies of species, Biometrika 40.
 
     Args:
@@ -128,7 +128,7 @@ class GoodTuring(Record, frozen=True, kw_only=True):
     points: NotNegative
 
 
-class ClosingResult(Record, frozen=True, kw_only=True):
+class ClosingResult(PlainRecord, frozen=True, kw_only=True):
     """The result of a closing loop. Bounds and estimates are as if runs were independent.
 
     Args:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
-from pytest_hricdv.coverage.records import Count, Names, Number, Record
+from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
 
 
-class OtherVerdict(Record, frozen=True, kw_only=True):
+class OtherVerdict(PlainRecord, frozen=True, kw_only=True):
     """A requirement on the second engine: verdict, margin, and how often it was triggered."""
 
     verdict: Literal["Passed", "Failed", "NC"]
@@ -16,7 +16,7 @@ class OtherVerdict(Record, frozen=True, kw_only=True):
     triggers: Count
 
 
-class EngineDifference(Record, frozen=True, kw_only=True):
+class EngineDifference(PlainRecord, frozen=True, kw_only=True):
     """What depends on the engine: a requirement, or how the run or its interactions ended.
 
     Args:
@@ -30,7 +30,7 @@ class EngineDifference(Record, frozen=True, kw_only=True):
     tolerated: bool
 
 
-class EngineComparison(Record, frozen=True, kw_only=True):
+class EngineComparison(PlainRecord, frozen=True, kw_only=True):
     """The same test on a second engine.
 
     Args:

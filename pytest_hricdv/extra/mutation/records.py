@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Literal
 
+from pytest_hricdv._base.record import Count, Names, NotNegative, Percent, PlainRecord
 from pytest_hricdv.coverage.code_map import percent
-from pytest_hricdv.coverage.records import Count, Names, NotNegative, Percent, Record
 
 EXCEPTION, ENDING, BIN = "exception", "ending", "bin"
 """Oracles beside requirements: something raised an exception; the run did not end, or in a way that the testbench does
@@ -18,7 +18,7 @@ MutantStatus = Literal["killed", "survived", "unchanged", "not executed", "not t
 no test executes the statement. Not tried: time was over before, or before all of its tests had run."""
 
 
-class MutantRun(Record, frozen=True, kw_only=True):
+class MutantRun(PlainRecord, frozen=True, kw_only=True):
     """One test run with a mutant.
 
     Args:
@@ -36,7 +36,7 @@ class MutantRun(Record, frozen=True, kw_only=True):
     note: str = ""
 
 
-class MutantResult(Record, frozen=True, kw_only=True):
+class MutantResult(PlainRecord, frozen=True, kw_only=True):
     """A mutant and its trials.
 
     Args:
@@ -93,7 +93,7 @@ def mutant_status(runs: Iterable[MutantRun], *, executed: bool, complete: bool) 
     return "survived" if any(run.changed for run in runs) else "unchanged"
 
 
-class MutationScore(Record, frozen=True, kw_only=True):
+class MutationScore(PlainRecord, frozen=True, kw_only=True):
     """How many mutants became what. `percent` is the share of killed ones among those that were tried."""
 
     mutants: Count
@@ -105,14 +105,14 @@ class MutationScore(Record, frozen=True, kw_only=True):
     percent: Percent | None
 
 
-class OracleScore(Record, frozen=True, kw_only=True):
+class OracleScore(PlainRecord, frozen=True, kw_only=True):
     """How many mutants an oracle, or a group of them, killed; and how many no other one did in the runs there were."""
 
     killed: Count
     only: Count
 
 
-class MutationResult(Record, frozen=True, kw_only=True):
+class MutationResult(PlainRecord, frozen=True, kw_only=True):
     """The result of trying mutants.
 
     Args:

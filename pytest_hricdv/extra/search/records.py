@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pytest_hricdv.coverage.records import Count, Names, NotNegative, Number, Record
+from pytest_hricdv._base.record import Count, Names, NotNegative, Number, PlainRecord
 
 SearchEnd = Literal["done", "runs", "seconds", "interrupted"]
 """Why shrinking or searching ended: nothing left to do, or the budget of runs or seconds was used up, or Ctrl-C."""
 
 
-class ShrunkTest(Record, frozen=True, kw_only=True):
+class ShrunkTest(PlainRecord, frozen=True, kw_only=True):
     """The shortest test found that fails a requirement for the same reason.
 
     `id` and `replay` are None where nothing could be removed; `note` says why the test was not shrunk at all.
@@ -28,7 +28,7 @@ class ShrunkTest(Record, frozen=True, kw_only=True):
     note: str
 
 
-class SearchResult(Record, frozen=True, kw_only=True):
+class SearchResult(PlainRecord, frozen=True, kw_only=True):
     """How near a search came to violating a requirement.
 
     Args:

@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, read_bytes
-from pytest_hricdv.coverage.records import Count, Names, NotNegative, Percent, Record
+from pytest_hricdv._base.record import Count, Names, NotNegative, Percent, PlainRecord
 
 MOST_NAMED = 200
 """So many failing tests of a session are named: more than people read."""
@@ -18,7 +18,7 @@ MOST_SHOWN = 60
 """So many sessions are on the page of a report."""
 
 
-class HistoryVerdicts(Record, frozen=True, kw_only=True):
+class HistoryVerdicts(PlainRecord, frozen=True, kw_only=True):
     """Tests by verdict of a requirement, over all suites, and how often it was triggered."""
 
     passed: Count
@@ -27,7 +27,7 @@ class HistoryVerdicts(Record, frozen=True, kw_only=True):
     triggers: Count
 
 
-class HistoryEntry(Record, frozen=True, kw_only=True):
+class HistoryEntry(PlainRecord, frozen=True, kw_only=True):
     """One session.
 
     Args:

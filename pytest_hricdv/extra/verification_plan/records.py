@@ -7,7 +7,7 @@ from typing import Literal
 
 from msgspec.structs import replace
 
-from pytest_hricdv.coverage.records import Count, Names, Percent, Record
+from pytest_hricdv._base.record import Count, Names, Percent, PlainRecord
 
 PlanState = Literal["met", "waived", "open", "not checked", "failed"]
 """Of a goal; of a section, the last of this list that one of its goals has."""
@@ -15,7 +15,7 @@ PlanState = Literal["met", "waived", "open", "not checked", "failed"]
 STATES: tuple[PlanState, ...] = ("met", "waived", "open", "not checked", "failed")
 
 
-class PlanPart(Record, frozen=True, kw_only=True):
+class PlanPart(PlainRecord, frozen=True, kw_only=True):
     """A goal of a plan, or a section, whose parts follow it with greater depth. The first part is the plan itself.
 
     Args:
