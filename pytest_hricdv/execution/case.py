@@ -303,6 +303,8 @@ class HriCase:
     checked: bool = False
     runner: Callable[[HriCase], CaseResult] | None = None
     judge: Callable[[HriCase, CaseResult], None] | None = None
+    xfailed: BaseException | None = field(default=None, repr=False)
+    """What the judge ended the test with where it is expected to fail; any other xfail is the author's own."""
 
     @cached_property
     def concrete(self) -> ConcreteTest:
@@ -326,7 +328,7 @@ class HriCase:
 
     def forget(self) -> None:
         """Release the run, and parameters that can be sampled again."""
-        self.result = None
+        self.result = self.xfailed = None
         self.__dict__.pop("concrete", None)
 
     def __repr__(self) -> str:

@@ -54,6 +54,7 @@ _OUTCOME_WORDS = {
     "failed": "failed",
     "known-violation": "known violation",
     "engine-sensitive": "engine-sensitive",
+    "expected-failure": "xfailed by the test function",
     "error": "error",
     "not-run": "not run",
 }

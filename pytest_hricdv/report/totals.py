@@ -15,12 +15,13 @@ from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.results.gates import known_text
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
-OUTCOMES = ("passed", "failed", "known-violation", "engine-sensitive", "error", "not-run")
+OUTCOMES = ("passed", "failed", "known-violation", "engine-sensitive", "expected-failure", "error", "not-run")
 _OUTCOME_WORDS = {
     "passed": "passed",
     "failed": "failed",
     "known-violation": "known to fail",
     "engine-sensitive": "engine-sensitive",
+    "expected-failure": "xfailed by the test function",
     "error": "in error",
 }
 _WAIVED = "waived as unreachable"

@@ -29,7 +29,7 @@ _EQUAL = (
     *("version", "testbench", "requirements", "state", "outcome_label"),
     *("known_violations", "known_while", "known_until", "may_be_nc", "strict"),
 )
-_WORST_FIRST = ("failed", "error", "engine-sensitive", "known-violation", "passed", "not-run")
+_WORST_FIRST = ("failed", "error", "expected-failure", "engine-sensitive", "known-violation", "passed", "not-run")
 
 
 class MergeError(InputError):

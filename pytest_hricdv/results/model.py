@@ -47,7 +47,8 @@ SuiteName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,100}\Z")]
 """Files are named after suites."""
 Shard = Annotated[str, Meta(pattern=r"^([1-9]\d{0,3}/[1-9]\d{0,3})?\Z")]
 """As in 2/3: at most `gates.MAX_SHARDS`; empty for all."""
-TestOutcome = Literal["passed", "failed", "known-violation", "engine-sensitive", "error", "not-run"]
+TestOutcome = Literal["passed", "failed", "known-violation", "engine-sensitive", "expected-failure", "error", "not-run"]
+"""How a test ended; `expected-failure` is of the xfail that its author wrote, mark or call."""
 
 
 # Tests
@@ -184,6 +185,11 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     def violates(self, requirement: str) -> bool:
         """Whether its run violated a requirement."""
         return requirement in self.requirements and self.requirements[requirement].verdict == "Failed"
+
+    @property
+    def went_wrong(self) -> bool:
+        """Whether its run violated a requirement, or had a fault."""
+        return bool(self.faults) or any(map(self.violates, self.requirements))
 
     @property
     def engines(self) -> Names:

@@ -80,6 +80,9 @@ class Restoring:
         if result.outcome in ("known-violation", "engine-sensitive"):
             report.outcome = "skipped"
             report.wasxfail = result.failure
+        elif result.outcome == "expected-failure":
+            report.outcome = "skipped"
+            report.wasxfail, _, report.longrepr = result.failure.partition("\n\n")
         elif result.outcome != "passed":
             report.outcome = "failed"
             report.longrepr = result.failure

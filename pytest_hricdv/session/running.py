@@ -29,6 +29,7 @@ from pytest_hricdv.session.run_context import RunContext
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 ATTRIBUTE = "hricdv"
+NO_REASON = "xfail without a reason"
 ELSEWHERE = NoMeasurement("it is measured on the first engine")
 
 
@@ -67,9 +68,9 @@ class Running:
         case = case_of(item)
         if case is None:
             return (yield)
-        case.result, case.checked = None, False
+        case.result, case.checked, case.xfailed = None, False, None
         case.runner = lambda this: self._run(this, item.nodeid)
-        case.judge = lambda this, result: self._judge(this, result, item.nodeid)
+        case.judge = lambda this, result: self._judge_or_xfail(this, result, item.nodeid)
         try:
             yield
             self._require_check(case)
@@ -85,17 +86,16 @@ class Running:
         case = case_of(item)
         skipped = report.skipped and not hasattr(report, "wasxfail")  # then it has no result: it was not run
         if case is not None and call.when == "call" and not skipped:
-            outcome = _outcome(report, case)
-            result = replace(
-                self._result(case, item.nodeid), outcome=outcome, wall_s=call.duration, failure=_text(report)
-            )
+            outcome, failure = _outcome(report, call, case), _text(report, call, case)
+            result = self._result(case, item.nodeid)
+            result = replace(result, outcome=outcome, wall_s=call.duration, failure=failure)
             setattr(report, ATTRIBUTE, encode(self._traced(case, self._filmed(case, result, report))))
             self._built = None
         return report  # type: ignore[return-value]
 
     def _filmed(self, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
         """The result with its film, if the test failed: its duration is taken already, its patches still hold."""
-        if self.context.filming is None or case.result is None or result.outcome not in ("failed", "known-violation"):
+        if self.context.filming is None or case.result is None or not _is_filmed(result):
             return result
         film = self.context.filming.film(case.result)
         folder = os.path.relpath(self.options.report, self.collection.config.invocation_params.dir)
@@ -143,6 +143,14 @@ class Running:
             pytest.fail("the test ended without a run: call hri_case.check(hri_case.run())", pytrace=False)
         if not case.checked:
             case.check(case.result)
+
+    def _judge_or_xfail(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
+        """Judges, and keeps what it ends the test with where that is an xfail."""
+        try:
+            self._judge(case, result, nodeid)
+        except pytest.xfail.Exception as xfailed:
+            case.xfailed = xfailed
+            raise
 
     def _judge(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
         failed, known = result.failed, self.context.known
@@ -210,17 +218,34 @@ def tolerated(failed: Iterable[str], known: Mapping[str, str]) -> str:
     return "known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed)
 
 
-def _outcome(report: pytest.TestReport, case: HriCase) -> TestOutcome:
+def _is_filmed(result: TestResult) -> bool:
+    return result.outcome in ("failed", "known-violation") or (
+        result.outcome == "expected-failure" and result.went_wrong
+    )
+
+
+def _outcome(report: pytest.TestReport, call: pytest.CallInfo[None], case: HriCase) -> TestOutcome:
     if report.outcome == "passed":
         return "passed" if case.result is not None else "error"
-    if case.result is None:
-        return "error"
-    if not hasattr(report, "wasxfail"):
-        return "failed"
-    return "engine-sensitive" if report.wasxfail.startswith(ENGINE_SENSITIVE) else "known-violation"
+    if hasattr(report, "wasxfail"):
+        if not _is_ours(call, case):
+            return "expected-failure"
+        return "engine-sensitive" if str(case.xfailed).startswith(ENGINE_SENSITIVE) else "known-violation"
+    return "failed" if case.result is not None else "error"
 
 
-def _text(report: pytest.TestReport) -> str:
+def _text(report: pytest.TestReport, call: pytest.CallInfo[None], case: HriCase) -> str:
     if report.outcome == "passed":
         return ""
-    return str(getattr(report, "wasxfail", "") or report.longreprtext)
+    if not hasattr(report, "wasxfail"):
+        return report.longreprtext
+    if _is_ours(call, case):
+        return str(case.xfailed)
+    reason = report.wasxfail or NO_REASON
+    is_call = call.excinfo is not None and call.excinfo.errisinstance(pytest.xfail.Exception)
+    return reason if is_call else f"{reason}\n\n{report.longreprtext}"
+
+
+def _is_ours(call: pytest.CallInfo[None], case: HriCase) -> bool:
+    """Whether an xfail is of the judge, and not of the test's author."""
+    return call.excinfo is not None and call.excinfo.value is case.xfailed

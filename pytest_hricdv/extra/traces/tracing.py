@@ -53,7 +53,7 @@ class Tracing:
 
         Errors are written into its `note`: a failed test must be reported even when the disk is full.
         """
-        if not (self._every or test.outcome in FAILED):
+        if not (self._every or test.outcome in FAILED or (test.outcome == "expected-failure" and test.went_wrong)):
             return None
         from pytest_hricdv.extra.traces import mcap_file, ros2_bag  # their library is not needed by all
         from pytest_hricdv.extra.traces.trace import Trace

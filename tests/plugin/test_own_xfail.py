@@ -1,0 +1,137 @@
+"""The user's own xfail is the user's: it makes no violation a known one, and no passing run one to replay."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from tests.plugin.project import change, command, in_each_mode, plain_and_slowly_in_other_modes, report
+
+SUITE = "--hri-suite=by-hand"
+TEST = "def test_lamps(hri_case):\n    hri_case.check(hri_case.run())\n"
+DECLARED = "hri_known_violations =\n    R2: the hall has no dimmer\n"
+WORDS = "xfailed by the test function"
+
+
+def write_test(lamps: pytest.Pytester, mark: str = "", after: str = "pass") -> None:
+    """Mark the host test, and let it do something after its check."""
+    head = f"import pytest\n\n\n@pytest.mark.xfail({mark})\n" if mark else "import pytest\n\n\n"
+    change(lamps.path, "test_lamps.py", TEST, f"{head}{TEST}    {after}\n")
+
+
+def declare_nothing(lamps: pytest.Pytester) -> None:
+    """Take back that the violation of R2 is known."""
+    change(lamps.path, "pytest.ini", DECLARED, "")
+
+
+def by_outcome(lamps: pytest.Pytester) -> dict[str, list[dict[str, Any]]]:
+    """The tests of the report by outcome."""
+    sorted_out: dict[str, list[dict[str, Any]]] = {}
+    for test in report(lamps.path)["tests"]:
+        sorted_out.setdefault(test["outcome"], []).append(test)
+    return sorted_out
+
+
+@in_each_mode
+def test_a_violation_that_nobody_declared_is_none_that_is_known(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    declare_nothing(lamps)
+    write_test(lamps, 'reason="flaky rig"')
+    result = lamps.runpytest_inprocess(SUITE, "-rx", *options)
+    assert result.ret == 0
+    result.assert_outcomes(xpassed=3, xfailed=1)
+    result.stdout.fnmatch_lines([f"tests: 3 passed, 1 {WORDS}", "XFAIL *- flaky rig"])
+    result.stdout.no_fnmatch_line("*known to fail*")
+    result.stdout.no_fnmatch_line("*1 known*")
+    tests = by_outcome(lamps)
+    assert {outcome: len(group) for outcome, group in tests.items()} == {"passed": 3, "expected-failure": 1}
+    (violating,) = tests["expected-failure"]
+    assert violating["requirements"]["R2"]["verdict"] == "Failed"
+    assert violating["failure"].startswith("flaky rig\n\nR2 Failed: The lamp shall never glare")
+    assert violating["replay"].endswith(f"{violating['id']}.json")  # there is something to see in it
+    assert not report(lamps.path)["known_violations"]
+
+
+def test_no_view_calls_it_known(lamps: pytest.Pytester) -> None:
+    declare_nothing(lamps)
+    write_test(lamps, 'reason="flaky rig"')
+    lamps.runpytest_inprocess(SUITE)
+    page = (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
+    assert WORDS in page
+    merged = command("merge", "hri-report", "hri-report", "--output=merged")
+    assert f"1 {WORDS}" in merged.stdout
+    assert "known to fail" not in merged.stdout
+    assert not [line for line in merged.stdout.splitlines() if line.startswith("FAILED")]
+
+
+@plain_and_slowly_in_other_modes
+def test_an_xfail_after_a_check_that_passed_leaves_no_file_to_replay(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    write_test(lamps, after='pytest.xfail("my reason")')
+    result = lamps.runpytest_inprocess(SUITE, *options)
+    assert result.ret == 0
+    result.assert_outcomes(xfailed=4)
+    result.stdout.fnmatch_lines([f"tests: 1 known to fail, 3 {WORDS}"])
+    tests = by_outcome(lamps)
+    assert [test["failure"] for test in tests["expected-failure"]] == ["my reason"] * 3
+    (known,) = tests["known-violation"]  # its check ended it first
+    files = [file.stem for file in (lamps.path / "hri-report" / "failures").iterdir()]
+    assert files == [known["id"]]
+
+
+def test_a_declared_violation_is_known_in_a_marked_test_too(lamps: pytest.Pytester) -> None:
+    write_test(lamps, 'reason="flaky rig"')
+    lamps.runpytest_inprocess(SUITE, "-rx").stdout.fnmatch_lines(["XFAIL *- known violation of R2 (the hall has*"])
+    assert {outcome: len(group) for outcome, group in by_outcome(lamps).items()} == {"passed": 3, "known-violation": 1}
+
+
+def test_a_strict_xfail_fails_what_passes_and_nothing_else(lamps: pytest.Pytester) -> None:
+    declare_nothing(lamps)
+    write_test(lamps, 'reason="flaky rig", strict=True')
+    result = lamps.runpytest_inprocess(SUITE)
+    assert result.ret == 1
+    result.assert_outcomes(failed=3, xfailed=1)
+    tests = by_outcome(lamps)
+    assert {outcome: len(group) for outcome, group in tests.items()} == {"failed": 3, "expected-failure": 1}
+    assert {test["failure"] for test in tests["failed"]} == {"[XPASS(strict)] flaky rig"}
+
+
+def test_another_error_than_the_expected_one_fails(lamps: pytest.Pytester) -> None:
+    declare_nothing(lamps)
+    write_test(lamps, "raises=ValueError")
+    result = lamps.runpytest_inprocess(SUITE)
+    result.assert_outcomes(xpassed=3, failed=1)
+    assert len(by_outcome(lamps)["failed"]) == 1
+
+
+def test_an_error_before_the_run_is_expected_too(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "test_lamps.py", TEST, f"import pytest\n\n\n@pytest.mark.xfail\n{TEST}")
+    change(lamps.path, "test_lamps.py", "    hri_case.check(hri_case.run())\n", '    raise OSError("no rig")\n')
+    result = lamps.runpytest_inprocess(SUITE)
+    result.assert_outcomes(xfailed=4)
+    (outcome, tests), *others = by_outcome(lamps).items()
+    assert (outcome, len(tests), others) == ("expected-failure", 4, [])
+    assert tests[0]["failure"].startswith("xfail without a reason\n\n")
+    assert "OSError: no rig" in tests[0]["failure"]
+    assert {each["verdict"] for each in tests[0]["requirements"].values()} == {"NC"}
+
+
+def test_with_runxfail_it_fails_as_if_it_were_not_marked(lamps: pytest.Pytester) -> None:
+    declare_nothing(lamps)
+    write_test(lamps, 'reason="flaky rig"')
+    lamps.runpytest_inprocess(SUITE, "--runxfail").assert_outcomes(passed=3, failed=1)
+    assert len(by_outcome(lamps)["failed"]) == 1
+
+
+def test_a_resumed_session_says_the_same_of_it(lamps: pytest.Pytester) -> None:
+    declare_nothing(lamps)
+    write_test(lamps, 'reason="flaky rig", strict=True')
+    first = lamps.runpytest_inprocess(SUITE)
+    before = by_outcome(lamps)
+    again = lamps.runpytest_inprocess(SUITE, "--hri-resume", "-rx")
+    assert first.parseoutcomes() == again.parseoutcomes()
+    again.stdout.fnmatch_lines([f"tests: 3 failed, 1 {WORDS}", "XFAIL *- flaky rig"])
+    assert by_outcome(lamps) == before
