@@ -65,8 +65,10 @@ def _parser() -> argparse.ArgumentParser:
     export.set_defaults(do=commands.export)
     cancel = subparsers.add_parser("cancel", help="let a campaign that runs elsewhere end in an orderly way")
     cancel.set_defaults(do=commands.cancel)
-    for each in subparsers.choices.values():
-        each.add_argument("--state", type=Path, default=STATE, metavar="FILE", help=f"the campaign (default {STATE})")
+    for subparser in subparsers.choices.values():
+        subparser.add_argument(
+            "--state", type=Path, default=STATE, metavar="FILE", help=f"the campaign (default {STATE})"
+        )
     return parser
 
 

@@ -37,7 +37,7 @@ def chosen(plan: Plan, percent: float) -> Iterator[RunKey]:
 def audit(execution: Execution, percent: float) -> None:
     """Repeat what is to be repeated and was not yet. Raises as `Execution.run`."""
     store = execution.store
-    repeated = {each.key for each in store.repeats()}
+    repeated = {repeat.key for repeat in store.repeats()}
     done, workers = store.done(), store.workers()
     by_worker: dict[str, list[RunKey]] = defaultdict(list)
     for key in chosen(execution.plan, percent):
@@ -49,22 +49,22 @@ def audit(execution: Execution, percent: float) -> None:
             question = execution.question(keys[first : first + TASK_RUNS], avoid=address)
             tasks[question.key] = question
     for _, answer in _asked(execution, deque(tasks.values())):
-        hashes = store.hashes(told.key for told in _told(answer))
-        for told in _told(answer):
-            sha256 = told.result.record_sha256 or ""
-            parting = "" if sha256 == hashes[told.key] else _parting(execution, told.key, answer.worker.address)
-            store.add_repeat(told.key, sha256, answer.worker, parting)
-        execution.told()
+        hashes = store.hashes(run.key for run in _runs(answer))
+        for run in _runs(answer):
+            sha256 = run.result.record_sha256 or ""
+            parting = "" if sha256 == hashes[run.key] else _parting(execution, run.key, answer.worker.address)
+            store.add_repeat(run.key, sha256, answer.worker, parting)
+        execution.on_progress()
 
 
 def _asked(execution: Execution, queue: deque[Question]) -> Iterator[tuple[Question, Answer]]:
     cluster, service, archive = execution.cluster, execution.service, execution.archive
-    for question, answer in cluster.answers(service, queue, archive, execution.told):
+    for question, answer in cluster.answers(service, queue, archive, execution.on_progress):
         if not isinstance(answer, Lost):
             yield question, answer
 
 
-def _told(answer: Answer) -> list[RunTold]:
+def _runs(answer: Answer) -> list[RunTold]:
     return [msgspec.json.decode(line, type=RunTold) for line in answer.lines]
 
 
@@ -72,13 +72,13 @@ def _parting(execution: Execution, key: RunKey, there: str) -> str:
     """The first event at which the records of a run part, on the two workers that disagree."""
     first = execution.store.workers()[execution.store.row(key).worker].address
     queue = deque(execution.question([key], avoid=avoid, records=True) for avoid in (first, there))
-    found = [(answer.worker, told.record) for _, answer in _asked(execution, queue) for told in _told(answer)]
-    if len(found) < 2:
+    records = [(answer.worker, run.record) for _, answer in _asked(execution, queue) for run in _runs(answer)]
+    if len(records) < 2:
         return "the records cannot be compared: the run could not be done once more"
-    (one, one_record), (other, other_record) = sorted(found, key=lambda each: each[0].address)
-    for number, (here, elsewhere) in enumerate(zip_longest(one_record, other_record, fillvalue="no further event"), 1):
+    (worker, record), (other, other_record) = sorted(records, key=lambda pair: pair[0].address)
+    for number, (here, elsewhere) in enumerate(zip_longest(record, other_record, fillvalue="no further event"), 1):
         if here != elsewhere:
-            return f"event {number}: {here} ({_where(one)}), but {elsewhere} ({_where(other)})"
+            return f"event {number}: {here} ({_where(worker)}), but {elsewhere} ({_where(other)})"
     return "done once more, both gave the same record: it changes from run to run"
 
 

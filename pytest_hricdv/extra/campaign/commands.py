@@ -134,9 +134,9 @@ def _summary(now: Plan, store: Store, counts: Counts) -> Iterator[str]:
         yield f"lost: {now.name(key)}: {reason}"
     if len(lost) > _SHOWN:
         yield f"lost: and {len(lost) - _SHOWN:,} more"
-    hashes = store.hashes(each.key for each in store.repeats())
-    for each in [each for each in store.repeats() if each.sha256 != hashes[each.key]][:_SHOWN]:
-        yield f"differs: {now.name(each.key)}: {each.parting}"
+    hashes = store.hashes(repeat.key for repeat in store.repeats())
+    for repeat in [repeat for repeat in store.repeats() if repeat.sha256 != hashes[repeat.key]][:_SHOWN]:
+        yield f"differs: {now.name(repeat.key)}: {repeat.parting}"
 
 
 def status(options: argparse.Namespace) -> int:
@@ -198,7 +198,7 @@ def _failures(made: Report) -> Iterator[str]:
     if result.missing:
         yield f"{result.missing:,} of {result.expected:,} runs have no outcome: totals are lower bounds"
     if result.lost:
-        yield f"{len(result.lost):,} runs were lost: {_some(each.id for each in result.lost)}"
+        yield f"{len(result.lost):,} runs were lost: {_some(run.id for run in result.lost)}"
     if result.differing:
         yield f"{len(result.differing):,} of {result.repeated:,} repeated runs differ elsewhere"
     for outcome in FAILED:
@@ -209,9 +209,9 @@ def _failures(made: Report) -> Iterator[str]:
 
 
 def _some(names: Iterable[str]) -> str:
-    found = sorted(names)
-    more = f" and {len(found) - _SHOWN:,} more" if len(found) > _SHOWN else ""
-    return ", ".join(found[:_SHOWN]) + more
+    ordered = sorted(names)
+    more = f" and {len(ordered) - _SHOWN:,} more" if len(ordered) > _SHOWN else ""
+    return ", ".join(ordered[:_SHOWN]) + more
 
 
 def export(options: argparse.Namespace) -> int:

@@ -40,7 +40,7 @@ class Execution:
         cluster: that runs it.
         run_s: a process that has no result for so long (s of wall time) is ended, and its run tried again.
         archive: of the project; empty where workers have it.
-        told: called whenever something was stored, and from time to time.
+        on_progress: called whenever something was stored, and from time to time.
     """
 
     plan: Plan
@@ -48,7 +48,7 @@ class Execution:
     cluster: Cluster
     run_s: float
     archive: bytes = b""
-    told: Callable[[], None] = lambda: None
+    on_progress: Callable[[], None] = lambda: None
     _tries: Counter[RunKey] = field(default_factory=Counter)
 
     @property
@@ -78,7 +78,7 @@ class Execution:
         for question, answer in self.cluster.answers(self.service, queue, self.archive, self._tick):
             for again in self._taken(keys[question.key], answer):
                 self._put(again, keys, queue)
-            self.told()
+            self.on_progress()
 
     def _put(self, task: list[RunKey], keys: dict[str, list[RunKey]], queue: deque[Question]) -> None:
         question = self.question(task)
@@ -87,8 +87,8 @@ class Execution:
 
     def question(self, task: Sequence[RunKey], *, avoid: str = "", records: bool = False) -> Question:
         """What is asked for these runs."""
-        key = digest(sorted(self.plan.planned.project.items()), [self.plan.name(each) for each in task], records, avoid)
-        orders = tuple(self._order(each) for each in task)
+        key = digest(sorted(self.plan.planned.project.items()), [self.plan.name(run) for run in task], records, avoid)
+        orders = tuple(self._order(run) for run in task)
         return Question(key[:24], msgspec.json.encode(Task(orders, records)), avoid)
 
     def _order(self, key: RunKey) -> Order:
@@ -103,10 +103,10 @@ class Execution:
                 self.store.add_lost(task[0], answer.reason)
                 return ()
             return ([key] for key in task)
-        told = [msgspec.json.decode(line, type=RunTold) for line in answer.lines]
-        for each in told:
-            self.store.add(each.key, each.result, each.replay, answer.worker)
-        left = [key for key in task if key not in {each.key for each in told}]
+        ran = [msgspec.json.decode(line, type=RunTold) for line in answer.lines]
+        for run in ran:
+            self.store.add(run.key, run.result, run.replay, answer.worker)
+        left = [key for key in task if key not in {run.key for run in ran}]
         if not left:
             return ()
         culprit, others = left[0], left[1:]
@@ -114,9 +114,9 @@ class Execution:
         if self._tries[culprit] >= TRIES:
             self.store.add_lost(culprit, f"its process: {answer.problem}, {TRIES} times")
             return [others] if others else ()
-        return [each for each in ([culprit], others) if each]
+        return [again for again in ([culprit], others) if again]
 
     def _tick(self) -> None:
         if self.store.is_cancelled:
             raise CancelledError
-        self.told()
+        self.on_progress()

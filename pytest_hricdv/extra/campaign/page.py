@@ -43,7 +43,7 @@ def text(report: Report, plan: Plan) -> str:
 def _what(result: CampaignResult, plan: Plan) -> str:
     command = " ".join(plan.planned.arguments)
     last = plan.run((0, plan.concretizations - 1)).test.id
-    what = (
+    introduction = (
         f"{plural(len(result.tests), 'abstract test')} of `pytest {command}`, each concretized with "
         f"{plural(result.concretizations, 'seed')}, and run: {result.stored:,} of {result.expected:,} runs, "
         f"{result.sim_s:,.0f} s simulated. Concretization number k of a test is the one that `--hri-concretizations` "
@@ -51,28 +51,30 @@ def _what(result: CampaignResult, plan: Plan) -> str:
         "--page=FILE`. To run one of them as an ordinary test:"
     )
     example = f"    pytest {command} --hri-concretizations={result.concretizations} -k {last}"
-    return f"{fill(what, _WIDTH, break_long_words=False, break_on_hyphens=False)}\n\n{example}"
+    return f"{fill(introduction, _WIDTH, break_long_words=False, break_on_hyphens=False)}\n\n{example}"
 
 
 def _verdicts(result: CampaignResult) -> str:
     rows = (
         [
             name,
-            f"{each.passed:,}",
-            f"{each.failed:,}",
-            f"{each.nc:,}",
-            f"{each.triggers:,}",
-            share_text(each.share),
-            f"{quantity(each.least.margin)} in `{each.least.run}`" if each.least else "-",
+            f"{judged.passed:,}",
+            f"{judged.failed:,}",
+            f"{judged.nc:,}",
+            f"{judged.triggers:,}",
+            share_text(judged.share),
+            f"{quantity(judged.least.margin)} in `{judged.least.run}`" if judged.least else "-",
         ]
-        for name, each in _ordered(result)
+        for name, judged in _ordered(result)
     )
     head = ["", "Passed", "Failed", "NC", "checks", "failed, of the runs that checked it", "least margin"]
     return _table(head, rows)
 
 
 def _spread(result: CampaignResult) -> str:
-    rows = ([name, each.ever, each.always, each.unsettled] for name, each in _ordered(result) if each.unsettled)
+    rows = (
+        [name, judged.ever, judged.always, judged.unsettled] for name, judged in _ordered(result) if judged.unsettled
+    )
     return _table(["", "abstract tests that failed with some seed", "with each", "whose verdict depends on it"], rows)
 
 
@@ -84,14 +86,14 @@ def _ordered(result: CampaignResult) -> Iterator[tuple[str, CampaignRequirement]
 def _coverage(report: Report) -> str:
     rows: list[Sequence[object]] = []
     for suite in report.suites:
-        for what, covered in (("statements", suite.code.statements), ("branches", suite.code.branches)):
+        for measure, covered in (("statements", suite.code.statements), ("branches", suite.code.branches)):
             if covered is not None:
                 reached = f"{percent(covered.percent_reachable)} ({covered.covered} of {covered.reachable} reachable)"
-                rows.append([f"{what}, suite {suite.name}", reached])
+                rows.append([f"{measure}, suite {suite.name}", reached])
         if suite.cross.bins:
             hit = f"{suite.cross.hit} of {suite.cross.possible} possible"
             rows.append([f"bins of cross products, suite {suite.name}", hit])
-    waived = {(each.file, each.line) for each in report.code_under_test.waivers}
+    waived = {(waiver.file, waiver.line) for waiver in report.code_under_test.waivers}
     for file in report.code_under_test.files:
         lines = [line for line in file.missing_lines if (file.file, line) not in waived]
         if lines:
@@ -107,24 +109,24 @@ def _endings(result: CampaignResult) -> str:
 
 def _failures(report: Report, result: CampaignResult) -> Iterator[str]:
     """Runs that failed, and those that were lost."""
-    found = [f"- `{each.id}` was lost: {each.reason}" for each in result.lost]
+    items = [f"- `{run.id}` was lost: {run.reason}" for run in result.lost]
     for test in report.tests:
         if test.outcome in ("failed", "error"):
-            names = [name for name, each in test.requirements.items() if each.verdict == "Failed"]
-            what = " and ".join(sorted(names, key=by_requirement)) or test.outcome
-            found.append(f"- `{test.id}`: {what}")
-    if not found:
+            names = [name for name, judged in test.requirements.items() if judged.verdict == "Failed"]
+            violated = " and ".join(sorted(names, key=by_requirement)) or test.outcome
+            items.append(f"- `{test.id}`: {violated}")
+    if not items:
         return
-    more = [f"- and {len(found) - _MAX_LISTED:,} more"] if len(found) > _MAX_LISTED else []
+    more = [f"- and {len(items) - _MAX_LISTED:,} more"] if len(items) > _MAX_LISTED else []
     yield "## Failures of what is not known to fail"
-    yield "\n".join([*found[:_MAX_LISTED], *more])
+    yield "\n".join([*items[:_MAX_LISTED], *more])
 
 
 def _repeated(result: CampaignResult) -> str:
-    differing = "\n".join(f"- `{each.id}`: {each.parting}" for each in result.differing)
+    differing = "\n".join(f"- `{run.id}`: {run.parting}" for run in result.differing)
     again = f"{result.repeated:,} runs were done again, on another worker where there is one"
-    told = f"{again}; {len(result.differing):,} gave another record."
-    return f"{told}\n\n{differing}".strip()
+    summary = f"{again}; {len(result.differing):,} gave another record."
+    return f"{summary}\n\n{differing}".strip()
 
 
 def _versions(plan: Plan) -> str:

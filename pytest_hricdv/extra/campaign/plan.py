@@ -89,7 +89,7 @@ class Plan:
     @cached_property
     def tests(self) -> tuple[AbstractTest, ...]:
         """The abstract tests."""
-        return tuple(AbstractTest.from_data(each.data) for each in self.planned.tests)
+        return tuple(AbstractTest.from_data(test.data) for test in self.planned.tests)
 
     def run(self, key: RunKey) -> PlannedRun:
         """The run with this key."""
@@ -105,11 +105,11 @@ class Plan:
     @cached_property
     def declared(self) -> Report:
         """The report before the first result; how long generation took is left out, as it depends on pytest's cache."""
-        found = from_json(bytes(self.planned.declared).decode(), Report)
-        options = tuple(each for each in found.rerun.options if not each.startswith("--hri-concretizations"))
+        report = from_json(bytes(self.planned.declared).decode(), Report)
+        options = tuple(option for option in report.rerun.options if not option.startswith("--hri-concretizations"))
         options = (*options, f"--hri-concretizations={self.concretizations}")
-        rerun = msgspec.structs.replace(found.rerun, options=options)
-        return msgspec.structs.replace(found, rerun=rerun, suites=tuple(map(self._sized, found.suites)))
+        rerun = msgspec.structs.replace(report.rerun, options=options)
+        return msgspec.structs.replace(report, rerun=rerun, suites=tuple(map(self._sized, report.suites)))
 
     def _sized(self, suite: SuiteResult) -> SuiteResult:
         tests = sum(test.suite == suite.name for test in self.planned.tests)
@@ -123,8 +123,8 @@ class Plan:
     @classmethod
     def from_json(cls, text: bytes) -> Plan:
         """The plan that `to_json` wrote. Raises msgspec.DecodeError."""
-        found = msgspec.json.decode(text, type=_Kept)
-        return cls(found.planned, found.concretizations)
+        kept = msgspec.json.decode(text, type=_Kept)
+        return cls(kept.planned, kept.concretizations)
 
     def difference(self, now: Plan) -> str:
         """In what another plan differs, on one line; empty where runs of both may stand in one report."""

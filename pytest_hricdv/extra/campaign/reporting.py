@@ -72,9 +72,9 @@ def _results(store: Store, keys: list[RunKey], folder: Path) -> Iterator[TestRes
 
 def _differing(store: Store, plan: Plan) -> Iterator[DifferingRun]:
     repeats, workers = store.repeats(), store.workers()
-    hashes = store.hashes(each.key for each in repeats)
-    for each in repeats:
-        if each.sha256 != hashes[each.key]:
-            one, other = workers[store.row(each.key).worker], workers[each.worker]
-            versions = differences(one.versions, other.versions)
-            yield DifferingRun(id=plan.name(each.key), parting=each.parting, versions=versions)
+    hashes = store.hashes(repeat.key for repeat in repeats)
+    for repeat in repeats:
+        if repeat.sha256 != hashes[repeat.key]:
+            first, other = workers[store.row(repeat.key).worker], workers[repeat.worker]
+            versions = differences(first.versions, other.versions)
+            yield DifferingRun(id=plan.name(repeat.key), parting=repeat.parting, versions=versions)

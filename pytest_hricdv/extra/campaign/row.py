@@ -50,9 +50,9 @@ def columns(result: TestResult) -> tuple[str, ...]:
     judged = [result.requirements[name] for name in requirements(result)]
     statements, branches = result.code.bits if result.code else ("0x0", "0x0")
     return (
-        " ".join(each.verdict for each in judged),
-        " ".join(str(each.triggers) for each in judged),
-        json.dumps([each.margin for each in judged]),
+        " ".join(requirement.verdict for requirement in judged),
+        " ".join(str(requirement.triggers) for requirement in judged),
+        json.dumps([requirement.margin for requirement in judged]),
         json.dumps({name: sorted(set(hits)) for name, hits in (result.cross or {}).items()}),
         json.dumps(result.outcomes),
         statements,
@@ -65,10 +65,10 @@ def note(result: TestResult) -> str:
     return result.failure.strip().partition("\n")[0] if result.outcome in ("failed", "error") else ""
 
 
-def read_row(found: tuple[Any, ...]) -> Row:
+def read_row(fields: tuple[Any, ...]) -> Row:
     """A row of the store. Raises ValueError where it is no such row."""
     test, k, outcome, note, sim_s, sha256, verdicts, triggers, margins, bins, ended, statements, branches, worker = (
-        found
+        fields
     )
     return Row(
         key=(test, k),

@@ -62,7 +62,7 @@ class Statistics:
 
     def _adds_coverage(self, row: Row) -> bool:
         """Whether it hits what no run before did: code, bins, verdicts."""
-        points = {(name, *each) for name, hits in row.bins.items() for each in hits}
+        points = {(name, *hit) for name, hits in row.bins.items() for hit in hits}
         points |= {judged for judged in zip(self.requirements, row.verdicts, strict=True) if judged[1] != NC}
         adds = bool(row.statements & ~self._statements or row.branches & ~self._branches or points - self._seen)
         self._statements |= row.statements
@@ -99,9 +99,9 @@ class Statistics:
             nc=counts[NC],
             triggers=self.triggers[name],
             share=failed_share(counts),
-            ever=sum(each[FAILED] > 0 for each in verdicts),
-            always=sum(0 < each[FAILED] == each.total() for each in verdicts),
-            unsettled=sum(len(+each) > 1 for each in verdicts),
+            ever=sum(by_verdict[FAILED] > 0 for by_verdict in verdicts),
+            always=sum(0 < by_verdict[FAILED] == by_verdict.total() for by_verdict in verdicts),
+            unsettled=sum(len(+by_verdict) > 1 for by_verdict in verdicts),
             least=None if least is None else LeastMargin(margin=least[0], run=plan.name(least[1])),
         )
 

@@ -102,9 +102,9 @@ class Store:
             )
         with _located(path):
             store = cls(path, _connection(path))
-            found = store._get("schema")
-            if found != SCHEMA.encode():
-                raise CampaignError(f"{path}: expected a campaign of schema {SCHEMA}, found {found!r}")
+            schema = store._get("schema")
+            if schema != SCHEMA.encode():
+                raise CampaignError(f"{path}: expected a campaign of schema {SCHEMA}, found {schema!r}")
             store._connection.execute("SELECT count(*) FROM results WHERE test < 0").fetchone()
         return store
 
@@ -181,10 +181,10 @@ class Store:
     def lost(self) -> list[tuple[RunKey, str]]:
         """Runs that cannot be done, and why."""
         with _located(self.path):
-            found = self._connection.execute(
+            rows = self._connection.execute(
                 "SELECT test, k, note FROM runs WHERE outcome = ? ORDER BY test, k", (LOST,)
             )
-            return [((test, k), note) for test, k, note in found]
+            return [((test, k), note) for test, k, note in rows]
 
     def forget_lost(self) -> None:
         """Runs that were lost are done again."""
@@ -212,9 +212,9 @@ class Store:
             ).fetchall()
             (wall_s,) = self._connection.execute("SELECT total(wall_s) FROM sessions").fetchone()
         repeats = self.repeats()
-        hashes = self.hashes(each.key for each in repeats)
-        differing = sum(each.sha256 != hashes[each.key] for each in repeats)
-        sim_s = sum(each[2] for each in grouped)
+        hashes = self.hashes(repeat.key for repeat in repeats)
+        differing = sum(repeat.sha256 != hashes[repeat.key] for repeat in repeats)
+        sim_s = sum(group[2] for group in grouped)
         return Counts({outcome: count for outcome, count, _ in grouped}, sim_s, wall_s, len(repeats), differing)
 
     def rows(self) -> Iterator[Row]:
@@ -239,22 +239,22 @@ class Store:
         query = "SELECT result, replay FROM results WHERE test = ? AND k = ?"
         for key in keys:
             with _located(self.path):
-                found = self._connection.execute(query, key).fetchone()
-            if found is not None:
-                replay = zlib.decompress(found[1]).decode() if found[1] else ""
-                yield key, msgspec.json.decode(zlib.decompress(found[0]), type=TestResult), replay
+                row = self._connection.execute(query, key).fetchone()
+            if row is not None:
+                replay = zlib.decompress(row[1]).decode() if row[1] else ""
+                yield key, msgspec.json.decode(zlib.decompress(row[0]), type=TestResult), replay
 
     def repeats(self) -> list[Repeat]:
         """Runs that were done again, in order."""
         with _located(self.path):
-            found = self._connection.execute("SELECT test, k, sha256, worker, parting FROM again ORDER BY 1, 2, 4")
-            return [Repeat((test, k), sha256, worker, parting) for test, k, sha256, worker, parting in found]
+            rows = self._connection.execute("SELECT test, k, sha256, worker, parting FROM again ORDER BY 1, 2, 4")
+            return [Repeat((test, k), sha256, worker, parting) for test, k, sha256, worker, parting in rows]
 
     def workers(self) -> dict[int, WorkerName]:
         """Number -> worker."""
         with _located(self.path):
-            found = self._connection.execute("SELECT id, address, host, versions FROM workers ORDER BY id").fetchall()
-        return {number: WorkerName(address, host, json.loads(versions)) for number, address, host, versions in found}
+            rows = self._connection.execute("SELECT id, address, host, versions FROM workers ORDER BY id").fetchall()
+        return {number: WorkerName(address, host, json.loads(versions)) for number, address, host, versions in rows}
 
     def runs_of_workers(self) -> dict[int, int]:
         """Number of a worker -> runs that it did."""
@@ -271,8 +271,8 @@ class Store:
         self._connection.execute("INSERT OR REPLACE INTO campaign VALUES (?, ?)", (name, value))
 
     def _get(self, name: str) -> bytes | None:
-        found = self._connection.execute("SELECT value FROM campaign WHERE name = ?", (name,)).fetchone()
-        return None if found is None else bytes(found[0])
+        row = self._connection.execute("SELECT value FROM campaign WHERE name = ?", (name,)).fetchone()
+        return None if row is None else bytes(row[0])
 
 
 def _connection(path: Path) -> sqlite3.Connection:

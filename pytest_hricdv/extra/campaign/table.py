@@ -46,12 +46,12 @@ def write_parquet(store: Store, plan: Plan, path: Path) -> int:
 
 def _columns(arrow: Any, names: list[str]) -> list[tuple[str, Any]]:
     texts = ["run", "test", "suite", "outcome", "note", "sha256", "worker", "host"]
-    found = [(name, arrow.string()) for name in texts]
-    found += [(name, arrow.int64()) for name in ("k", "statements", "branches")]
-    found.append(("sim_s", arrow.float64()))
+    columns = [(name, arrow.string()) for name in texts]
+    columns += [(name, arrow.int64()) for name in ("k", "statements", "branches")]
+    columns.append(("sim_s", arrow.float64()))
     for name in names:
-        found += [(name, arrow.string()), (f"{name}_triggers", arrow.int64()), (f"{name}_margin", arrow.float64())]
-    return found
+        columns += [(name, arrow.string()), (f"{name}_triggers", arrow.int64()), (f"{name}_margin", arrow.float64())]
+    return columns
 
 
 def _records(store: Store, plan: Plan, names: list[str]) -> Iterator[dict[str, object]]:
@@ -76,7 +76,7 @@ def _records(store: Store, plan: Plan, names: list[str]) -> Iterator[dict[str, o
 
 
 def _judged(row: Row, names: list[str]) -> dict[str, object]:
-    found: dict[str, object] = {}
+    cells: dict[str, object] = {}
     for name, verdict, triggers, margin in zip(names, row.verdicts, row.triggers, row.margins, strict=False):
-        found |= {name: verdict, f"{name}_triggers": triggers, f"{name}_margin": margin}
-    return found
+        cells |= {name: verdict, f"{name}_triggers": triggers, f"{name}_margin": margin}
+    return cells

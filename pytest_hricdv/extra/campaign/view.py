@@ -22,10 +22,10 @@ def lines(report: Report) -> Iterator[Line]:
     yield Line(headline(result), "title")
     yield Line(f"  {pad('', 8)}{'passed':>9}{'failed':>9}{'NC':>9}  failed, of those that checked it", "dim")
     for name in sorted(result.requirements, key=by_requirement):
-        each = result.requirements[name]
-        counts = f"{each.passed:>9,}{each.failed:>9,}{each.nc:>9,}"
-        text = f"  {pad(visible(name), 8)}{counts}  {share_text(each.share)}"
-        yield Line(text, "warn" if each.failed else "plain")
+        judged = result.requirements[name]
+        counts = f"{judged.passed:>9,}{judged.failed:>9,}{judged.nc:>9,}"
+        text = f"  {pad(visible(name), 8)}{counts}  {share_text(judged.share)}"
+        yield Line(text, "warn" if judged.failed else "plain")
     for text in notes(result):
         yield Line(visible(f"  {text}"), "bad" if result.lost or result.differing or result.missing else "plain")
 
@@ -44,8 +44,8 @@ def notes(result: CampaignResult) -> Iterator[str]:
         yield f"outcomes: {outcomes}"
     if result.missing:
         yield f"{result.missing:,} runs have no outcome yet: the figures are of the others"
-    for each in result.lost[:_MAX_LISTED]:
-        yield f"lost: {each.id}: {each.reason}"
+    for run in result.lost[:_MAX_LISTED]:
+        yield f"lost: {run.id}: {run.reason}"
     if result.repeated:
         again = f"{result.repeated:,} runs were repeated, on another worker where there is one"
         yield f"{again}: {len(result.differing):,} differ"
@@ -83,11 +83,11 @@ def page(report: Report) -> Mapping[str, Any] | None:
 
 def worst(test: CampaignTest) -> list[tuple[str, FailedShare]]:
     """The requirements that runs of a test violated, those that most violated first."""
-    return sorted(test.failed.items(), key=lambda each: (-each[1].failed, by_requirement(each[0])))
+    return sorted(test.failed.items(), key=lambda item: (-item[1].failed, by_requirement(item[0])))
 
 
 def margins(result: CampaignResult, test: CampaignTest) -> list[tuple[str, LeastMargin]]:
     """The least margins of the requirements that a test violated, and those that are the least of all tests."""
-    least = {name: each.least for name, each in result.requirements.items()}
-    told = (name for name, each in test.least.items() if name in test.failed or each == least[name])
-    return [(name, test.least[name]) for name in sorted(told, key=by_requirement)]
+    least = {name: judged.least for name, judged in result.requirements.items()}
+    shown = (name for name, margin in test.least.items() if name in test.failed or margin == least[name])
+    return [(name, test.least[name]) for name in sorted(shown, key=by_requirement)]

@@ -124,7 +124,7 @@ class Cluster:
 
     def _submit(self, service: Service, question: Question, archive: bytes) -> Future[Any]:
         """Hand a question out; only to workers that may be asked."""
-        allowed = [each for each in self._checked if each != question.avoid] or [*self._checked]
+        allowed = [address for address in self._checked if address != question.avoid] or [*self._checked]
         limited = bool(self.refused) or bool(question.avoid)
         return self.connection.client.submit(
             worker_side.ask,
@@ -180,15 +180,15 @@ class Cluster:
         """Notes which workers there are; each is checked when it is new. Raises ClusterError if there is none."""
         began_s = time.monotonic()
         while True:
-            found = self._threads_of_workers()
-            self._checked = {worker: threads for worker, threads in self._checked.items() if worker in found}
-            new = [worker for worker in found if worker not in self._checked and worker not in self.refused]
+            present = self._threads_of_workers()
+            self._checked = {worker: threads for worker, threads in self._checked.items() if worker in present}
+            new = [worker for worker in present if worker not in self._checked and worker not in self.refused]
             if new:
-                self._check({worker: found[worker] for worker in new})
+                self._check({worker: present[worker] for worker in new})
             if self._checked:
                 return
-            if found and set(found) <= set(self.refused):
-                reasons = "; ".join(f"{worker}: {self.refused[worker]}" for worker in sorted(found))
+            if present and set(present) <= set(self.refused):
+                reasons = "; ".join(f"{worker}: {self.refused[worker]}" for worker in sorted(present))
                 raise ClusterError(f"{self.address}: no worker can be asked: {reasons}")
             waited_s = time.monotonic() - began_s
             if self.connection.is_local and waited_s > WAIT_FOR_LOCAL_S:
@@ -204,20 +204,20 @@ class Cluster:
         if not self.connection.is_open:
             raise OSError("the scheduler is gone")
         workers = self.connection.client.scheduler_info(n_workers=-1)["workers"]
-        return {address: int(each["nthreads"]) for address, each in workers.items()}
+        return {address: int(worker["nthreads"]) for address, worker in workers.items()}
 
     def _check(self, new: Mapping[str, int]) -> None:
         """Refuses workers with other versions of what both ends need."""
         wanted = plugin_versions()
-        told = self.connection.client.run(plugin_versions, workers=[*new], on_error="return")
+        versions = self.connection.client.run(plugin_versions, workers=[*new], on_error="return")
         for worker, threads in new.items():
-            found = told.get(worker)
-            if isinstance(found, dict) and found == wanted:
+            own = versions.get(worker)
+            if isinstance(own, dict) and own == wanted:
                 self._checked[worker] = threads
-            elif isinstance(found, dict):
-                self._refuse(worker, f"its versions are others: {differences(wanted, found)}")
-            elif isinstance(found, ImportError):
-                self._refuse(worker, f"pytest-hricdv is not installed there ({found})")
+            elif isinstance(own, dict):
+                self._refuse(worker, f"its versions are others: {differences(wanted, own)}")
+            elif isinstance(own, ImportError):
+                self._refuse(worker, f"pytest-hricdv is not installed there ({own})")
 
 
 @contextmanager

@@ -85,15 +85,15 @@ class Film:
             topics: its messages, topic -> names of all fields.
         """
         flags = [name for name, kind in vocabulary.signals.items() if kind is bool]
-        known = sorted([*topics, *flags])
+        names = sorted([*topics, *flags])
         faults = [
-            f"film moment {shown!r} comes with {what!r}, which is no message and no bool signal; there are {known}"
-            for shown, what in self.moments.items()
-            if what not in known
+            f"film moment {shown!r} comes with {event!r}, which is no message and no bool signal; there are {names}"
+            for shown, event in self.moments.items()
+            if event not in names
         ]
         topic, _, name = self.state.partition(".")
         if self.state and name not in topics.get(topic, ()):
-            fields = sorted(f"{each}.{field}" for each in topics for field in topics[each])
+            fields = sorted(f"{topic}.{field}" for topic in topics for field in topics[topic])
             faults.append(f"film state is {self.state!r}, which is no field of a message; there are {fields}")
         return faults
 
@@ -133,23 +133,23 @@ def key_moments(
         violation_s: when the first violation was, if there was one.
         end_s: the end of the run.
     """
-    found: list[Moment] = []
+    frames: list[Moment] = []
     after_s, until_s = 0.0, end_s
     for shown, event in moments.items():
         times = [time_s for time_s, name in events if name == event]
-        if not found:  # a turn lasts from one such event to the next
+        if not frames:  # a turn lasts from one such event to the next
             begun = [time_s for time_s in times if violation_s is None or time_s <= violation_s]
             first_s = begun[0 if violation_s is None else -1] if begun else None
             if first_s is not None:
                 after_s = first_s
                 until_s = min((time_s for time_s in times if time_s > first_s), default=end_s)
-            found.append(Moment(shown, first_s))
+            frames.append(Moment(shown, first_s))
             continue
         first_s = next((time_s for time_s in times if after_s <= time_s <= until_s), None)
         after_s = after_s if first_s is None else first_s
-        found.append(Moment(shown, first_s))
-    place = next((i for i, each in enumerate(found) if _later(each, violation_s)), len(found))
-    return [*found[:place], Moment(VIOLATION, violation_s), *found[place:], Moment(END, end_s)]
+        frames.append(Moment(shown, first_s))
+    place = next((i for i, frame in enumerate(frames) if _later(frame, violation_s)), len(frames))
+    return [*frames[:place], Moment(VIOLATION, violation_s), *frames[place:], Moment(END, end_s)]
 
 
 def _later(moment: Moment, than_s: float | None) -> bool:

@@ -67,9 +67,9 @@ class Filming:
         """
         failed = [verdict.requirement for verdict in result.verdicts if verdict.verdict == "Failed"] or [""]
         if all(self._filmed[requirement] >= FILMS_EACH for requirement in failed):
-            what = " and ".join(failed) or "an assertion"
+            failures = " and ".join(failed) or "an assertion"
             return _without(
-                f"not filmed: {plural(FILMS_EACH, 'failure')} of {what} had been filmed in this process; "
+                f"not filmed: {plural(FILMS_EACH, 'failure')} of {failures} had been filmed in this process; "
                 "run this test alone to see it"
             )
         self._filmed.update(failed)
@@ -173,16 +173,16 @@ def _events(record: Record) -> list[tuple[float, str]]:
 
 
 def _alarms(verdicts: Sequence[Verdict]) -> list[Alarm]:
-    found = [
+    alarms = [
         Alarm(
-            each.time_s,
+            violated.time_s,
             verdict.requirement,
-            f"{verdict.requirement} {violation(reported_violation(each), {})}",
+            f"{verdict.requirement} {violation(reported_violation(violated), {})}",
         )
         for verdict in verdicts
-        for each in verdict.violations
+        for violated in verdict.violations
     ]
-    return sorted(found, key=lambda alarm: alarm.time_s)
+    return sorted(alarms, key=lambda alarm: alarm.time_s)
 
 
 def _without(note: str) -> FilmResult:

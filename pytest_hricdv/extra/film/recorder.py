@@ -72,7 +72,10 @@ class Caption:
         """True if more than the time has changed."""
         if other is None:
             return True
-        mine, theirs = ((each.state, dict(each.verdicts), each.event, each.alarm, each.slow) for each in (self, other))
+        mine, theirs = (
+            (caption.state, dict(caption.verdicts), caption.event, caption.alarm, caption.slow)
+            for caption in (self, other)
+        )
         return mine != theirs
 
 

@@ -104,35 +104,11 @@ class Mp4:
     def _started(self, size: tuple[int, int]) -> subprocess.Popen[bytes]:
         import imageio_ffmpeg
 
-        given = [
-            "-f",
-            "rawvideo",
-            "-pix_fmt",
-            "rgb24",
-            "-s",
-            f"{size[0]}x{size[1]}",
-            "-r",
-            str(FRAMES_PER_S),
-            "-i",
-            "-",
-        ]
+        raw = f"-f rawvideo -pix_fmt rgb24 -s {size[0]}x{size[1]} -r {FRAMES_PER_S} -i -".split()
         # One thread: other workers run tests. The format is given because the name of the part file does not show it.
-        made = [
-            "-c:v",
-            "libx264",
-            "-pix_fmt",
-            "yuv420p",
-            "-crf",
-            "26",
-            "-preset",
-            "veryfast",
-            "-threads",
-            "1",
-            "-f",
-            "mp4",
-        ]
+        made = "-c:v libx264 -pix_fmt yuv420p -crf 26 -preset veryfast -threads 1 -f mp4".split()
         return subprocess.Popen(
-            [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", *given, *made, str(temporary_path(self.path))],
+            [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", *raw, *made, str(temporary_path(self.path))],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,

@@ -81,9 +81,9 @@ class Conformance:
 
     def __post_init__(self) -> None:
         for name, kind in (("does", Does), ("hears", Hears)):
-            given = getattr(self, name)
-            if not (isinstance(given, tuple) and all(isinstance(each, kind) for each in given)):
-                raise ConformanceError(f"Conformance: {name} is {given!r}; expected a tuple of {kind.__name__}(...)")
+            declared = getattr(self, name)
+            if not (isinstance(declared, tuple) and all(isinstance(member, kind) for member in declared)):
+                raise ConformanceError(f"Conformance: {name} is {declared!r}; expected a tuple of {kind.__name__}(...)")
         if not self.does:
             raise ConformanceError("Conformance: does is empty; expected at least one act that can be observed")
         if not (isinstance(self.tolerance_s, int | float) and 0 <= self.tolerance_s < math.inf):

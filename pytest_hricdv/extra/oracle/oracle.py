@@ -71,7 +71,7 @@ class Oracle:
     @cached_property
     def labels(self) -> Mapping[str, tuple[int, ...]]:
         """Label of a plan -> the acts that are its beginning."""
-        acts = [(number, each.act[1:]) for number, each in enumerate(self.declaration.does) if each.act.startswith("@")]
+        acts = [(number, does.act[1:]) for number, does in enumerate(self.declaration.does) if does.act.startswith("@")]
         return {label: tuple(number for number, of in acts if of == label) for _, label in acts}
 
     @cached_property
@@ -107,8 +107,8 @@ def load_oracle(declaration: Conformance, model: Model, vocabulary: Vocabulary, 
             others,
             hears=parse_heard(declaration.hears, names, others, vocabulary),
             does=tuple(
-                parse_event(each.owner, names.act(each.owner, each.act), each.when, vocabulary)
-                for each in declaration.does
+                parse_event(does.owner, names.act(does.owner, does.act), does.when, vocabulary)
+                for does in declaration.does
             ),
             fails=dict(_failures(declaration, names, vocabulary)),
             until=parse_event("Conformance, until", None, declaration.until, vocabulary) if declaration.until else None,
@@ -132,12 +132,12 @@ def window_text(first_s: float, last_s: float) -> str:
 
 
 def _check_limits(declaration: Conformance, program: Program, parameters: frozenset[str]) -> None:
-    beliefs = [each for each in program.beliefs if not isinstance(each, Rule)]
-    known = [belief.functor for belief in beliefs if len(belief.args) == 1 and isinstance(belief.args[0], Number)]
+    beliefs = [belief for belief in program.beliefs if not isinstance(belief, Rule)]
+    numeric = [belief.functor for belief in beliefs if len(belief.args) == 1 and isinstance(belief.args[0], Number)]
     for name, limit in declaration.limits.items():
-        if name not in known:
+        if name not in numeric:
             raise ConformanceError(
-                f"Conformance: limits: {declaration.agent} has no initial belief {name}(number){nearest(name, known)}"
+                f"Conformance: limits: {declaration.agent} has no initial belief {name}(number){nearest(name, numeric)}"
             )
         if isinstance(limit, str):
             if limit not in parameters:

@@ -135,8 +135,8 @@ class Product:
             self.advance(time_s + 2 * self._tolerance_s)
 
     def _hear(self, heard: Iterable[Heard]) -> None:
-        for each in heard:
-            self.follower.hear(each.literal, each.source, each.goal)
+        for event in heard:
+            self.follower.hear(event.literal, event.source, event.goal)
         self._match_early()
 
     def _match_early(self) -> None:
@@ -147,8 +147,8 @@ class Product:
         """Let the agent do what has been observed; whether it was ready for any of it, or a deviation was found."""
         does, fails = dict(observation.does), dict(observation.fails)
         matched = False
-        while (found := self._ready_for(does, fails)) is not None:
-            act, number, succeeded = found
+        while (matching := self._ready_for(does, fails)) is not None:
+            act, number, succeeded = matching
             (does if succeeded else fails).pop(number)
             wait_s = max(observation.time_s - act.ready_s, 0.0)
             if succeeded and wait_s < self._does[number].within_s[0]:
@@ -177,7 +177,7 @@ class Product:
         """Find what should have happened before `before_s`, or should not have."""
         ready = self.follower.agent.ready_acts
         overdue = [(last_s, act) for act in ready if (last_s := self._last_s(act)) < min(before_s, self._end_s)]
-        last_s, late = min(overdue, key=lambda each: each[0], default=(math.inf, None))
+        last_s, late = min(overdue, key=lambda deadline: deadline[0], default=(math.inf, None))
         early = self._early[0] if self._early else None
         if early is not None and early.time_s + self._tolerance_s < before_s and early.time_s <= last_s:
             self._deviate(early.time_s, ready, early.text, early.event)
@@ -197,8 +197,8 @@ class Product:
 
     def _expected(self, act: ReadyAct) -> str:
         declared = [self._does[number] for number in act.acts]
-        first_s, last_s = (choose(each.within_s[at] for each in declared) for at, choose in ((0, min), (1, max)))
+        first_s, last_s = (choose(does.within_s[at] for does in declared) for at, choose in ((0, min), (1, max)))
         when = f"within {last_s:g} s of" if first_s == 0 else f"{first_s:g} to {last_s:g} s after"
-        observed_by = " or ".join(dict.fromkeys(each.when for each in declared))
+        observed_by = " or ".join(dict.fromkeys(does.when for does in declared))
         plan = f"plan @{act.plan} of {self._oracle.agent.name}, " if act.plan else ""
         return f"{act.text} {when} {act.ready_s:.1f} s ({plan}observed by {observed_by})"

@@ -24,47 +24,48 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("source", type=Path, metavar="RCLPY_SOURCE", help="a checkout of ros2/rclpy of that version")
     check.add_argument("-k", default="", metavar="TEXT", help="only files with this text in their name")
     check.add_argument("--may-fail", type=int, default=0, metavar="N", help="how many may fail (0)")
-    one = commands.add_parser("run-file")  # what "conformance" starts a process of for each file
-    one.add_argument("file", type=Path)
-    one.add_argument("result", type=Path)
-    one.add_argument("deselected", nargs="*")
+    run_one = commands.add_parser("run-file")  # what "conformance" starts a process of for each file
+    run_one.add_argument("file", type=Path)
+    run_one.add_argument("result", type=Path)
+    run_one.add_argument("deselected", nargs="*")
     return parser
 
 
 def _print_table(results: Sequence[FileResult]) -> None:
-    width = max(len(each.file) for each in results)
+    width = max(len(result.file) for result in results)
     columns = (("passed",), ("failed", "stopped the run"), ("skipped",))
     print(f"\n{'file':{width}}  passed  failed  skipped")
-    for each in results:
-        print(f"{each.file:{width}}  {each.count('passed'):6}  {each.count(*columns[1]):6}  {each.count('skipped'):7}")
-    sums = [sum(each.count(*outcomes) for each in results) for outcomes in columns]
+    for result in results:
+        counts = f"{result.count('passed'):6}  {result.count(*columns[1]):6}  {result.count('skipped'):7}"
+        print(f"{result.file:{width}}  {counts}")
+    sums = [sum(result.count(*outcomes) for result in results) for outcomes in columns]
     print(f"{f'{len(results)} files':{width}}  {sums[0]:6}  {sums[1]:6}  {sums[2]:7}")
-    others = [test for each in results for test in each.tests if test.outcome != "passed"]
+    others = [test for result in results for test in result.tests if test.outcome != "passed"]
     for test in others:
         print(f"\n{test.outcome}: {test.name}\n    {test.reason}")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code."""
-    given = _parser().parse_args(arguments)
-    if given.command == "run-file":
-        run_file(given.file, given.result, given.deselected)
+    options = _parser().parse_args(arguments)
+    if options.command == "run-file":
+        run_file(options.file, options.result, options.deselected)
         sys.stdout.flush()
         os._exit(0)  # threads and destructors of a run that was left are of no interest
     try:
-        files = [file for file in tests_of(given.source) if given.k in file.name]
+        files = [file for file in tests_of(options.source) if options.k in file.name]
     except InputError as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 2
     if not files:
-        print(f"ERROR: no file of tests has '{given.k}' in its name", file=sys.stderr)
+        print(f"ERROR: no file of tests has '{options.k}' in its name", file=sys.stderr)
         return 2
     results = []
     for number, file in enumerate(files, start=1):
         print(f"{number}/{len(files)} {file.name}", file=sys.stderr)
         results.append(conformance(file))
     _print_table(results)
-    return int(sum(each.count("failed", "stopped the run") for each in results) > given.may_fail)
+    return int(sum(result.count("failed", "stopped the run") for result in results) > options.may_fail)
 
 
 if __name__ == "__main__":

@@ -39,15 +39,15 @@ class ActionClient(Destroyable):
 
     def destroy(self) -> None:
         """Leave the graph."""
-        for each in (self.goal, self._cancel, self._result, self._feedback, self._status):
-            each.destroy_when_not_in_use()
+        for entity in (self.goal, self._cancel, self._result, self._feedback, self._status):
+            entity.destroy_when_not_in_use()
 
     def is_action_server_available(self) -> bool:
         """Whether somebody serves the action."""
         topics = (self._feedback, self._status)
         clients = (self.goal, self._cancel, self._result)
-        heard = all(each.get_publisher_count() for each in topics)
-        return all(each.service_server_is_available() for each in clients) and heard
+        heard = all(subscription.get_publisher_count() for subscription in topics)
+        return all(client.service_server_is_available() for client in clients) and heard
 
     def send_goal_request(self, request: Any) -> int:
         """Ask for a goal; returns the number of the request, as the following ones."""
@@ -94,8 +94,8 @@ class ActionClient(Destroyable):
 
     def add_to_waitset(self, wait_set: WaitSet) -> None:
         """Wait for all of it."""
-        subscriptions = [wait_set.add_subscription(each) for each in (self._feedback, self._status)]
-        clients = [wait_set.add_client(each) for each in (self.goal, self._cancel, self._result)]
+        subscriptions = [wait_set.add_subscription(subscription) for subscription in (self._feedback, self._status)]
+        clients = [wait_set.add_client(client) for client in (self.goal, self._cancel, self._result)]
         self._indices = subscriptions, clients
 
     def is_ready(self, wait_set: WaitSet) -> tuple[bool, ...]:

@@ -80,8 +80,8 @@ class ActionServer(Destroyable):
 
     def destroy(self) -> None:
         """Leave the graph."""
-        for each in (self._goal, self._cancel, self._result, self._feedback, self._status, self._expiry):
-            each.destroy_when_not_in_use()
+        for entity in (self._goal, self._cancel, self._result, self._feedback, self._status, self._expiry):
+            entity.destroy_when_not_in_use()
 
     def take_goal_request(self, kind: type[Any]) -> tuple[RequestId, Any] | tuple[None, None]:
         """Whose request is the oldest, and the request; (None, None) if there is none, as of the following ones."""
@@ -202,7 +202,7 @@ class ActionServer(Destroyable):
 
     def add_to_waitset(self, wait_set: WaitSet) -> None:
         """Wait for all of it."""
-        services = [wait_set.add_service(each) for each in (self._goal, self._cancel, self._result)]
+        services = [wait_set.add_service(service) for service in (self._goal, self._cancel, self._result)]
         self._indices = services, wait_set.add_timer(self._expiry)
 
     def is_ready(self, wait_set: WaitSet) -> tuple[bool, ...]:

@@ -24,8 +24,8 @@ class UnknownROSArgsError(RuntimeError):
     """As of the extension."""
 
 
-def _fault(what: str) -> InvalidROSArgsError:
-    return InvalidROSArgsError(f"Failed to parse ROS arguments: {what}")
+def _fault(fault: str) -> InvalidROSArgsError:
+    return InvalidROSArgsError(f"Failed to parse ROS arguments: {fault}")
 
 
 @dataclass(frozen=True)
@@ -47,10 +47,10 @@ class Arguments:
     rosout: bool = True
     """Whether logs are published."""
 
-    def renamed(self, what: str, node: str) -> str | None:
+    def renamed(self, source: str, node: str) -> str | None:
         """The new name of a node (`what` is "__node") or its namespace ("__ns"); None if it keeps its own."""
         for rule in self.remappings:
-            if rule.source == what and rule.node in ("", node):
+            if rule.source == source and rule.node in ("", node):
                 return rule.target
         return None
 
@@ -65,7 +65,7 @@ def parse(arguments: Sequence[str]) -> Arguments:
     """
     for word in arguments:
         word.encode()
-    found, unknown = Arguments(), []
+    parsed, unknown = Arguments(), []
     rest = list(arguments)
     is_ros = False
     while rest:
@@ -75,18 +75,18 @@ def parse(arguments: Sequence[str]) -> Arguments:
             continue
         value = _value(word, rest)
         if word in ("-p", "--param"):
-            _add_parameter(found, value)
+            _add_parameter(parsed, value)
         elif word in ("-r", "--remap"):
-            found.remappings.append(_rule(value))
+            parsed.remappings.append(_rule(value))
         elif word == "--params-file":
-            _add_file(found, value)
+            _add_file(parsed, value)
         elif word in ("--enable-rosout-logs", "--disable-rosout-logs"):
-            found.rosout = word.startswith("--enable")
+            parsed.rosout = word.startswith("--enable")
         elif word not in _WITH_VALUE and not _is_switch(word):
             unknown.append(word)
     if unknown:
         raise UnknownROSArgsError(f"Found unknown ROS arguments: {unknown}")
-    return found
+    return parsed
 
 
 def without_ros(arguments: Sequence[str]) -> list[str]:
@@ -116,10 +116,10 @@ def _value(word: str, rest: list[str]) -> str:
 
 def _split(text: str) -> tuple[str, str, str]:
     """Node, name and value of `node:name:=value`."""
-    name, found, value = text.partition(":=")
-    if not found or not name:
+    name, separator, value = text.partition(":=")
+    if not separator or not name:
         raise _fault(f"'{text}' is not of the form name:=value")
-    scheme = next((each for each in ("rostopic://", "rosservice://") if name.startswith(each)), "")
+    scheme = next((prefix for prefix in ("rostopic://", "rosservice://") if name.startswith(prefix)), "")
     node, colon, inner = name[len(scheme) :].partition(":")
     return (node, inner, value) if colon else ("", name[len(scheme) :], value)
 
@@ -129,19 +129,19 @@ def _rule(text: str) -> _Rule:
     return _Rule(node, source, target)
 
 
-def _add_parameter(found: Arguments, text: str) -> None:
+def _add_parameter(parsed: Arguments, text: str) -> None:
     node, name, value = _split(text)
     try:
-        found.parameters.append((node or "/**", name, yaml.safe_load(value)))
+        parsed.parameters.append((node or "/**", name, yaml.safe_load(value)))
     except yaml.YAMLError as error:
         raise _fault(f"'{text}' is no YAML: {' '.join(str(error).split())}") from None
 
 
-def _add_file(found: Arguments, path: str) -> None:
+def _add_file(parsed: Arguments, path: str) -> None:
     try:
         root = yaml.compose(Path(path).read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
         if root is not None:
-            _add_nodes(found, "", root, path)
+            _add_nodes(parsed, "", root, path)
     except OSError as error:
         raise _fault(f"parameter file {Path(path).absolute()}: {error.strerror}") from None
     except yaml.MarkedYAMLError as error:
@@ -158,18 +158,18 @@ def _pairs(node: Any, path: str) -> list[tuple[str, Any]]:
     return [(str(key.value), value) for key, value in node.value]
 
 
-def _add_nodes(found: Arguments, above: str, node: Any, path: str) -> None:
+def _add_nodes(parsed: Arguments, above: str, node: Any, path: str) -> None:
     for name, body in _pairs(node, path):
         if name == "ros__parameters":
-            _add_values(found, above, "", body, path)
+            _add_values(parsed, above, "", body, path)
         else:
-            _add_nodes(found, f"{above}/{name.lstrip('/')}", body, path)
+            _add_nodes(parsed, f"{above}/{name.lstrip('/')}", body, path)
 
 
-def _add_values(found: Arguments, node: str, above: str, values: Any, path: str) -> None:
+def _add_values(parsed: Arguments, node: str, above: str, values: Any, path: str) -> None:
     for name, value in _pairs(values, path):
         if isinstance(value, yaml.MappingNode):
-            _add_values(found, node, f"{above}{name}.", value, path)
+            _add_values(parsed, node, f"{above}{name}.", value, path)
         else:
             read = yaml.SafeLoader("").construct_object(value, deep=True)
-            found.parameters.append((node, f"{above}{name}", read))
+            parsed.parameters.append((node, f"{above}{name}", read))

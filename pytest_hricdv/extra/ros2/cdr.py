@@ -82,8 +82,8 @@ def _write(out: bytearray, type_: Any, value: Any) -> None:
     if hasattr(type_, "value_type"):
         if not hasattr(type_, "size"):
             _pack(out, "I", len(value))
-        for each in value:
-            _write(out, type_.value_type, each)
+        for element in value:
+            _write(out, type_.value_type, element)
     elif hasattr(type_, "typename"):
         _pack(out, _format(type_.typename), value)
     elif hasattr(type_, "namespaces"):
@@ -133,11 +133,11 @@ class _Reader:
         return value
 
     def _take(self, size: int) -> bytes:
-        found = self._data[self._at : self._at + size]
-        if len(found) < size:
+        taken = self._data[self._at : self._at + size]
+        if len(taken) < size:
             raise struct.error(f"a text of {size} bytes begins at {self._at}")
         self._at += size
-        return found
+        return taken
 
     def _value(self, type_: Any, default: Any) -> Any:
         if hasattr(type_, "value_type"):

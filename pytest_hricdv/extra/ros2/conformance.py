@@ -108,7 +108,7 @@ def run_file(file: Path, result: Path, deselected: Sequence[str]) -> None:
     results = list(collector.results.values())
     if not ended and collector.running is not None:
         results.append(TestResult(collector.running, _STOPPED, why))
-    written = [vars(each) for each in results]
+    written = [vars(test) for test in results]
     result.write_text(json.dumps({"complete": bool(ended), "tests": written}), encoding="utf-8")
 
 
@@ -118,15 +118,15 @@ def tests_of(source: Path) -> list[Path]:
     Raises:
         InputError: there are none, or `rclpy` cannot be imported.
     """
-    found = next((sorted(f.glob("test_*.py")) for f in (source / "rclpy" / "test", source / "test") if f.is_dir()), [])
-    if not found:
+    files = next((sorted(f.glob("test_*.py")) for f in (source / "rclpy" / "test", source / "test") if f.is_dir()), [])
+    if not files:
         raise InputError(f"{source}: no tests of rclpy; expected a checkout of ros2/rclpy, with rclpy/test/test_*.py")
     if importlib.util.find_spec("rclpy") is None:
         raise InputError(
             "rclpy cannot be imported: it is not on PyPI, but part of a ROS 2 distribution; after `source "
             "/opt/ros/DISTRIBUTION/setup.bash` it can, in a Python of the distribution's version"
         )
-    return found
+    return files
 
 
 def conformance(file: Path) -> FileResult:
@@ -136,13 +136,13 @@ def conformance(file: Path) -> FileResult:
         # The package's own __init__ wants the tests to be installed. Some tests read files beside them.
         shutil.copytree(file.parent, tests, ignore=shutil.ignore_patterns("__init__.py", "__pycache__"))
         (tests / "__init__.py").touch()
-        found: dict[str, TestResult] = {}
+        results: dict[str, TestResult] = {}
         while True:
-            stopped = [each.name for each in found.values() if each.outcome == _STOPPED]
+            stopped = [test.name for test in results.values() if test.outcome == _STOPPED]
             read = _run_in_process(tests / file.name, Path(folder) / "result.json", stopped)
-            found |= {each.name: each for each in read[1]}
-            if read[0] or len(stopped) == sum(each.outcome == _STOPPED for each in found.values()):
-                return FileResult(file.name, tuple(found.values()))
+            results |= {test.name: test for test in read[1]}
+            if read[0] or len(stopped) == sum(test.outcome == _STOPPED for test in results.values()):
+                return FileResult(file.name, tuple(results.values()))
 
 
 def _run_in_process(file: Path, result: Path, deselected: Sequence[str]) -> tuple[bool, list[TestResult]]:
@@ -158,4 +158,4 @@ def _run_in_process(file: Path, result: Path, deselected: Sequence[str]) -> tupl
         last = (done.stderr.strip() or "no output").splitlines()[-1]
         return True, [TestResult(file.name, "failed", f"the process ended with {done.returncode}: {last}")]
     read = json.loads(result.read_text(encoding="utf-8"))
-    return read["complete"], [TestResult(**each) for each in read["tests"]]
+    return read["complete"], [TestResult(**fields) for fields in read["tests"]]

@@ -78,16 +78,16 @@ class Node(Destroyable):
         self._arguments: list[Arguments] = [own, context.arguments] if use_global_arguments else [own]
         self._name = self._renamed("__node", node_name) or self._renamed("__name", node_name) or node_name
         self._namespace = self._absolute(self._renamed("__ns", node_name) or namespace_)
-        for what, fault in (
+        for kind, fault in (
             ("invalid node name", names.node_name_fault(self._name)),
             ("invalid node namespace", names.namespace_fault(self._namespace)),
         ):
             if fault:
-                raise ValueError(f"{what}: {fault[0]}, at index {fault[1]}")
+                raise ValueError(f"{kind}: {fault[0]}, at index {fault[1]}")
         context.graph.nodes.append(self)
 
-    def _renamed(self, what: str, node_name: str) -> str | None:
-        return next((new for each in self._arguments if (new := each.renamed(what, node_name))), None)
+    def _renamed(self, source: str, node_name: str) -> str | None:
+        return next((new for arguments in self._arguments if (new := arguments.renamed(source, node_name))), None)
 
     @staticmethod
     def _absolute(namespace: str) -> str:
@@ -140,13 +140,13 @@ class Node(Destroyable):
 
     def get_parameters(self, parameter_class: Any) -> dict[str, Any]:
         """The parameters that the arguments give it, as objects of `rclpy`'s class."""
-        found = {}
+        parameters = {}
         for arguments in reversed(self._arguments):
             for pattern, name, value in arguments.parameters:
                 if _matches(pattern, self.get_fully_qualified_name()):
                     kind = parameter_class.Type.from_parameter_value(value)
-                    found[name] = parameter_class(name, kind, value)
-        return found
+                    parameters[name] = parameter_class(name, kind, value)
+        return parameters
 
     def get_count_publishers(self, topic: str) -> int:
         """How many publish a topic."""
@@ -177,7 +177,7 @@ class Node(Destroyable):
 
     def get_node_names_and_namespaces_with_enclaves(self) -> list[tuple[str, str, str]]:
         """All nodes of the graph, each in the enclave "/"."""
-        return [(*each, "/") for each in self.get_node_names_and_namespaces()]
+        return [(*node, "/") for node in self.get_node_names_and_namespaces()]
 
 
 def _matches(pattern: str, node: str) -> bool:

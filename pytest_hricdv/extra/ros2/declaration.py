@@ -49,12 +49,12 @@ class Ros2:
         Raises:
             Ros2Error: a name or type is none, or two have the same name in requirements.
         """
-        found: dict[str, dict[str, Kind]] = {ROSOUT: {"level": float, "name": str, "msg": str}}
+        vocabulary: dict[str, dict[str, Kind]] = {ROSOUT: {"level": float, "name": str, "msg": str}}
         for name, kinds in self._kinds():
-            if name in found:
+            if name in vocabulary:
                 raise Ros2Error(f"ros2: two topics or services are called {name!r} in requirements; rename one of them")
-            found[name] = kinds
-        return found
+            vocabulary[name] = kinds
+        return vocabulary
 
     def _kinds(self) -> Iterator[tuple[str, dict[str, Kind]]]:
         for full_name, kind in self.topics.items():
@@ -108,8 +108,8 @@ def loaded(name: str, folder: str) -> Any:
     package, _, rest = name.partition("/")
     found_folder, _, class_name = rest.partition("/")
     if found_folder != folder or not class_name:
-        what, example = _EXAMPLES[folder]
-        raise Ros2Error(f"ros2: {what} has the type {name!r}; expected one such as {example!r}")
+        role, example = _EXAMPLES[folder]
+        raise Ros2Error(f"ros2: {role} has the type {name!r}; expected one such as {example!r}")
     try:
         module = importlib.import_module(f"{package}.{folder}")
     except ModuleNotFoundError as error:
@@ -119,6 +119,6 @@ def loaded(name: str, folder: str) -> Any:
             f"ros2: type {name!r}: there is no Python package {error.name!r}; is the workspace's setup file sourced?"
         ) from None
     if class_name not in vars(module):
-        known = [each for each in vars(module) if each[0].isupper()]
-        raise Ros2Error(f"ros2: {package} has no {folder} {class_name!r}{nearest(class_name, known)}")
+        classes = [member for member in vars(module) if member[0].isupper()]
+        raise Ros2Error(f"ros2: {package} has no {folder} {class_name!r}{nearest(class_name, classes)}")
     return vars(module)[class_name]

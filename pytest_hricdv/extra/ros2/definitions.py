@@ -19,22 +19,22 @@ _NAMES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "
 
 def definition_of(kind: Any) -> str:
     """The definition of a class of messages."""
-    found: dict[str, str] = {}
-    _add(kind, found)
-    first, *others = found.items()
+    definitions: dict[str, str] = {}
+    _add(kind, definitions)
+    first, *others = definitions.items()
     return "\n".join([first[1], *(f"{_SEPARATOR}\nMSG: {name}\n{text}" for name, text in others)])
 
 
-def _add(kind: Any, found: dict[str, str]) -> None:
+def _add(kind: Any, definitions: dict[str, str]) -> None:
     package, _, name = type_name(kind).split("/")
-    if f"{package}/{name}" in found:
+    if f"{package}/{name}" in definitions:
         return
     fields = kind.get_fields_and_field_types()
-    found[f"{package}/{name}"] = "\n".join(f"{_written(type_)} {field}" for field, type_ in fields.items())
+    definitions[f"{package}/{name}"] = "\n".join(f"{_written(type_)} {field}" for field, type_ in fields.items())
     for type_ in kind.SLOT_TYPES:
         of = getattr(type_, "value_type", type_)
         if hasattr(of, "namespaces"):
-            _add(class_of(of), found)
+            _add(class_of(of), definitions)
 
 
 def _written(type_: str) -> str:

@@ -51,9 +51,9 @@ class _Status(ABC):
     def taken(self) -> Any:
         """A copy; what changes is counted anew."""
         copy = replace(self)
-        for each in fields(self):
-            if each.name.endswith("_change"):
-                setattr(self, each.name, 0)
+        for counter in fields(self):
+            if counter.name.endswith("_change"):
+                setattr(self, counter.name, 0)
         return copy
 
 

@@ -57,7 +57,7 @@ def _waiting(executors: Any, original: Callable[..., Any]) -> Callable[..., Any]
         has_work = False
         while not has_work and not self._is_shutdown and not condition():
             with self._tasks_lock:
-                self._tasks = [each for each in self._tasks if not each[0].done()]
+                self._tasks = [task for task in self._tasks if not task[0].done()]
             if self._tasks:
                 yield from original(self, _left_s(end_ns), nodes, condition)
                 return
@@ -110,13 +110,13 @@ class _Waitables:
     @classmethod
     def of(cls, waitables: Sequence[Any]) -> _Waitables:
         wait_set, kept = WaitSet(), []
-        for each in waitables:
+        for waitable in waitables:
             try:
-                with each:
-                    each.add_to_wait_set(wait_set)
+                with waitable:
+                    waitable.add_to_wait_set(wait_set)
             except InvalidHandle:
                 continue  # destroyed
-            kept.append(each)
+            kept.append(waitable)
         return cls(kept, wait_set)
 
 
@@ -140,16 +140,16 @@ class _Entities:
         ]
         self._owners = {waitable: node for node in nodes for waitable in node.waitables}
         self._waitables = self._kept_waitables()
-        self._guards: list[Awaited] = [each.handle for each in (executor._guard, executor._sigint_gc) if each]
+        self._guards: list[Awaited] = [guard.handle for guard in (executor._guard, executor._sigint_gc) if guard]
 
     def _kept_waitables(self) -> _Waitables:
         """Those of the last time, if they are the same and none can wait for something else now."""
         every = list(self._owners)
         kept = vars(self._executor).get("_waitables")
-        if kept is not None and kept[0] == every and all(type(each).__module__.startswith("rclpy.") for each in every):
-            found = kept[1]
-            assert isinstance(found, _Waitables)
-            return found
+        if kept is not None and kept[0] == every and all(type(own).__module__.startswith("rclpy.") for own in every):
+            reused = kept[1]
+            assert isinstance(reused, _Waitables)
+            return reused
         made = _Waitables.of(every)
         self._executor._waitables = (every, made)
         return made
@@ -172,7 +172,7 @@ class _Entities:
                 return ready, is_over
             awaited = [handle for _, _, _, handle in self._plain] + self._waitables.wait_set.entities + self._guards
             # What is due already is not ready for another reason: its callback is being executed.
-            due = [each for entity in awaited if (each := entity.due_ns()) is not None and each > now_ns]
+            due = [due_ns for entity in awaited if (due_ns := entity.due_ns()) is not None and due_ns > now_ns]
             block_until_woken(kernel, awaited, min(due if end_ns is None else [*due, end_ns], default=None))
 
     def _ready(self) -> list[Ready]:
@@ -191,7 +191,7 @@ class _Entities:
         return ready
 
     def _ready_waitables(self) -> list[Ready]:
-        free = _Waitables.of([each for each in self._waitables.waitables if self._executor.can_execute(each)])
+        free = _Waitables.of(list(filter(self._executor.can_execute, self._waitables.waitables)))
         free.wait_set.take()
-        found = [each for each in free.waitables if each.is_ready(free.wait_set)]
-        return [(each, self._owners[each], self._executor._take_waitable) for each in found]
+        ready = [waitable for waitable in free.waitables if waitable.is_ready(free.wait_set)]
+        return [(waitable, self._owners[waitable], self._executor._take_waitable) for waitable in ready]

@@ -160,9 +160,9 @@ def _resolve(node: contexts.Node, name: str, only_expand: bool, is_service: bool
 
 
 def _signal_handlers() -> SignalHandlerOptions:
-    found = handles.running_kernel("rclpy.signals").own.get(_SIGNAL_HANDLERS, SignalHandlerOptions.NO)
-    assert isinstance(found, SignalHandlerOptions)
-    return found
+    option = handles.running_kernel("rclpy.signals").own.get(_SIGNAL_HANDLERS, SignalHandlerOptions.NO)
+    assert isinstance(option, SignalHandlerOptions)
+    return option
 
 
 def _install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions.NO) -> None:

@@ -19,19 +19,19 @@ _CHECKS = "_check_fields"
 
 def fields_of(message: Any, above: str = "") -> dict[str, Value]:
     """The fields of a message, those of nested messages included."""
-    found: dict[str, Value] = {}
+    fields: dict[str, Value] = {}
     for slot in message.__slots__:
         if slot == _CHECKS:
             continue
         name, value = above + slot.removeprefix("_"), getattr(message, slot)
         if isinstance(value, _PLAIN):
-            found[name] = value
+            fields[name] = value
         elif hasattr(value, "get_fields_and_field_types"):
-            found.update(fields_of(value, f"{name}."))
+            fields.update(fields_of(value, f"{name}."))
         else:
-            found[f"{name}.length"] = len(value)
-            found[f"{name}.crc"] = zlib.crc32(_bytes(value))
-    return found
+            fields[f"{name}.length"] = len(value)
+            fields[f"{name}.crc"] = zlib.crc32(_bytes(value))
+    return fields
 
 
 def _bytes(value: Any) -> bytes:
@@ -42,7 +42,7 @@ def _bytes(value: Any) -> bytes:
         made = value.tobytes()
         assert isinstance(made, bytes)
         return made
-    return repr([fields_of(each) if hasattr(each, "__slots__") else each for each in value]).encode()
+    return repr([fields_of(element) if hasattr(element, "__slots__") else element for element in value]).encode()
 
 
 @cache

@@ -29,23 +29,25 @@ _PUBLISHER, _SUBSCRIPTION = 1, 2
 
 
 def _names_and_types(entities: Iterable[_Entities]) -> NamesAndTypes:
-    found: dict[str, set[str]] = {}
-    for each in entities:
-        for name, group in each.items():
+    types: dict[str, set[str]] = {}
+    for groups in entities:
+        for name, group in groups.items():
             for entity in group:
-                found.setdefault(name, set()).add(type_name(entity.kind))
-    return [(name, sorted(found[name])) for name in sorted(found)]
+                types.setdefault(name, set()).add(type_name(entity.kind))
+    return [(name, sorted(types[name])) for name in sorted(types)]
 
 
 def _of_node(node: Node, entities: _Entities, name: str, namespace: str) -> NamesAndTypes:
-    known = [(each.get_node_name(), each.get_namespace()) for each in node.graph.nodes]
-    if (name, namespace) not in known:
+    nodes = [(other.get_node_name(), other.get_namespace()) for other in node.graph.nodes]
+    if (name, namespace) not in nodes:
         raise NodeNameNonExistentError(f"cannot get names and types for nonexistent node {namespace}/{name}")
 
     def is_of_node(entity: _OfNode) -> bool:
         return (entity.node.get_node_name(), entity.node.get_namespace()) == (name, namespace)
 
-    return _names_and_types([{key: [each for each in group if is_of_node(each)] for key, group in entities.items()}])
+    return _names_and_types(
+        [{key: [entity for entity in group if is_of_node(entity)] for key, group in entities.items()}]
+    )
 
 
 def topic_names_and_types(node: Node, no_demangle: bool) -> NamesAndTypes:
@@ -119,9 +121,9 @@ def _info(endpoint: Publisher | Subscription, kind: int) -> dict[str, Any]:
 
 def publishers_info(node: Node, topic: str, no_mangle: bool) -> list[dict[str, Any]]:
     """Who publishes a topic."""
-    return [_info(each, _PUBLISHER) for each in node.graph.publishers.get(topic, ())]
+    return [_info(publisher, _PUBLISHER) for publisher in node.graph.publishers.get(topic, ())]
 
 
 def subscriptions_info(node: Node, topic: str, no_mangle: bool) -> list[dict[str, Any]]:
     """Who subscribes to a topic."""
-    return [_info(each, _SUBSCRIPTION) for each in node.graph.subscriptions.get(topic, ())]
+    return [_info(subscription, _SUBSCRIPTION) for subscription in node.graph.subscriptions.get(topic, ())]

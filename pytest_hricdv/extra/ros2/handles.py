@@ -22,7 +22,7 @@ class InvalidHandle(RuntimeError):  # noqa: N818 (the name is the extension's)
     """As of the extension: the handle was destroyed."""
 
 
-def running_kernel(what: str) -> Kernel:
+def running_kernel(action: str) -> Kernel:
     """The kernel of the running node.
 
     Raises:
@@ -30,7 +30,7 @@ def running_kernel(what: str) -> Kernel:
     """
     node = running_node()
     if node is None:
-        raise KernelError(f"{what}: only a node of a simulated run may do so")
+        raise KernelError(f"{action}: only a node of a simulated run may do so")
     return node.kernel
 
 

@@ -74,23 +74,23 @@ class RosNode:
             LaunchError: a parameter that ROS has no type for.
         """
         rules = [("__node", self.name), ("__ns", self.namespace)]
-        given = [f"{source}:={target}" for source, target in [*rules, *self.remappings] if target]
-        ros = [word for rule in given for word in ("-r", rule)]
-        for each in self.parameters:
-            if isinstance(each, Mapping):
-                ros += [word for name, value in self._flat("", each) for word in ("-p", f"{name}:={value}")]
+        remapped = [f"{source}:={target}" for source, target in [*rules, *self.remappings] if target]
+        ros = [word for rule in remapped for word in ("-r", rule)]
+        for parameters in self.parameters:
+            if isinstance(parameters, Mapping):
+                ros += [word for name, value in self._flat("", parameters) for word in ("-p", f"{name}:={value}")]
             else:
-                ros += ["--params-file", str(each)]
+                ros += ["--params-file", str(parameters)]
         return [self.executable or self.label, *self.arguments, *(["--ros-args", *ros] if ros else [])]
 
-    def _flat(self, above: str, given: Mapping[str, Any]) -> list[tuple[str, str]]:
-        found = []
-        for name, value in given.items():
+    def _flat(self, above: str, parameters: Mapping[str, Any]) -> list[tuple[str, str]]:
+        flat = []
+        for name, value in parameters.items():
             if isinstance(value, Mapping):
-                found += self._flat(f"{above}{name}.", value)
+                flat += self._flat(f"{above}{name}.", value)
             else:
-                found.append((f"{above}{name}", self._yaml(f"{above}{name}", value)))
-        return found
+                flat.append((f"{above}{name}", self._yaml(f"{above}{name}", value)))
+        return flat
 
     def _yaml(self, name: str, value: Any) -> str:
         if isinstance(value, bool):
@@ -102,7 +102,7 @@ class RosNode:
         if isinstance(value, str):
             return "'" + value.replace("'", "''") + "'"
         if isinstance(value, list | tuple):
-            return "[" + ", ".join(self._yaml(name, each) for each in value) + "]"
+            return "[" + ", ".join(self._yaml(name, element) for element in value) + "]"
         raise LaunchError(f"{self}: parameter {name!r} is {value!r}; expected a bool, a number, a text, or a list")
 
     def entry_point(self) -> str:
@@ -117,10 +117,10 @@ class RosNode:
             scripts = metadata.distribution(self.package).entry_points.select(group="console_scripts")
         except metadata.PackageNotFoundError:
             raise self._not_a_script([]) from None
-        found = {each.name: each.value for each in scripts}
-        if self.executable not in found:
-            raise self._not_a_script(list(found))
-        return found[self.executable]
+        entries = {script.name: script.value for script in scripts}
+        if self.executable not in entries:
+            raise self._not_a_script(list(entries))
+        return entries[self.executable]
 
     def _not_a_script(self, scripts: Sequence[str]) -> LaunchError:
         file = _installed_executable(self.package, self.executable)
@@ -131,11 +131,11 @@ class RosNode:
             )
         if file is not None:
             return LaunchError(f'{self}: {file} is no entry point; name its function as entry="package.module:main"')
-        known = f"has {', '.join(sorted(scripts))}{nearest(self.executable, scripts)}"
+        problem = f"has {', '.join(sorted(scripts))}{nearest(self.executable, scripts)}"
         if not scripts:
-            known = "is not installed, or has none"
+            problem = "is not installed, or has none"
         return LaunchError(
-            f"{self}: no console script of this name; package {self.package!r} {known}. "
+            f"{self}: no console script of this name; package {self.package!r} {problem}. "
             'Source the workspace\'s setup file, or name the function as entry="package.module:main"'
         )
 
@@ -156,11 +156,13 @@ class RosNode:
             if error.name is None or not (module_name == error.name or module_name.startswith(f"{error.name}.")):
                 raise
             raise LaunchError(f"{self}: there is no module {error.name!r}; is its folder on the path?") from None
-        found = vars(module).get(name)
-        if not callable(found):
-            known = [each for each, value in vars(module).items() if callable(value) and not each.startswith("_")]
-            raise LaunchError(f"{self}: {module_name} has no {name!r}{nearest(name, known)}")
-        return _spinning(found) if isinstance(found, type) else _with_arguments(found, self.command_line())
+        target = vars(module).get(name)
+        if not callable(target):
+            callables = [
+                member for member, value in vars(module).items() if callable(value) and not member.startswith("_")
+            ]
+            raise LaunchError(f"{self}: {module_name} has no {name!r}{nearest(name, callables)}")
+        return _spinning(target) if isinstance(target, type) else _with_arguments(target, self.command_line())
 
 
 _STAND_INS = ["program", "arguments of its process"]
@@ -178,13 +180,13 @@ def _stand_ins_as_arguments() -> Iterator[None]:
 
 def _with_arguments(main: Callable[..., object], command_line: list[str]) -> Callable[[], object]:
     """A main function, called with the arguments of its process where its defaults were made of `sys.argv`."""
-    given = {}
+    arguments = {}
     for name, parameter in inspect.signature(main).parameters.items():
         if parameter.default == _STAND_INS:
-            given[name] = command_line
+            arguments[name] = command_line
         elif parameter.default == _STAND_INS[1:]:
-            given[name] = command_line[1:]
-    return partial(main, **given)
+            arguments[name] = command_line[1:]
+    return partial(main, **arguments)
 
 
 def _spinning(kind: Callable[[], Any]) -> Callable[[], object]:

@@ -67,7 +67,7 @@ def _graph() -> tuple[Transition, ...]:
     def transition(number: int, label: str, start: str, goal: str) -> Transition:
         return number, label, _NUMBERS[start], start, _NUMBERS[goal], goal
 
-    commands = [transition(*each) for each in _COMMANDS]
+    commands = [transition(*command) for command in _COMMANDS]
     outcomes = [
         transition(first + offset, outcome.to_label(), state, goals[offset])
         for first, state, goals in _OUTCOMES
@@ -114,7 +114,7 @@ class LifecycleStateMachine(Destroyable):
         kind = srv.GetAvailableTransitions
         self.service_get_available_transitions = Service(node, kind, "~/get_available_transitions", Profile())
         self.service_get_transition_graph = Service(node, kind, "~/get_transition_graph", Profile())
-        self._services = [each for each in vars(self).values() if isinstance(each, Service)]
+        self._services = [service for service in vars(self).values() if isinstance(service, Service)]
 
     def destroy(self) -> None:
         """Leave the graph."""
@@ -142,25 +142,25 @@ class LifecycleStateMachine(Destroyable):
     @property
     def available_transitions(self) -> list[Transition]:
         """Those that begin in the present state."""
-        return [each for each in _GRAPH if each[2] == self._state]
+        return [transition for transition in _GRAPH if transition[2] == self._state]
 
     def get_transition_by_label(self, label: str) -> int:
         """The number of the transition with this label, from the present state. Raises RCLError if there is none."""
-        return self._found(1, label)[0]
+        return self._transition_with(1, label)[0]
 
     def trigger_transition_by_id(self, transition_id: int, publish_update: bool) -> None:
         """Go through a transition. Raises RCLError for one that does not begin in the present state."""
-        self._go(self._found(0, transition_id), publish_update)
+        self._go(self._transition_with(0, transition_id), publish_update)
 
     def trigger_transition_by_label(self, label: str, publish_update: bool) -> None:
         """The same, by label."""
-        self._go(self._found(1, label), publish_update)
+        self._go(self._transition_with(1, label), publish_update)
 
-    def _found(self, column: int, value: int | str) -> Transition:
-        found = next((each for each in self.available_transitions if each[column] == value), None)
-        if found is None:
+    def _transition_with(self, column: int, value: int | str) -> Transition:
+        transition = next((possible for possible in self.available_transitions if possible[column] == value), None)
+        if transition is None:
             raise RCLError(f"Failed to trigger lifecycle transition: {_STATES[self._state]} has no {value!r}")
-        return found
+        return transition
 
     def _go(self, transition: Transition, publish_update: bool) -> None:
         number, label, start, start_label, goal, goal_label = transition

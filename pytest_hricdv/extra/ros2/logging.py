@@ -101,10 +101,10 @@ def is_enabled_for(name: str, severity: int) -> bool:
 
 def level_from_string(name: str) -> int:
     """The level of a name in any case. Raises RuntimeError for a name that is none."""
-    found = next((each for each in Severity if each.text == name.upper()), None)
-    if found is None:
+    level = next((severity for severity in Severity if severity.text == name.upper()), None)
+    if level is None:
         raise RuntimeError(f"Failed to get log severity from name: '{name}'")
-    return found
+    return level
 
 
 def add_sublogger(name: str, sublogger: str) -> bool:

@@ -51,7 +51,7 @@ def _copied(value: Any) -> Any:
     if isinstance(value, _IMMUTABLE):
         return value
     if isinstance(value, list):
-        return [_copied(each) for each in value]
+        return [_copied(element) for element in value]
     if isinstance(value, array.array):
         return value[:]
     if hasattr(type(value), "__slots__") and hasattr(type(value), "get_fields_and_field_types"):

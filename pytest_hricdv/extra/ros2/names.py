@@ -25,23 +25,23 @@ def node_name_fault(name: str) -> NameFault | None:
     return None
 
 
-def full_topic_name_fault(name: str, what: str = "topic name") -> NameFault | None:
+def full_topic_name_fault(name: str, kind: str = "topic name") -> NameFault | None:
     """What is wrong with a name that is not to be expanded any more; None if nothing is."""
     if not name:
-        return f"{what} must not be empty", 0
+        return f"{kind} must not be empty", 0
     if name[0] != "/":
-        return f"{what} must be absolute, it must lead with a '/'", 0
+        return f"{kind} must be absolute, it must lead with a '/'", 0
     if name[-1] == "/" and len(name) > 1:
-        return f"{what} must not end with a '/'", len(name) - 1
+        return f"{kind} must not end with a '/'", len(name) - 1
     wrong = re.search(r"[^A-Za-z0-9_/]", name)
     if wrong:
-        return f"{what} must not contain characters other than alphanumerics, '_', or '/'", wrong.start()
+        return f"{kind} must not contain characters other than alphanumerics, '_', or '/'", wrong.start()
     doubled = name.find("//")
     if doubled >= 0:
-        return f"{what} must not contain repeated '/'", doubled + 1
+        return f"{kind} must not contain repeated '/'", doubled + 1
     number = re.search(r"/[0-9]", name)
     if number:
-        return f"{what} must not have a token that starts with a number", number.start() + 1
+        return f"{kind} must not have a token that starts with a number", number.start() + 1
     return None
 
 
@@ -87,20 +87,20 @@ def expand(name: str, node: str, namespace: str) -> str:
     Raises:
         ValueError: the name is wrong, or has a substitution that is not known.
     """
-    for what, fault in (
+    for kind, fault in (
         ("topic name", topic_name_fault(name)),
         ("node name", node_name_fault(node)),
         ("namespace", namespace_fault(namespace)),
     ):
         if fault:
-            raise ValueError(f"{what} is invalid: {fault[0]}, at index {fault[1]}: '{name}'")
+            raise ValueError(f"{kind} is invalid: {fault[0]}, at index {fault[1]}: '{name}'")
     full_node = f"{namespace.rstrip('/')}/{node}"
-    known = {"node": node, "ns": namespace, "namespace": namespace}
+    substitutes = {"node": node, "ns": namespace, "namespace": namespace}
 
     def substitute(match: re.Match[str]) -> str:
-        if match[1] not in known:
+        if match[1] not in substitutes:
             raise ValueError(f"topic name is invalid: unknown substitution '{match[0]}' in '{name}'")
-        return known[match[1]]
+        return substitutes[match[1]]
 
     expanded = re.sub(r"\{(\w*)\}", substitute, name)
     if expanded.startswith("~"):

@@ -61,7 +61,7 @@ def virtual_rclpy(*packages: str) -> Iterator[None]:
 def adapt_rclpy() -> None:
     """Adapt what is loaded of `rclpy`: the order of its sets, how its executors wait, and what pytest shows of it."""
     order_sets_of_rclpy()
-    for name in [each for each in sys.modules if each.partition(".")[0] == "rclpy"]:
+    for name in [module for module in sys.modules if module.partition(".")[0] == "rclpy"]:
         vars(sys.modules[name])["__tracebackhide__"] = True
     if "rclpy.executors" in sys.modules:
         check_entities_when_waiting(sys.modules["rclpy.executors"])

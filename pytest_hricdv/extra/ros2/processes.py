@@ -46,8 +46,8 @@ def _set_by_functions(file: str) -> frozenset[str]:
         return frozenset()  # an extension module, or one without a source
     if "global " not in source:
         return frozenset()
-    declared = [each for each in ast.walk(ast.parse(source)) if isinstance(each, ast.Global)]
-    return frozenset(name for each in declared for name in each.names)
+    declared = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Global)]
+    return frozenset(name for statement in declared for name in statement.names)
 
 
 class ModuleVariables:
@@ -92,7 +92,9 @@ class Process:
     def __init__(self, kernel: Kernel, variables: ModuleVariables, arguments: Iterable[str]) -> None:
         self._kernel = kernel
         self._variables = variables
-        self._values: dict[Variable, Any] = {each: list(arguments) for each in variables if each.name == "argv"}
+        self._values: dict[Variable, Any] = {
+            variable: list(arguments) for variable in variables if variable.name == "argv"
+        }
 
     def running(self, body: Body) -> Body:
         """A body of a node of the kernel that runs in this process; its threads do, too."""
@@ -113,13 +115,13 @@ class Process:
         return within
 
     def _enter(self) -> None:
-        for each, value in self._values.items():
-            each.module[each.name] = value
+        for variable, value in self._values.items():
+            variable.module[variable.name] = value
 
     def _leave(self) -> Body:
-        for each in self._variables:
-            value = each.module[each.name]
-            if value is not each.initial or each in self._values:
-                self._values[each] = value
-                each.module[each.name] = each.initial
+        for variable in self._variables:
+            value = variable.module[variable.name]
+            if value is not variable.initial or variable in self._values:
+                self._values[variable] = value
+                variable.module[variable.name] = variable.initial
         return self._enter

@@ -167,18 +167,20 @@ def effective(profile: Profile) -> Profile:
 
 def mismatches(offered: Profile, requested: Profile) -> list[tuple[int, str]]:
     """Policies by which a publisher's and a subscription's profile do not match, and why; empty if they match."""
-    found = []
+    differing = []
     if offered.reliability == BEST_EFFORT and requested.reliability == RELIABLE:
-        found.append((_RELIABILITY_POLICY, "Best effort publisher and reliable subscription"))
+        differing.append((_RELIABILITY_POLICY, "Best effort publisher and reliable subscription"))
     if offered.durability == VOLATILE and requested.durability == TRANSIENT_LOCAL:
-        found.append((_DURABILITY_POLICY, "Volatile publisher and transient local subscription"))
+        differing.append((_DURABILITY_POLICY, "Volatile publisher and transient local subscription"))
     if _longer(offered.deadline_ns, requested.deadline_ns):
-        found.append((_DEADLINE_POLICY, "Subscription deadline is less than publisher deadline"))
+        differing.append((_DEADLINE_POLICY, "Subscription deadline is less than publisher deadline"))
     if offered.liveliness == AUTOMATIC and requested.liveliness == MANUAL_BY_TOPIC:
-        found.append((_LIVELINESS_POLICY, "Publisher's liveliness is automatic and subscription's is manual by topic"))
+        differing.append(
+            (_LIVELINESS_POLICY, "Publisher's liveliness is automatic and subscription's is manual by topic")
+        )
     if _longer(offered.lease_ns, requested.lease_ns):
-        found.append((_LEASE_POLICY, "Subscription's liveliness lease duration is less than publisher's"))
-    return found
+        differing.append((_LEASE_POLICY, "Subscription's liveliness lease duration is less than publisher's"))
+    return differing
 
 
 def _longer(offered_ns: int, requested_ns: int) -> bool:
@@ -191,14 +193,14 @@ def _longer(offered_ns: int, requested_ns: int) -> bool:
 def _doubts(offered: Profile, requested: Profile) -> list[str]:
     """What may not match, as one of the two leaves it to the system."""
     undecided = (_SYSTEM_DEFAULT, _UNKNOWN)
-    found = []
+    doubts = []
     for name, could_be, wanted, offers, requests in (
         ("Reliability", BEST_EFFORT, RELIABLE, offered.reliability, requested.reliability),
         ("Durability", VOLATILE, TRANSIENT_LOCAL, offered.durability, requested.durability),
     ):
         if (offers in undecided and requests in (wanted, *undecided)) or (offers == could_be and requests in undecided):
-            found.append(f"{name} is left to the system, and may not match")
-    return found
+            doubts.append(f"{name} is left to the system, and may not match")
+    return doubts
 
 
 def check_compatible(offered: Profile, requested: Profile) -> CompatibilityResult:
@@ -208,5 +210,5 @@ def check_compatible(offered: Profile, requested: Profile) -> CompatibilityResul
         return CompatibilityResult(QoSCompatibility.ERROR, "".join(f"ERROR: {why};" for _, why in errors))
     doubts = _doubts(offered, requested)
     if doubts:
-        return CompatibilityResult(QoSCompatibility.WARNING, "".join(f"WARNING: {each};" for each in doubts))
+        return CompatibilityResult(QoSCompatibility.WARNING, "".join(f"WARNING: {doubt};" for doubt in doubts))
     return CompatibilityResult()

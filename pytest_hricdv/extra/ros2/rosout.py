@@ -42,6 +42,6 @@ class LoggedNode(Node):
         if self._publisher is not None:
             self._publisher.destroy_when_not_in_use()
             listeners = log_of(self.kernel).listeners
-            for name, found in listeners.items():
-                listeners[name] = [each for each in found if each != self._publish]
+            for name, callbacks in listeners.items():
+                listeners[name] = [callback for callback in callbacks if callback != self._publish]
         super().destroy()

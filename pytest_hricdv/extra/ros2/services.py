@@ -165,7 +165,7 @@ class Client(_ServiceEndpoint):
     def servers(self) -> list[Service]:
         """Its servers."""
         every = self._node.graph.services.get(self.service_name, ())
-        return [each for each in every if type_name(each.kind) == type_name(self.kind)]
+        return [service for service in every if type_name(service.kind) == type_name(self.kind)]
 
     def service_server_is_available(self) -> bool:
         """Whether there is a server; counts as a poll."""

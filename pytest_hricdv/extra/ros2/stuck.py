@@ -43,17 +43,17 @@ def stuck_nodes(kernel: Kernel, patience_s: float, *, is_idle: bool) -> list[str
     """
     nodes = [_Waiting(kernel, node, frames) for node in kernel.nodes if (frames := _frames(node))]
     least_s = 0.0 if is_idle else patience_s
-    blocked = [found for each in nodes if (found := each.blocked(least_s))]
-    return blocked + [found for each in nodes for found in each.requests_without_server(least_s)]
+    blocked = [sentence for node in nodes if (sentence := node.blocked(least_s))]
+    return blocked + [request for node in nodes for request in node.requests_without_server(least_s)]
 
 
 def _frames(node: Node) -> list[FrameType]:
     """Of a node in a process of the system that waits, from the innermost one on."""
-    found, frame = [], node.frame if is_of_process(node) else None
+    frames, frame = [], node.frame if is_of_process(node) else None
     while frame is not None:
-        found.append(frame)
+        frames.append(frame)
         frame = frame.f_back
-    return found
+    return frames
 
 
 def _function(frame: FrameType) -> tuple[str, str]:
@@ -120,14 +120,14 @@ class _Waiting:
     def _asked(self) -> list[Client]:
         """The clients with which it has asked last."""
         graphs = all_graphs(self.kernel)
-        clients = [client for graph in graphs for found in graph.clients.values() for client in found]
+        clients = [client for graph in graphs for group in graph.clients.values() for client in group]
         return [client for client in cast("list[Client]", clients) if client.asked_by is self.node]
 
     def requests_without_server(self, least_s: float) -> Iterator[str]:
         """Requests of clients of its executor whose response is still awaited, though nobody serves them."""
         spinning = next((frame for frame in self.frames if _function(frame) in _SPINNING), None)
         nodes = [] if spinning is None else spinning.f_locals["self"].get_nodes()
-        for client, numbers in (found for node in nodes for found in _pending(node)):
+        for client, numbers in (pending for node in nodes for pending in _pending(node)):
             lost = [client.lost[number] for number in numbers if number in client.lost]
             if lost and not client.servers() and self.kernel.now_s - lost[0].time_s >= least_s:
                 where = f"at {_line(lost[0].place)} at {lost[0].time_s:.3f} s"

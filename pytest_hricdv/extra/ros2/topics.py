@@ -80,7 +80,8 @@ class Publisher(_Endpoint, Destroyable):
         self.last_ns = self.kernel.now_us * 1000
 
     def _subscriptions(self) -> list[Subscription]:
-        return [each for each in self.node.graph.subscriptions.get(self.topic, ()) if self.matches(each)]
+        subscriptions = self.node.graph.subscriptions.get(self.topic, ())
+        return [subscription for subscription in subscriptions if self.matches(subscription)]
 
     def get_subscription_count(self) -> int:
         """How many subscriptions its messages reach."""
@@ -177,4 +178,4 @@ class Subscription(_Endpoint, Awaited):
 
     def get_publisher_count(self) -> int:
         """How many publishers reach it."""
-        return sum(each.matches(self) for each in self.node.graph.publishers.get(self.topic, ()))
+        return sum(publisher.matches(self) for publisher in self.node.graph.publishers.get(self.topic, ()))

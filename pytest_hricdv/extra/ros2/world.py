@@ -77,15 +77,15 @@ class WorldNode:
 
     def serve(self, name: str, kind: str | type[Any], answer: Callable[[Any, Any], Any]) -> None:
         """Serve from now on: `answer(request, response)` returns the response, and may block."""
-        found = _class(kind, "srv")
-        service = Service(self._node, found, name, qos.Profile())
+        srv = _class(kind, "srv")
+        service = Service(self._node, srv, name, qos.Profile())
 
         def serving() -> None:
             while True:
                 _wait("service", service, None)
-                request, info = service.service_take_request(found.Request)
+                request, info = service.service_take_request(srv.Request)
                 if info is not None:
-                    service.service_send_response(answer(request, found.Response()), info.request_id)
+                    service.service_send_response(answer(request, srv.Response()), info.request_id)
 
         self._kernel.spawn(f"{self._node.get_node_name()}: {name}", serving)
 

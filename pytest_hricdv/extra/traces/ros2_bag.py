@@ -29,7 +29,9 @@ def write(path: Path, record: Record) -> bool:
         OSError: the file cannot be written; an old one is left as it was.
     """
     sent = [
-        (EPOCH_NS + ns(each.time_s), each.source) for each in record.messages if isinstance(each.source, RosMessage)
+        (EPOCH_NS + ns(message.time_s), message.source)
+        for message in record.messages
+        if isinstance(message.source, RosMessage)
     ]
     published = [(time_ns, source) for time_ns, source in sent if not source.direction]
     if not published:

@@ -23,13 +23,13 @@ _TYPES: dict[type, str] = {bool: "boolean", float: "number", str: "string"}
 def of_messages(testbench: Testbench) -> dict[str, Schema]:
     """Topic -> the schema of its messages, with units where they are declared."""
     vocabulary = testbench.vocabulary()
-    found: dict[str, Schema] = {}
+    schemas: dict[str, Schema] = {}
     for topic, fields in vocabulary.messages.items():
         properties = {
             name: _property(kind, vocabulary.units.get(f"{topic}.{name}", "")) for name, kind in fields.items()
         }
-        found[topic] = (f"{testbench.name}.{topic}", _object(properties))
-    return found
+        schemas[topic] = (f"{testbench.name}.{topic}", _object(properties))
+    return schemas
 
 
 def of_fields(name: str, fields: Mapping[str, Value]) -> Schema:

@@ -78,7 +78,7 @@ class Trace:
             "record_sha256": self.record.sha256,
             "beliefs": ", ".join(test.beliefs),
             **{f"plans of {agent}": ", ".join(plans) for agent, plans in sorted(test.plans.items())},
-            **{f"verdict of {name}": found.verdict for name, found in sorted(test.requirements.items())},
+            **{f"verdict of {name}": judged.verdict for name, judged in sorted(test.requirements.items())},
         }
 
     def events(self) -> list[Event]:
@@ -121,15 +121,15 @@ class Trace:
 
     def _violations(self) -> Iterator[Event]:
         channel = Channel("/hricdv/violations", schemas.VIOLATION)
-        for name, found in self.test.requirements.items():
-            for violation in found.violations:
+        for name, judged in self.test.requirements.items():
+            for violation in judged.violations:
                 # A violation without a time is of the whole run.
                 time_s = self.test.sim_s if violation.time_s is None else violation.time_s
                 yield Event(channel, ns(time_s), {"requirement": name, **to_builtins(violation)})
                 yield _log(time_s, schemas.ERROR, name, f"violated: {_words(violation.values)}".rstrip(": "))
 
     def _end(self) -> Iterator[Event]:
-        verdicts = {name: found.verdict for name, found in self.test.requirements.items()}
+        verdicts = {name: judged.verdict for name, judged in self.test.requirements.items()}
         content = {"ended": self.test.ended, "outcomes": list(self.test.outcomes), "verdicts": verdicts}
         yield Event(Channel("/hricdv/end", schemas.END), ns(self.test.sim_s), content)
 
@@ -182,5 +182,5 @@ def _entity(body: Body, stamp: dict[str, int]) -> dict[str, Any]:
         "lifetime": {"sec": 0, "nsec": 0},
         "frame_locked": True,
         "metadata": [],
-        **{each: [shape] if each == key else [] for each in schemas.PRIMITIVES},
+        **{kind: [shape] if kind == key else [] for kind in schemas.PRIMITIVES},
     }
