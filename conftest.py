@@ -266,7 +266,7 @@ def run(run: Run) -> Outcome:
 
     test = run.test
     # What is known is checked before the run; each action is taken when the person is free for it.
-    check_script([(each.command, each.parameters) for each in test.actions if not each.command.startswith(PREFIX)])
+    check_script([(act.command, act.parameters) for act in test.actions if not act.command.startswith(PREFIX)])
     script = ((action.command, action.parameters) for action in run.actions())
     ports, outage_turn = (run.kernel, run.bus, run.recorder), int(test.run["outage_turn"])
     fidelity = run.fidelity or FIDELITY

@@ -120,10 +120,10 @@ def median_s(action: Callable[[], object], count: int) -> float:
     return statistics.median(times)
 
 
-def show(what: str, seconds: float, unit: str) -> None:
+def show(label: str, seconds: float, unit: str) -> None:
     """Print a time."""
     factor = {"s ": 1.0, "ms": 1e3, "us": 1e6}[unit]
-    print(f"{what:62}{seconds * factor:10.4f} {unit}", flush=True)
+    print(f"{label:62}{seconds * factor:10.4f} {unit}", flush=True)
 
 
 if __name__ == "__main__":

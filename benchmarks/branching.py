@@ -47,7 +47,7 @@ def main() -> None:
     print(f"from the start                {1000.0 * alone_s:6.0f} ms")
     trunk_s = median(repeat, partial(run, [trunk], False))
     for taken in (1, *range(len(bench.leg()), len(commands), len(bench.leg())), len(commands) - 1):
-        leaves = [replace(trunk, actions=trunk.actions[:taken] + each.actions[taken:]) for each in others]
+        leaves = [replace(trunk, actions=trunk.actions[:taken] + other.actions[taken:]) for other in others]
         leaf_s = (median(repeat, partial(run, [trunk, *leaves], False)) - trunk_s) / LEAVES
         print(f"parting after {taken:2} of {len(commands)} actions {1000.0 * leaf_s:6.0f} ms ({leaf_s / alone_s:4.0%})")
 

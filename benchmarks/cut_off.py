@@ -82,11 +82,12 @@ def cut_off(options: argparse.Namespace, state: Path) -> str:
     with hosts(), workers() as address:
         began_s = time.monotonic()
         with start(options, address, state) as client:
-            for at_s, what in ((options.after, "down"), (options.after + options.silent, "up")):
+            for at_s, turned in ((options.after, "down"), (options.after + options.silent, "up")):
                 time.sleep(max(0.0, began_s + at_s - time.monotonic()))  # how long it is cut off is what is tried
-                ip("link", "set", f"{HOSTS[0]}-c", what)
+                ip("link", "set", f"{HOSTS[0]}-c", turned)
                 print(
-                    f"{HOSTS[0]} is {what}; the client {'runs' if client.poll() is None else 'has ended'}", flush=True
+                    f"{HOSTS[0]} is {turned}; the client {'runs' if client.poll() is None else 'has ended'}",
+                    flush=True,
                 )
             return client.communicate()[0]
 

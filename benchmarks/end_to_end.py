@@ -49,7 +49,7 @@ def main() -> None:
     print(f"simulated seconds per second of one core, coverage and monitors included: {simulated_s / busy_s:.0f}")
 
 
-def show(what: str, repeat: int, action: Callable[[], float | None]) -> float:
+def show(label: str, repeat: int, action: Callable[[], float | None]) -> float:
     """Print the median wall time (s) of an action, which may return the moment of its end; returns it."""
     times = []
     for _ in range(repeat):
@@ -57,7 +57,7 @@ def show(what: str, repeat: int, action: Callable[[], float | None]) -> float:
         ended = action()
         times.append((ended or time.perf_counter()) - began)
     median_s = statistics.median(times)
-    print(f"{what:34} {median_s:7.2f} s", flush=True)
+    print(f"{label:34} {median_s:7.2f} s", flush=True)
     return median_s
 
 

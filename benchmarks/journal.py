@@ -50,10 +50,10 @@ def hash_s() -> float:
 
 def write_s(journal: Path, again: Path) -> float:
     """The time of writing all records of a journal into another file (s), without that of reading them."""
-    found = [*records(journal)]
+    written = [*records(journal)]
     writer = JournalWriter(again)
     began_s = time.perf_counter()
-    for record in found:
+    for record in written:
         writer.append(record)
     taken_s = time.perf_counter() - began_s
     writer.close()

@@ -51,7 +51,7 @@ class Cluster:
             options = ["--host=127.0.0.1", f"--port={self.port}", "--no-dashboard", "--no-jupyter", "--no-show"]
             self._scheduler = self._started("distributed.cli.dask_scheduler", options)
             self._await_scheduler()
-        self._nannies = [each for each in self._nannies if each.poll() is None]
+        self._nannies = [nanny for nanny in self._nannies if nanny.poll() is None]
         while len(self._nannies) < self.workers:
             options = [self.address, "--nthreads=1", "--memory-limit=0", "--no-dashboard", "--death-timeout=20"]
             self._nannies.append(self._started("distributed.cli.dask_worker", options))
@@ -68,11 +68,11 @@ class Cluster:
 
     def kill_worker(self, rng: random.Random) -> bool:
         """Kill a worker, if one is there; its nanny starts another one."""
-        found = [child for nanny in self._nannies for child in children(nanny.pid) if is_worker(child)]
-        if not found:
+        alive = [child for nanny in self._nannies for child in children(nanny.pid) if is_worker(child)]
+        if not alive:
             return False
         with suppress(psutil.NoSuchProcess):
-            rng.choice(found).kill()
+            rng.choice(alive).kill()
         return True
 
     def kill_scheduler(self) -> None:
@@ -83,19 +83,19 @@ class Cluster:
 
     def end(self) -> None:
         """End everything."""
-        for each in [*self._nannies, *([self._scheduler] if self._scheduler else [])]:
-            for child in [*children(each.pid)]:
+        for process in [*self._nannies, *([self._scheduler] if self._scheduler else [])]:
+            for child in [*children(process.pid)]:
                 with suppress(psutil.NoSuchProcess):
                     child.kill()
-            each.kill()
-            each.wait()
+            process.kill()
+            process.wait()
 
 
 def free_port() -> int:
     """A port that nobody listens to."""
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])
 
 
 def children(pid: int) -> list[psutil.Process]:
@@ -174,8 +174,8 @@ def happens(fates: list[str], made: Cluster, client: subprocess.Popen[str], rng:
 def timeless(value: object) -> object:
     """A report without times."""
     if isinstance(value, dict):
-        return {name: timeless(each) for name, each in value.items() if name not in TIMES}
-    return [timeless(each) for each in value] if isinstance(value, list) else value
+        return {name: timeless(part) for name, part in value.items() if name not in TIMES}
+    return [timeless(part) for part in value] if isinstance(value, list) else value
 
 
 def reported(options: argparse.Namespace, state: Path) -> str:

@@ -63,13 +63,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repeat", type=int, default=5, metavar="N", help="runs of each measurement (default 5)")
     repeat = parser.parse_args().repeat
-    requirements = tuple(each for each in load_requirements(REQUIREMENTS, VOCABULARY) if each.id in RTAMT)
+    requirements = tuple(rule for rule in load_requirements(REQUIREMENTS, VOCABULARY) if rule.id in RTAMT)
     log = made_up()
     print(f"machine: {machine()}\nmedians of {repeat}; {RATE_HZ * DURATION_S} instants, four requirements\n")
     fed = events(log)
     monitored = show("monitors that are fed events", repeat, lambda: watch(requirements, fed, log.end_s))
     logged = show(
-        "monitors that are fed the log", repeat, lambda: [each.verdict for each in evaluate(requirements, log)]
+        "monitors that are fed the log", repeat, lambda: [verdict.verdict for verdict in evaluate(requirements, log)]
     )
     for requirement in requirements:
         show(f"nearest miss of {requirement.id}", repeat, partial(explain, requirement, log))
@@ -118,7 +118,7 @@ def events(log: Log) -> list[tuple[float, str, float | bool | dict[str, bool]]]:
         for name, (times, values) in series(log).items()
         for time_s, value in zip(times, values, strict=True)
     ]
-    fed += [(each.time_s, each.topic, dict(each.fields)) for each in log.messages]  # type: ignore[arg-type]
+    fed += [(message.time_s, message.topic, dict(message.fields)) for message in log.messages]  # type: ignore[arg-type]
     return sorted(fed, key=lambda event: event[0])
 
 
@@ -132,7 +132,7 @@ def watch(
             monitors.message(time_s, name, value)
         else:
             monitors.signal(time_s, name, value)
-    return [each.verdict for each in monitors.finish(end_s)]
+    return [verdict.verdict for verdict in monitors.finish(end_s)]
 
 
 def explain(requirement: Requirement, log: Log) -> list[str]:
@@ -155,7 +155,7 @@ def rtamt_over(log: Log) -> Callable[[], list[str]]:
         specifications.append(specification)
 
     def judged() -> list[str]:
-        values = (min(value for _, value in each.evaluate(samples)) for each in specifications)
+        values = (min(value for _, value in specification.evaluate(samples)) for specification in specifications)
         return ["Failed" if value < 0 else "Passed" for value in values]
 
     return judged
@@ -169,12 +169,12 @@ def sampled(log: Log) -> dict[str, list[float]]:
         scaled = [2 * value - 1 for value in values] if VOCABULARY.signals[name] is bool else list(values)
         samples[name] = held([(time_s, value) for time_s, value in zip(times, scaled, strict=True)])
     for topic, fields in VOCABULARY.messages.items():
-        heard = [each for each in log.messages if each.topic == topic]
-        arrived = {step_of(each.time_s) for each in heard}
+        heard = [message for message in log.messages if message.topic == topic]
+        arrived = {step_of(message.time_s) for message in heard}
         samples[topic] = [1.0 if step in arrived else -1.0 for step in range(count)]
         for field in fields:
             samples[field] = held(
-                [(0.0, -1.0), *((each.time_s, 1.0 if each.fields[field] else -1.0) for each in heard)]
+                [(0.0, -1.0), *((message.time_s, 1.0 if message.fields[field] else -1.0) for message in heard)]
             )
     return samples
 
@@ -192,14 +192,14 @@ def step_of(time_s: float) -> int:
     return round(time_s * RATE_HZ)
 
 
-def show(what: str, repeat: int, action: Callable[[], list[str]]) -> list[str]:
+def show(label: str, repeat: int, action: Callable[[], list[str]]) -> list[str]:
     """Print the median wall time of an action; returns its result."""
     times = []
     for _ in range(repeat):
         began = time.perf_counter()
         result = action()
         times.append(time.perf_counter() - began)
-    print(f"{what:40} {statistics.median(times) * 1e3:10.1f} ms", flush=True)
+    print(f"{label:40} {statistics.median(times) * 1e3:10.1f} ms", flush=True)
     return result
 
 

@@ -55,9 +55,9 @@ def main() -> None:
         for name, of in (("report.json", paths[:1]), ("index.html", paths[-1:]), ("details beside it", paths[1:-1])):
             print(f"{name:18} {sum(path.stat().st_size for path in of) / 1e6:9.2f} MB in {len(of)} files")
         timings = [opened(Path(folder)) for _ in range(options.repeat)]
-        for what in timings[0]:
-            found = [timing[what] for timing in timings]
-            print(f"{what:24} {statistics.median(found):5.2f} s ({min(found):.2f} to {max(found):.2f})")
+        for view in timings[0]:
+            times_s = [timing[view] for timing in timings]
+            print(f"{view:24} {statistics.median(times_s):5.2f} s ({min(times_s):.2f} to {max(times_s):.2f})")
 
 
 def grown(report: Report, count: int) -> Report:
@@ -88,8 +88,8 @@ def opened(folder: Path) -> dict[str, float]:
         page.wait_for_selector("html[data-ready]", state="attached")
         page.evaluate(PAINTED)
         timings["index ready"] = time.perf_counter() - began
-        for what, (address, sign) in STEPS.items():
-            timings[what] = _clicked(page, f"location.hash = {json.dumps(address)}", sign)
+        for view, (address, sign) in STEPS.items():
+            timings[view] = _clicked(page, f"location.hash = {json.dumps(address)}", sign)
         timings["sorted by a column"] = _clicked(
             page,
             "location.hash = '#tests'; document.querySelector('#tests th:last-child button').click()",

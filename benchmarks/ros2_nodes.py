@@ -70,9 +70,9 @@ def main() -> None:
     """Measure, and print a line for each rate."""
     print(f"Python {sys.version.partition(' ')[0]}, two nodes, median of {TRIES} tries")
     for rate_hz, simulated_s in RATES.items():
-        found = sorted(times_real(rate_hz, simulated_s) for _ in range(TRIES))
-        span = f"{found[0]:.0f} to {found[-1]:.0f}"
-        print(f"{rate_hz:5.0f} Hz: {statistics.median(found):.0f} times as fast as real time ({span})")
+        factors = sorted(times_real(rate_hz, simulated_s) for _ in range(TRIES))
+        span = f"{factors[0]:.0f} to {factors[-1]:.0f}"
+        print(f"{rate_hz:5.0f} Hz: {statistics.median(factors):.0f} times as fast as real time ({span})")
 
 
 if __name__ == "__main__":

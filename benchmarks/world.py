@@ -87,7 +87,7 @@ def build_s(engine: str, repeat: int) -> float:
 
 def pace(test: ConcreteTest, measurement: Measurement, engine: str, repeat: int) -> Pace:
     """The median run of a test."""
-    return sorted((run(test, measurement, engine) for _ in range(repeat)), key=lambda each: each.cpu_s)[repeat // 2]
+    return sorted((run(test, measurement, engine) for _ in range(repeat)), key=lambda paced: paced.cpu_s)[repeat // 2]
 
 
 def run(test: ConcreteTest, measurement: Measurement, engine: str) -> Pace:

@@ -42,21 +42,21 @@ ROOM_AGAIN_S = 0.5
 """Somebody who finds no room beside the arm tries again after this time."""
 
 
-def leg_late(shop: Workshop, given: Parameters) -> None:
+def leg_late(shop: Workshop, parameters: Parameters) -> None:
     """No leg comes to the pickup place for `for_s`; the one that waits there is put away."""
     shop.tell(SupplyDisturbed())
     shop.world.unfreeze()
-    shop.world.legs.withhold(given["for_s"])
+    shop.world.legs.withhold(parameters["for_s"])
 
 
-def leg_displaced(shop: Workshop, given: Parameters) -> None:
+def leg_displaced(shop: Workshop, parameters: Parameters) -> None:
     """The leg that waits, or the next one, stands beside the pickup place by `dx_m` and `dy_m`."""
     shop.tell(SupplyDisturbed())
     shop.world.unfreeze()
-    shop.world.legs.displace(given["dx_m"], given["dy_m"])
+    shop.world.legs.displace(parameters["dx_m"], parameters["dy_m"])
 
 
-def leg_slips(shop: Workshop, given: Parameters) -> None:
+def leg_slips(shop: Workshop, parameters: Parameters) -> None:
     """From `after_s` after the next grasp on, the hand holds the leg with `grasp_n` only; a leg weighs 4.9 N.
 
     A leg that is in the hand already is not the next one.
@@ -70,12 +70,12 @@ def leg_slips(shop: Workshop, given: Parameters) -> None:
     def weaken() -> None:
         if legs.in_hand is not None:
             shop.world.unfreeze()
-            legs.in_hand.weaken(given["grasp_n"])
+            legs.in_hand.weaken(parameters["grasp_n"])
 
-    shop.when(grasps, lambda: shop.later(given["after_s"], weaken))
+    shop.when(grasps, lambda: shop.later(parameters["after_s"], weaken))
 
 
-def leg_taken(shop: Workshop, given: Parameters) -> None:
+def leg_taken(shop: Workshop, parameters: Parameters) -> None:
     """After `after_s` the person takes the leg that waits, and puts it down; the next one comes `next_s` later."""
     world = shop.world
 
@@ -90,17 +90,17 @@ def leg_taken(shop: Workshop, given: Parameters) -> None:
         if leg is not None:
             shop.tell(SupplyDisturbed())
             world.unfreeze()
-            world.legs.take(world.person.hand.body, given["next_s"])
+            world.legs.take(world.person.hand.body, parameters["next_s"])
             shop.later(duration_s, lambda: set_down(leg))
 
     def set_down(leg: Leg) -> None:
         world.unfreeze()
         world.legs.set_down(leg)
 
-    shop.later(given["after_s"], reach)
+    shop.later(parameters["after_s"], reach)
 
 
-def leg_pulled_out(shop: Workshop, given: Parameters) -> None:
+def leg_pulled_out(shop: Workshop, parameters: Parameters) -> None:
     """`after_s` after a leg is held out, the person tugs at it with `pull_n`: more than a grasp holds, or less."""
     world = shop.world
 
@@ -109,40 +109,40 @@ def leg_pulled_out(shop: Workshop, given: Parameters) -> None:
         world.person.tug(force_n)
 
     def pull() -> None:
-        tug(given["pull_n"])
+        tug(parameters["pull_n"])
         shop.later(TUG_S, lambda: tug(0.0))
 
     def held_out() -> bool:
         return world.legs.in_hand is not None and hand_place(world.grasp_point()) == HANDOVER
 
-    shop.when(held_out, lambda: shop.later(given["after_s"], pull))
+    shop.when(held_out, lambda: shop.later(parameters["after_s"], pull))
 
 
-def leg_in_hand(shop: Workshop, given: Parameters) -> None:
+def leg_in_hand(shop: Workshop, parameters: Parameters) -> None:
     """At the start of a run the leg is in the closed hand; later this is without effect."""
     if shop.world.time.step == 0:
         shop.world.gripper.begin_with_leg()
 
 
-def somebody_in_the_way(shop: Workshop, given: Parameters) -> None:
+def somebody_in_the_way(shop: Workshop, parameters: Parameters) -> None:
     """After `after_s` somebody leans in at place number `place` of `PLACES`, when there is room, for `for_s`."""
-    shop.later(given["after_s"], lambda: _lean_in(shop, _place(given), given["for_s"]))
+    shop.later(parameters["after_s"], lambda: _lean_in(shop, _place(parameters), parameters["for_s"]))
 
 
-def somebody_steps_in(shop: Workshop, given: Parameters) -> None:
+def somebody_steps_in(shop: Workshop, parameters: Parameters) -> None:
     """When the hand next comes nearer than `near_m` to place number `place`, somebody leans in there, for `for_s`."""
-    place, last_m = _place(given), 0.0
+    place, last_m = _place(parameters), 0.0
 
     def approaches() -> bool:
         nonlocal last_m
         before_m, last_m = last_m, math.dist(shop.world.grasp_point(), place)
-        return last_m < given["near_m"] and last_m < before_m - APPROACH_M
+        return last_m < parameters["near_m"] and last_m < before_m - APPROACH_M
 
-    shop.when(approaches, lambda: _lean_in(shop, place, given["for_s"]))
+    shop.when(approaches, lambda: _lean_in(shop, place, parameters["for_s"]))
 
 
-def _place(given: Parameters) -> Vector:
-    return list(PLACES.values())[int(given["place"])]
+def _place(parameters: Parameters) -> Vector:
+    return list(PLACES.values())[int(parameters["place"])]
 
 
 def _lean_in(shop: Workshop, place: Vector, for_s: float) -> None:
@@ -157,17 +157,17 @@ def _lean_in(shop: Workshop, place: Vector, for_s: float) -> None:
         shop.later(ROOM_AGAIN_S, lambda: _lean_in(shop, place, for_s))
 
 
-def hand_held_shut(shop: Workshop, given: Parameters) -> None:
+def hand_held_shut(shop: Workshop, parameters: Parameters) -> None:
     """When the hand opens next, the person holds its fingers shut for `grip_s`."""
     world = shop.world
 
     def opens() -> bool:
         return world.gripper.motion is FingerMotion.OPENING and world.legs.in_hand is not None
 
-    shop.when(opens, lambda: world.person.hold_shut(given["grip_s"]))
+    shop.when(opens, lambda: world.person.hold_shut(parameters["grip_s"]))
 
 
-def hand_held_open(shop: Workshop, given: Parameters) -> None:
+def hand_held_open(shop: Workshop, parameters: Parameters) -> None:
     """After `after_s` the person's hand is between the closing fingers at the pickup place, for `for_s`."""
     hand = shop.world.person.hand
 
@@ -176,51 +176,51 @@ def hand_held_open(shop: Workshop, given: Parameters) -> None:
 
     def reach() -> None:
         hand.move(FINGERS_M)
-        shop.later(given["for_s"], withdraw)
+        shop.later(parameters["for_s"], withdraw)
 
-    shop.later(given["after_s"], reach)
+    shop.later(parameters["after_s"], reach)
 
 
-def sensors_silent(shop: Workshop, given: Parameters) -> None:
+def sensors_silent(shop: Workshop, parameters: Parameters) -> None:
     """The sensors give no reading for `for_s`."""
-    shop.sensors.faults.silent_until_s = shop.kernel.now_s + given["for_s"]
+    shop.sensors.faults.silent_until_s = shop.kernel.now_s + parameters["for_s"]
 
 
-def sensors_late(shop: Workshop, given: Parameters) -> None:
+def sensors_late(shop: Workshop, parameters: Parameters) -> None:
     """The next reading is heard `late_s` after its measurement."""
-    shop.sensors.faults.late_s = given["late_s"]
+    shop.sensors.faults.late_s = parameters["late_s"]
 
 
-def sensors_stuck(shop: Workshop, given: Parameters) -> None:
+def sensors_stuck(shop: Workshop, parameters: Parameters) -> None:
     """For `for_s` readings are as the last one before."""
-    shop.sensors.faults.stuck_until_s = shop.kernel.now_s + given["for_s"]
+    shop.sensors.faults.stuck_until_s = shop.kernel.now_s + parameters["for_s"]
 
 
-def gaze_flips(shop: Workshop, given: Parameters) -> None:
+def gaze_flips(shop: Workshop, parameters: Parameters) -> None:
     """The gaze sensor reads the opposite until the turn is over."""
     shop.sensors.flip("gaze")
 
 
-def pressure_flips(shop: Workshop, given: Parameters) -> None:
+def pressure_flips(shop: Workshop, parameters: Parameters) -> None:
     """The pressure sensor reads the opposite until the turn is over."""
     shop.sensors.flip("pressure")
 
 
-def location_flips(shop: Workshop, given: Parameters) -> None:
+def location_flips(shop: Workshop, parameters: Parameters) -> None:
     """The location sensor reads the opposite until the turn is over."""
     shop.sensors.flip("location")
 
 
-def says_ready(shop: Workshop, given: Parameters) -> None:
+def says_ready(shop: Workshop, parameters: Parameters) -> None:
     """After `after_s` the person says "ready", whether it is time for it or not."""
-    shop.later(given["after_s"], lambda: shop.human.say(HumanReady()))
+    shop.later(parameters["after_s"], lambda: shop.human.say(HumanReady()))
 
 
-def asks_again(shop: Workshop, given: Parameters) -> None:
+def asks_again(shop: Workshop, parameters: Parameters) -> None:
     """After `after_s` the person asks for a leg, whether it is time for it or not."""
-    shop.later(given["after_s"], lambda: shop.human.say(Request()))
+    shop.later(parameters["after_s"], lambda: shop.human.say(Request()))
 
 
-def falls_silent(shop: Workshop, given: Parameters) -> None:
+def falls_silent(shop: Workshop, parameters: Parameters) -> None:
     """The person does not say the next "ready"."""
     shop.human.fall_silent()

@@ -30,11 +30,11 @@ class SimulationError(Exception):
     """An impossible request to the world, or an error of physics; the message says what and when."""
 
 
-def check_finite(what: str, values: Sequence[float]) -> None:
+def check_finite(subject: str, values: Sequence[float]) -> None:
     """Raise SimulationError unless every one of `values` is a finite number."""
     for value in values:
         if not math.isfinite(value):
-            raise SimulationError(f"{what} is {tuple(values)!r}: expected finite numbers")
+            raise SimulationError(f"{subject} is {tuple(values)!r}: expected finite numbers")
 
 
 class Robot(NamedTuple):
@@ -155,7 +155,7 @@ class Engine(Protocol):
     def relative(self, base: Pose, pose: Pose) -> Pose:
         """A pose relative to `base`: the reverse of `compose`."""
 
-    def between(self, one: Quaternion, other: Quaternion, share: float) -> Quaternion:
+    def between(self, start: Quaternion, other: Quaternion, share: float) -> Quaternion:
         """The orientation that is this share of the way from one to another (spherical linear interpolation)."""
 
     def visuals(self, described: Mapping[int, str]) -> dict[Visual, Pose]:

@@ -198,7 +198,7 @@ def _along(direction: Sequence[float]) -> tuple[float, float, float, float]:
 
 
 def _rounded(pose: Pose) -> Pose:
-    (x, y, z), (a, b, c, d) = (tuple(round(part, POSE_DIGITS) for part in each) for each in pose)
+    (x, y, z), (a, b, c, d) = (tuple(round(number, POSE_DIGITS) for number in part) for part in pose)
     return (x, y, z), (a, b, c, d)
 
 

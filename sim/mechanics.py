@@ -85,8 +85,8 @@ class Kinematic:
 
     def step(self, engine: Engine, steps: int) -> None:
         """See `Mechanics`."""
-        for each in self._moved:
-            each.advance(steps)
+        for drive in self._moved:
+            drive.advance(steps)
 
 
 class KinematicDrive(Joints):

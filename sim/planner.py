@@ -71,10 +71,10 @@ class CollisionScene:
         self.torso.set_arm(pose)
         self._fingers.follow(self.torso.palm_pose())
         for body, names in self._moving.items():
-            for other, what in self._obstacles.items():
+            for other, obstacle in self._obstacles.items():
                 for link, distance_m in self._near(body, other):
                     if link in names:
-                        return f"{names[link]} comes within {distance_m:.3f} m of {what}"
+                        return f"{names[link]} comes within {distance_m:.3f} m of {obstacle}"
             for link, name in names.items():
                 for other in self._standing:
                     for _, distance_m in self._near(body, self.torso.body, link, other):

@@ -175,7 +175,7 @@ class Raycaster:
                 lit = np.flatnonzero(facing > 0.0)
                 dark = lit[_shadowed(placed, view.points(sights, seen[lit]), owner[lit], to_light)]
                 shade[dark] = MIDDLE + SHADED * facing[dark]
-        colours = np.array([(0.0, 0.0, 0.0), *(each.solid.rgb for each in placed)], dtype=np.float32)
+        colours = np.array([(0.0, 0.0, 0.0), *(shape.solid.rgb for shape in placed)], dtype=np.float32)
         rgb = np.zeros((size[1], size[0], 3), dtype=np.uint8)
         rgb.reshape(-1, 3)[seen] = np.clip(colours[owner] * shade[:, None], 0.0, 255.0)
         return rgb, sights.owner == 0
@@ -196,12 +196,12 @@ def _sights(placed: Sequence[Placed], view: View) -> Sights:
     """What is seen; the first of shapes that are equally far."""
     shape = (view.ys.size, view.xs.size)
     sights = Sights(np.full(shape, FAR_M, np.float32), np.zeros(shape, np.int32), np.zeros(shape, np.float32))
-    for number, each in enumerate(placed, 1):
-        window = view.window(each.corners)
+    for number, body in enumerate(placed, 1):
+        window = view.window(body.corners)
         if window is not None:
             xs, ys = view.xs[window[1]], view.ys[window[0], None]
-            rays = [right * xs + (down * ys + ahead) for right, down, ahead in zip(*each.axes, strict=True)]
-            enter, leave, facing = _met(each, rays)
+            rays = [right * xs + (down * ys + ahead) for right, down, ahead in zip(*body.axes, strict=True)]
+            enter, leave, facing = _met(body, rays)
             ahead = sights.ahead[window]
             nearer = (enter < ahead) & (enter <= leave) & (enter > NEAR_M)
             np.copyto(ahead, enter, where=nearer)
@@ -236,9 +236,9 @@ def _spans(solid: Solid, starts: Sequence[Any], rays: Sequence[Any]) -> Iterator
         root = np.sqrt(middle * middle - (_dot(starts[:count], starts) - solid.half_m[0] ** 2) / square)
         yield -root - middle, root - middle
     for axis in range(count, 3):
-        one = (-solid.half_m[axis] - starts[axis]) / rays[axis]
+        first = (-solid.half_m[axis] - starts[axis]) / rays[axis]
         other = (solid.half_m[axis] - starts[axis]) / rays[axis]
-        yield np.minimum(one, other), np.maximum(one, other)
+        yield np.minimum(first, other), np.maximum(first, other)
 
 
 def _shadowed(
@@ -253,7 +253,7 @@ def _shadowed(
         reach, (x, y, z) = math.hypot(*solid.half_m), (axes @ solid.pose[0]).tolist()
         beside = (np.abs(at[0] - x) < reach) & (np.abs(at[1] - y) < reach)
         some = np.flatnonzero(beside & (at[2] < z + reach) & (owner != number))
-        ways = [each[some] - place for each, place in zip(points, solid.pose[0], strict=True)]
+        ways = [coordinates[some] - place for coordinates, place in zip(points, solid.pose[0], strict=True)]
         starts = [_dot(axis, ways) for axis in zip(*turn, strict=True)]
         enters, leaves = zip(*_spans(solid, starts, ray), strict=True)
         leave = np.minimum.reduce(leaves)
@@ -264,8 +264,8 @@ def _shadowed(
 def _dot(some: Sequence[Any], others: Sequence[Any]) -> Any:
     """The sum of products, for as many axes as the first has."""
     total = some[0] * others[0]
-    for one, other in zip(some[1:], others[1:], strict=False):
-        total = total + one * other
+    for factor, other in zip(some[1:], others[1:], strict=False):
+        total = total + factor * other
     return total
 
 

@@ -63,13 +63,13 @@ def relative(base: Pose, pose: Pose) -> Pose:
     return turned(back, (x - bx, y - by, z - bz)), product(back, pose[1])
 
 
-def between(one: Quaternion, other: Quaternion, share: float) -> Quaternion:
+def between(start: Quaternion, other: Quaternion, share: float) -> Quaternion:
     """The orientation that is this share of the way from one to another (spherical linear interpolation)."""
-    cosine = sum(a * b for a, b in zip(one, other, strict=True))
+    cosine = sum(a * b for a, b in zip(start, other, strict=True))
     sign, cosine = (1.0, cosine) if cosine >= 0.0 else (-1.0, -cosine)
     if cosine > PARALLEL:
         return other
     angle = math.acos(cosine)
     near, far = math.sin((1.0 - share) * angle) / math.sin(angle), sign * math.sin(share * angle) / math.sin(angle)
-    x, y, z, w = (near * a + far * b for a, b in zip(one, other, strict=True))
+    x, y, z, w = (near * a + far * b for a, b in zip(start, other, strict=True))
     return (x, y, z, w)

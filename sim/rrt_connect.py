@@ -53,17 +53,17 @@ class RrtConnect:
         except NoChecksLeftError:
             return way
 
-    def _joined(self, one: dict[Angles, Angles | None], other: dict[Angles, Angles | None]) -> tuple[Angles, ...]:
+    def _joined(self, growing: dict[Angles, Angles | None], other: dict[Angles, Angles | None]) -> tuple[Angles, ...]:
         """The poses between the roots of two trees (pose -> the one it was reached from)."""
         forwards = True
         while True:
             target = tuple(low + (high - low) * self._random.random() for low, high in self._limits)
-            tip = self._grow(one, target, steps=1)
+            tip = self._grow(growing, target, steps=1)
             if tip is not None and self._grow(other, tip, steps=None) == tip:
-                there, back = _branch(one, tip), _branch(other, tip)
+                there, back = _branch(growing, tip), _branch(other, tip)
                 way = (*reversed(there), *back[1:]) if forwards else (*reversed(back), *there[1:])
                 return way[1:-1]
-            one, other, forwards = other, one, not forwards
+            growing, other, forwards = other, growing, not forwards
 
     def _grow(self, tree: dict[Angles, Angles | None], target: Angles, steps: int | None) -> Angles | None:
         """Grow a tree towards a pose, step by step until something is in the way; the last pose that was added."""
@@ -107,7 +107,7 @@ class RrtConnect:
 
 def _branch(tree: dict[Angles, Angles | None], pose: Angles) -> tuple[Angles, ...]:
     """From a pose to the root."""
-    found = [pose]
-    while (before := tree[found[-1]]) is not None:
-        found.append(before)
-    return tuple(found)
+    branch = [pose]
+    while (before := tree[branch[-1]]) is not None:
+        branch.append(before)
+    return tuple(branch)

@@ -42,22 +42,22 @@ def ended_turns(
         messages: of the run.
     """
     asked_s = [time_s for command, time_s in zip(commands, acted_s, strict=False) if command == "tell leg"]
-    found: dict[int, str] = {}
+    outcomes: dict[int, str] = {}
     request = 0
     for message in messages:
         if message.topic == topic_of(State) and message.fields["name"] == TURN_STATE:
             request = bisect_right(asked_s, message.time_s)
         elif message.topic == topic_of(TurnDone) and request:
-            found.setdefault(request - 1, str(message.fields["outcome"]))
+            outcomes.setdefault(request - 1, str(message.fields["outcome"]))
     planned = planned_turns(commands)
-    return tuple((planned[number], outcome) for number, outcome in sorted(found.items()))
+    return tuple((planned[number], outcome) for number, outcome in sorted(outcomes.items()))
 
 
 def _pose(turn: Sequence[str]) -> str:
     if "tell humanReady" not in turn:
         return "none"
-    given = dict(command.removeprefix("set_param ").split(" = ") for command in turn if " = " in command)
-    return "".join(given.get(sensor, "0") for sensor in SENSORS)
+    pose = dict(command.removeprefix("set_param ").split(" = ") for command in turn if " = " in command)
+    return "".join(pose.get(sensor, "0") for sensor in SENSORS)
 
 
 def observed_turns(messages: Iterable[RecordedMessage]) -> tuple[tuple[str, str], ...]:

@@ -78,19 +78,19 @@ def _read(urdf: Path, joints: Sequence[str]) -> ElementTree.Element:
         root = ElementTree.parse(urdf).getroot()
     except (OSError, ElementTree.ParseError) as error:
         raise SimulationError(f"robot description {urdf}: {error}") from error
-    known = {_name(joint) for joint in root.findall("joint")}
-    missing = [name for name in joints if name not in known]
+    described = {_name(joint) for joint in root.findall("joint")}
+    missing = [name for name in joints if name not in described]
     if missing:
-        raise SimulationError(f"robot description {urdf}: no joints {missing}; it has {sorted(known)}")
+        raise SimulationError(f"robot description {urdf}: no joints {missing}; it has {sorted(described)}")
     return root
 
 
 def _beyond(root: ElementTree.Element, palm: str) -> list[str]:
     """Links connected, directly or indirectly, to the link that the `palm` joint moves."""
-    found = [_end(joint, "child") for joint in root.findall("joint") if _name(joint) == palm]
-    for link in found:
-        found.extend(_end(joint, "child") for joint in root.findall("joint") if _end(joint, "parent") == link)
-    return found[1:]
+    links = [_end(joint, "child") for joint in root.findall("joint") if _name(joint) == palm]
+    for link in links:
+        links.extend(_end(joint, "child") for joint in root.findall("joint") if _end(joint, "parent") == link)
+    return links[1:]
 
 
 def _name(joint: ElementTree.Element) -> str:

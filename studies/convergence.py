@@ -123,7 +123,7 @@ def figures(test: ConcreteTest) -> dict[str, Any]:
     cpu_s = time.process_time() - began_s
     margins = {verdict.requirement: verdict.margin for verdict in result.verdicts}
     return {
-        "verdicts": " ".join(result.verdict(each).verdict for each in REQUIREMENTS),
+        "verdicts": " ".join(result.verdict(requirement).verdict for requirement in REQUIREMENTS),
         "legs": ", ".join(result.outcome.outcomes),
         "fastest": largest(result, "arm_speed"),
         "margin_r3": margins["R3"],

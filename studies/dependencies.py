@@ -39,19 +39,19 @@ def depends(root: Path, names: Iterable[str] = DEPENDS) -> dict[str, str]:
     Raises:
         DependencyError: one of them does not exist.
     """
-    found = {}
+    versions = {}
     for name in names:
         path = root / name
         if not path.exists():
             raise DependencyError(f"{path}: there is no such file or folder, though runs are said to depend on it")
         for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
             if file.is_file() and "__pycache__" not in file.parts:
-                found[file.relative_to(root).as_posix()] = hashlib.sha256(file.read_bytes()).hexdigest()
-    found["python"] = platform.python_version()
-    found["machine"] = platform.machine()
+                versions[file.relative_to(root).as_posix()] = hashlib.sha256(file.read_bytes()).hexdigest()
+    versions["python"] = platform.python_version()
+    versions["machine"] = platform.machine()
     for library in LIBRARIES:
         try:
-            found[library] = version(library)
+            versions[library] = version(library)
         except PackageNotFoundError:
             continue
-    return found
+    return versions

@@ -30,16 +30,16 @@ def mean(values: Sequence[float]) -> Interval:
 def ranks(values: Sequence[float]) -> list[float]:
     """The rank of each value, from 1; equal values share the mean of their ranks."""
     order = sorted(range(len(values)), key=values.__getitem__)
-    found = [0.0] * len(values)
+    ranked = [0.0] * len(values)
     first = 0
     while first < len(order):
         last = first
         while last + 1 < len(order) and values[order[last + 1]] == values[order[first]]:
             last += 1
         for place in order[first : last + 1]:
-            found[place] = (first + last) / 2 + 1
+            ranked[place] = (first + last) / 2 + 1
         first = last + 1
-    return found
+    return ranked
 
 
 def spearman(first: Sequence[float], second: Sequence[float]) -> float | None:

@@ -56,16 +56,16 @@ def add_options(parser: argparse.ArgumentParser, seeds: str, suites: tuple[str, 
         seeds: the default.
         suites: those that there are; all are the default.
     """
-    chosen = partial(_suites, known=suites)
+    chosen = partial(_suites, choices=suites)
     parser.add_argument("--suites", type=chosen, default=suites, metavar="NAME,...", help=f"({','.join(suites)})")
     parser.add_argument("--seeds", type=_seeds, default=_seeds(seeds), metavar="N,N-N,...", help=f"({seeds})")
 
 
-def _suites(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
+def _suites(text: str, choices: tuple[str, ...]) -> tuple[str, ...]:
     names = tuple(text.split(","))
-    unknown = [name for name in names if name not in known]
+    unknown = [name for name in names if name not in choices]
     if unknown:
-        raise argparse.ArgumentTypeError(f"{unknown[0]!r}: expected one of {', '.join(known)}")
+        raise argparse.ArgumentTypeError(f"{unknown[0]!r}: expected one of {', '.join(choices)}")
     return names
 
 

@@ -53,8 +53,8 @@ def write(path: Path, text: str) -> None:
 def replace_figures(path: Path, command: str, figures: str) -> None:
     """Replace everything on a page below the mark that names the command which measures its figures."""
     mark = f"<!-- figures: {command} -->"
-    text, found, _ = path.read_text(encoding="utf-8").partition(mark)
-    if not found:
+    text, separator, _ = path.read_text(encoding="utf-8").partition(mark)
+    if not separator:
         raise ValueError(f"{path}: expected a line {mark}")
     write(path, f"{text}{mark}\n\n{figures}\n")
 
@@ -64,11 +64,11 @@ def percent(value: float | None, digits: int = 1) -> str:
     return "-" if value is None else f"{value:.{digits}f} %"
 
 
-def interval(each: Interval | None, scale: float = 100.0, digits: int = 1) -> str:
+def interval(estimate: Interval | None, scale: float = 100.0, digits: int = 1) -> str:
     """`12.3 (10.1 to 14.9)`: a share in per cent, or scaled otherwise; a dash for None."""
-    if each is None:
+    if estimate is None:
         return "-"
-    value, low, high = (f"{scale * number:.{digits}f}" for number in (each.value, each.low, each.high))
+    value, low, high = (f"{scale * number:.{digits}f}" for number in (estimate.value, estimate.low, estimate.high))
     return f"{value} ({low} to {high})"
 
 

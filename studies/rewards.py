@@ -97,7 +97,9 @@ def table(size: Size, by_arm: Mapping[Arm, Sequence[Suite]]) -> str:
     rows = []
     before: list[float] = []
     for arm, made in by_arm.items():
-        cells = [interval([each(suite) for suite in made], str(size), str(arm), name) for name, each in FIGURES.items()]
+        cells = [
+            interval([figure(suite) for suite in made], str(size), str(arm), name) for name, figure in FIGURES.items()
+        ]
         plans = [FIGURES[COMPARED](suite) for suite in made]
         more = [now - then for now, then in zip(plans, before, strict=True)] if before else []
         rows.append([str(arm), *cells, interval(more, str(size), str(arm), "more") if more else "-"])

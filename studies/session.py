@@ -58,10 +58,10 @@ def run(folder: Path, arguments: Sequence[str], root: Path = ROOT) -> Session:
     wall_s, cpu_s = time.perf_counter() - began_s, _children_s() - before_s
     if not report_path.is_file():
         raise SessionError(f"pytest wrote no {report_path}:\n{output}")
-    found = json.loads(report_path.read_text(encoding="utf-8"))
-    if found["not_run"] or found["reported"] != found["selected"]:
-        raise SessionError(f"{found['selected']} tests selected, {found['reported']} reported:\n{output}")
-    return Session(found, wall_s, cpu_s)
+    report = json.loads(report_path.read_text(encoding="utf-8"))
+    if report["not_run"] or report["reported"] != report["selected"]:
+        raise SessionError(f"{report['selected']} tests selected, {report['reported']} reported:\n{output}")
+    return Session(report, wall_s, cpu_s)
 
 
 def start(arguments: Sequence[str], root: Path = ROOT) -> str:
@@ -112,10 +112,10 @@ def read(folder: Path) -> dict[str, Any]:
     """The report in a folder. Raises SessionError where there is none."""
     path = folder / "report.json"
     try:
-        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise SessionError(f"{path}: no report ({error}); leave out --again to run the tests") from None
-    return found
+    return report
 
 
 def machine() -> str:

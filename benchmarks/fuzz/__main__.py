@@ -45,24 +45,24 @@ class Tally:
     slowest_s: dict[str, float] = field(default_factory=dict)
 
 
-def fuzz(inputs: int, seed: int, found: dict[str, Target], folder: Path, findings: Path) -> Tally:
+def fuzz(inputs: int, seed: int, chosen: dict[str, Target], folder: Path, findings: Path) -> Tally:
     """Read so many inputs; see the module.
 
     Args:
         inputs: how many.
         seed: of all random choices.
-        found: targets by name.
+        chosen: targets by name.
         folder: for files.
         findings: folder for inputs that led to a finding; created where there is one.
     """
-    tally, names = Tally(), sorted(found)
+    tally, names = Tally(), sorted(chosen)
     for number in range(inputs):
         rng = Random(f"{seed}:{number}")
         name = rng.choice(names)
-        text = draw(found[name], rng)
+        text = draw(chosen[name], rng)
         tally.inputs[name] += 1
         began_s = time.perf_counter()
-        finding, refused = _read(found[name], text, folder / "input.txt")
+        finding, refused = _read(chosen[name], text, folder / "input.txt")
         tally.slowest_s[name] = max(tally.slowest_s.get(name, 0.0), time.perf_counter() - began_s)
         tally.refused[name] += refused
         if finding:
@@ -92,7 +92,7 @@ def _read(target: Target, text: str, path: Path) -> tuple[str, bool]:
     except MemoryError:
         return f"more than {LIMIT_BYTES / 1e6:.0f} MB", False
     except Exception as error:
-        frames = [each for each in traceback.extract_tb(error.__traceback__) if "pytest_hricdv" in each.filename]
+        frames = [frame for frame in traceback.extract_tb(error.__traceback__) if "pytest_hricdv" in frame.filename]
         place = f"{Path(frames[-1].filename).name}:{frames[-1].lineno}" if frames else "nowhere"
         return f"{type(error).__name__} at {place}", False
     return "", False
@@ -121,12 +121,12 @@ def main() -> int:
     parser.add_argument("--findings", type=Path, default=Path("fuzz-findings"), metavar="DIR", help="for inputs")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        found = targets(Path(folder))
-        found = {name: each for name, each in found.items() if options.only in (None, name)}
+        chosen = targets(Path(folder))
+        chosen = {name: target for name, target in chosen.items() if options.only in (None, name)}
         used = int(Path("/proc/self/statm").read_text("ascii").split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + LIMIT_BYTES, used + LIMIT_BYTES))
         began_s = time.perf_counter()
-        tally = fuzz(options.inputs, options.seed, found, Path(folder), options.findings)
+        tally = fuzz(options.inputs, options.seed, chosen, Path(folder), options.findings)
     for name in sorted(tally.inputs):
         counts = f"{tally.inputs[name]:>9} inputs{tally.refused[name]:>9} refused"
         print(f"{name:14}{counts}, {tally.slowest_s[name]:.2f} s at most")

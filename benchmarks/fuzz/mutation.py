@@ -77,7 +77,7 @@ def _change(data: Any, rng: Random, raw: list[str]) -> None:
         raw.append(rng.choice(_RAW))
         part[key] = _PLACEHOLDER.format(len(raw) - 1)
     elif kind == 3:
-        part[key] = deepcopy(rng.choice([part[each] for each in keys]))
+        part[key] = deepcopy(rng.choice([part[other] for other in keys]))
     elif kind == 4 and isinstance(part[key], str):
         part[key] = mutate_text(part[key], [part[key]], rng)
     else:

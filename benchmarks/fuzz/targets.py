@@ -161,7 +161,7 @@ def _tables(formulas: list[str]) -> str:
 def _read_journal(text: str, path: Path) -> None:
     """A journal with valid checksums, of records that may be anything."""
     try:
-        bodies = [json.dumps(each).encode() for each in json.loads(text)]
+        bodies = [json.dumps(record).encode() for record in json.loads(text)]
     except (ValueError, RecursionError, TypeError):
         bodies = [text.replace("\n", " ").encode("utf-8", "surrogatepass")]
     path.write_bytes(b"".join(b"%08x %d %s\n" % (zlib.crc32(body), len(body), body) for body in bodies))
@@ -194,10 +194,10 @@ def _read_gate(text: str, _: Path) -> None:
         parse_threshold(text)
     with contextlib.suppress(ExemptionError):
         parse_exemption(text, MAY_BE_NC)
-    known = parse_exemption(text, KNOWN)
-    if known.condition:
+    exemption = parse_exemption(text, KNOWN)
+    if exemption.condition:
         with contextlib.suppress(RequirementError):
-            compile_condition(parse_condition(known.condition, VOCABULARY))
+            compile_condition(parse_condition(exemption.condition, VOCABULARY))
 
 
 def draw(target: Target, rng: Random) -> str:

@@ -101,14 +101,14 @@ class Trial:
         status, _ = self.victim.run(room=room)
         self.tally.counts["full disks"] += 1
         journal = self.report / NAME
-        found = read(journal) if journal.is_file() else Journal()
+        written = read(journal) if journal.is_file() else Journal()
         # The first two lines are long, and say what the session is; without them there is no result.
-        needed = max(found.size, sum(lengths[:2])) + max(lengths[2:])
-        if len(found.results) < self.whole.selected and needed < room:
-            self._fault(f"{found.size} bytes are written, and there is room for {room}")
+        needed = max(written.size, sum(lengths[:2])) + max(lengths[2:])
+        if len(written.results) < self.whole.selected and needed < room:
+            self._fault(f"{written.size} bytes are written, and there is room for {room}")
         if status == 0:
             self._fault("exit status 0, and the report cannot have been written")
-        self.victim.keep(found.results)  # for the others there was no room
+        self.victim.keep(written.results)  # for the others there was no room
         self._finish()
 
     def _clear(self) -> None:
@@ -153,11 +153,11 @@ class Trial:
         This report is that of the session without a break.
         """
         for number in range(RESUMES):
-            found = self._resumed(self.workers_s if number < 2 else 0.0)
-            if found is not None and not found.not_run and found.gates is not None:
+            report = self._resumed(self.workers_s if number < 2 else 0.0)
+            if report is not None and not report.not_run and report.gates is not None:
                 self.tally.counts["resumed to the end"] += 1
-                if timeless(found) != timeless(self.whole):
-                    self._fault(f"the final report differs in {differing(timeless(found), timeless(self.whole))}")
+                if timeless(report) != timeless(self.whole):
+                    self._fault(f"the final report differs in {differing(timeless(report), timeless(self.whole))}")
                 return
         self._fault(f"not at its end after {RESUMES} resumed sessions")
 
@@ -169,13 +169,13 @@ class Trial:
         if journal is None or journal.declared is None or self._begun() == before:
             return None
         try:
-            found = load(self.report)
+            report = load(self.report)
         except ReportError as error:
             self._fault(f"status {status}, no report: {error}\n{output}")
             return None
-        if status == 0 and found.not_run:
-            self._fault(f"exit status 0, and {found.not_run} tests were not run")
-        return found
+        if status == 0 and report.not_run:
+            self._fault(f"exit status 0, and {report.not_run} tests were not run")
+        return report
 
     def _begun(self) -> list[Began]:
         journal = self.report / NAME
@@ -195,9 +195,9 @@ def timeless(report: Report) -> dict[str, Any]:
     return plain
 
 
-def differing(one: dict[str, Any], other: dict[str, Any]) -> str:
+def differing(first: dict[str, Any], other: dict[str, Any]) -> str:
     """The keys in which two reports differ."""
-    return ", ".join(sorted(key for key in one.keys() | other.keys() if one.get(key) != other.get(key)))
+    return ", ".join(sorted(key for key in first.keys() | other.keys() if first.get(key) != other.get(key)))
 
 
 def whole(folder: Path, mode: str) -> Report:

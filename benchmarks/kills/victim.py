@@ -73,7 +73,7 @@ class Victim:
 
     def keep(self, nodeids: Collection[str]) -> None:
         """Forget that other results have arrived."""
-        (self.folder / ARRIVED).write_text("".join(f"{each}\n" for each in nodeids), encoding="utf-8")
+        (self.folder / ARRIVED).write_text("".join(f"{nodeid}\n" for nodeid in nodeids), encoding="utf-8")
 
     def run(
         self,

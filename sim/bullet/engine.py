@@ -81,9 +81,9 @@ class BulletEngine:
     def add(self, mass_kg: float, position: Vector, rgba: Sequence[float], shape: Shape) -> int:
         """See `Engine`."""
         check_finite("mass and position of a body", (mass_kg, *position))
-        given = _shape(shape)
-        seen = {"length" if name == "height" else name: value for name, value in given.items()}
-        collision = bullet.createCollisionShape(physicsClientId=self.client, **given)
+        size = _shape(shape)
+        seen = {"length" if name == "height" else name: value for name, value in size.items()}
+        collision = bullet.createCollisionShape(physicsClientId=self.client, **size)
         visual = bullet.createVisualShape(rgbaColor=rgba, physicsClientId=self.client, **seen)
         body: int = bullet.createMultiBody(mass_kg, collision, visual, position, physicsClientId=self.client)
         if body < 0:
@@ -160,30 +160,30 @@ class BulletEngine:
 
     def compose(self, base: Pose, pose: Pose) -> Pose:
         """See `Engine`; in single precision."""
-        found: Pose = bullet.multiplyTransforms(*base, *pose)
-        return found
+        composed: Pose = bullet.multiplyTransforms(*base, *pose)
+        return composed
 
     def relative(self, base: Pose, pose: Pose) -> Pose:
         """See `Engine`; in single precision."""
-        found: Pose = bullet.multiplyTransforms(*bullet.invertTransform(*base), *pose)
-        return found
+        composed: Pose = bullet.multiplyTransforms(*bullet.invertTransform(*base), *pose)
+        return composed
 
-    def between(self, one: Quaternion, other: Quaternion, share: float) -> Quaternion:
+    def between(self, start: Quaternion, other: Quaternion, share: float) -> Quaternion:
         """See `Engine`; in single precision."""
-        found: Quaternion = bullet.getQuaternionSlerp(one, other, share)
-        return found
+        turned: Quaternion = bullet.getQuaternionSlerp(start, other, share)
+        return turned
 
     def visuals(self, described: Mapping[int, str]) -> dict[Visual, Pose]:
         """See `Engine`."""
-        found: dict[Visual, Pose] = {}
+        visuals: dict[Visual, Pose] = {}
         for body in self._link_counts:
             shapes = shapes_of_description(described[body]) if body in described else shapes_of(self.client, body)
             frames: dict[int, Pose] = {}
             for number, (link, shape, at, rgba) in enumerate(shapes):
                 if link not in frames:
                     frames[link] = self.link_frame(body, link) if link >= 0 else self._base_frame(body)
-                found[Visual(body, number, shape, rgba)] = self.compose(frames[link], at)
-        return found
+                visuals[Visual(body, number, shape, rgba)] = self.compose(frames[link], at)
+        return visuals
 
     def _base_frame(self, body: int) -> Pose:
         """The frame of a base, computed from its centre of mass."""
@@ -208,7 +208,7 @@ class BulletEngine:
     def deepest(self, body: int, link: int, other: int) -> Contact:
         """See `Engine`."""
         points = bullet.getClosestPoints(body, other, FAR_M, link, -1, physicsClientId=self.client)
-        point = min(points, key=lambda each: float(each[8]))
+        point = min(points, key=lambda contact: float(contact[8]))
         return Contact(-float(point[8]), point[5], point[7])
 
     def near(self, body: int, other: int, within_m: float, *links: int) -> list[tuple[int, float]]:

@@ -82,8 +82,8 @@ class MujocoEngine:
         """See `Engine`."""
         bodies = self._scene.bodies
         if body not in bodies or not -1 <= link < len(bodies[body].links):
-            known = {number: len(each.links) for number, each in bodies.items()}
-            raise SimulationError(f"no link {link!r} of body {body!r}; bodies and their links: {known}")
+            links = {number: len(entry.links) for number, entry in bodies.items()}
+            raise SimulationError(f"no link {link!r} of body {body!r}; bodies and their links: {links}")
 
     def set_collision_group(self, body: int, group: int, by: int) -> None:
         """See `Engine`."""
@@ -146,24 +146,24 @@ class MujocoEngine:
         """See `Engine`."""
         return rotation.relative(base, pose)
 
-    def between(self, one: Quaternion, other: Quaternion, share: float) -> Quaternion:
+    def between(self, start: Quaternion, other: Quaternion, share: float) -> Quaternion:
         """See `Engine`."""
-        return rotation.between(one, other, share)
+        return rotation.between(start, other, share)
 
     def visuals(self, described: Mapping[int, str]) -> dict[Visual, Pose]:
         """See `Engine`."""
-        found: dict[Visual, Pose] = {}
+        visuals: dict[Visual, Pose] = {}
         for number, body in self._scene.bodies.items():
             if body.seen is not None:
-                found[Visual(number, 0, *body.seen)] = self._scene.pose(number)
+                visuals[Visual(number, 0, *body.seen)] = self._scene.pose(number)
                 continue
             frames: dict[int, Pose] = {}
             text = described.get(number, body.description)
-            for each, (link, shape, at, rgba) in enumerate(shapes_of_description(text)):
+            for place, (link, shape, at, rgba) in enumerate(shapes_of_description(text)):
                 if link not in frames:
                     frames[link] = self.link_frame(number, link)
-                found[Visual(number, each, shape, rgba)] = rotation.compose(frames[link], at)
-        return found
+                visuals[Visual(number, place, shape, rgba)] = rotation.compose(frames[link], at)
+        return visuals
 
     # how near they are
 
@@ -185,14 +185,14 @@ class MujocoEngine:
         self.check(body, link)
         self.check(other)
         model, data = self._scene.placed(body, other)
-        ends, found = np.empty(6), Contact(-math.inf, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-        for one in self._scene.bodies[body].numbers.geoms[link]:
-            for two in self._scene.bodies[other].numbers.geoms[-1]:
-                depth_m = -mujoco.mj_geomDistance(model, data, one, two, FAR_M, ends)
-                if depth_m > found.depth_m:
+        ends, deepest = np.empty(6), Contact(-math.inf, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        for geom in self._scene.bodies[body].numbers.geoms[link]:
+            for target in self._scene.bodies[other].numbers.geoms[-1]:
+                depth_m = -mujoco.mj_geomDistance(model, data, geom, target, FAR_M, ends)
+                if depth_m > deepest.depth_m:
                     away = (ends[3:] - ends[:3]) / (depth_m or 1.0)
-                    found = Contact(depth_m, vector(ends[:3]), vector(away))
-        return found
+                    deepest = Contact(depth_m, vector(ends[:3]), vector(away))
+        return deepest
 
     def near(self, body: int, other: int, within_m: float, *links: int) -> list[tuple[int, float]]:
         """See `Engine`."""
@@ -203,27 +203,27 @@ class MujocoEngine:
         if links:
             own, others = {links[0]: own[links[0]]}, {links[1]: others[links[1]]}
         targets = [geom for geoms in others.values() for geom in geoms]
-        found = []
+        near = []
         for link, geoms in own.items():
             for geom in geoms:
                 for target in targets:
                     distance_m = mujoco.mj_geomDistance(model, data, geom, target, within_m, None)
                     if distance_m < within_m:
-                        found.append((link, distance_m))
-        return found
+                        near.append((link, distance_m))
+        return near
 
     def _smallest(self, body: int, links: Iterable[int], other: int, other_links: Iterable[int]) -> float:
         model, data = self._scene.placed(body, other)
         own, others = self._scene.bodies[body].numbers.geoms, self._scene.bodies[other].numbers.geoms
         targets = [geom for link in other_links for geom in others[link]]
-        found = FAR_M
+        smallest_m = FAR_M
         for link in links:
             for geom in own[link]:
                 for target in targets:
-                    found = mujoco.mj_geomDistance(model, data, geom, target, found, None)
-        if not found < FAR_M:
+                    smallest_m = mujoco.mj_geomDistance(model, data, geom, target, smallest_m, None)
+        if not smallest_m < FAR_M:
             raise SimulationError(f"bodies {body} and {other} have no closest points")
-        return float(found)
+        return float(smallest_m)
 
     # how they move
 

@@ -151,7 +151,7 @@ class Scene:
         base = self.change().worldbody.add_body(name=f"{self._count}", mocap=True)
         prefix = f"{self._count} "
         self.spec.attach(robot, prefix=prefix, frame=base.add_frame())
-        geoms = {link: [self.spec.geom(prefix + name) for name in found] for link, found in names.items()}
+        geoms = {link: [self.spec.geom(prefix + name) for name in own_names] for link, own_names in names.items()}
         own = [self.spec.joint(prefix + joint.name.removeprefix(prefix)) for joint in joints]
         links = [joint.parent for joint in own]
         return self._new(Body(base, links=links, joints=own, geoms=geoms, description=description))

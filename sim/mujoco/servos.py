@@ -75,9 +75,9 @@ class Servos(Joints):
             if self._steps * STEP_S >= move.duration_s:
                 self._move = None
         here = data.qpos[self._scene.joints(self._body, self._joints)[0]]
-        told = np.minimum(np.maximum(self._goal, here - self._lead), here + self._lead)
-        data.ctrl[[each.id for each in self._actuators]] = told
-        self._settled = self._move is None and bool((told == self._goal).all())
+        command = np.minimum(np.maximum(self._goal, here - self._lead), here + self._lead)
+        data.ctrl[[actuator.id for actuator in self._actuators]] = command
+        self._settled = self._move is None and bool((command == self._goal).all())
 
     def _hold(self, pose: Sequence[float]) -> None:
         self._move, self._goal, self._settled = None, np.array(pose), False

@@ -32,9 +32,9 @@ class Done:
 def context(done: Sequence[Done]) -> dict[str, Any]:
     """What the page's template is filled with."""
     first = done[0].mutation
-    suites = list(dict.fromkeys(each.suite for each in done))
-    by_suite = {name: [each for each in done if each.suite == name] for name in suites}
-    alive = never_killed([each.mutation for each in done])
+    suites = list(dict.fromkeys(entry.suite for entry in done))
+    by_suite = {name: [entry for entry in done if entry.suite == name] for name in suites}
+    alive = never_killed([entry.mutation for entry in done])
     return {
         "made": first.made,
         "drawn": len(first.mutants),
@@ -47,21 +47,21 @@ def context(done: Sequence[Done]) -> dict[str, Any]:
         "together": together(done),
         "oracles": oracles(by_suite),
         "operators": operators(by_suite),
-        "survived": _mutants(each for each in alive if each.status == "survived"),
-        "silent": _mutants(each for each in alive if each.status != "survived"),
-        "left_out": {f"{each.suite} at seed {each.seed}": each.mutation.left_out for each in done},
+        "survived": _mutants(mutant for mutant in alive if mutant.status == "survived"),
+        "silent": _mutants(mutant for mutant in alive if mutant.status != "survived"),
+        "left_out": {f"{entry.suite} at seed {entry.seed}": entry.mutation.left_out for entry in done},
     }
 
 
 def sessions(done: Iterable[Done]) -> str:
     """A row for each session."""
     rows = []
-    for each in done:
-        score, runs = each.mutation.total, sum(len(mutant.runs) for mutant in each.mutation.mutants)
+    for entry in done:
+        score, runs = entry.mutation.total, sum(len(mutant.runs) for mutant in entry.mutation.mutants)
         killed = f"{page.percent(score.percent)} ({score.killed})"
-        cost = (page.thousands(runs), page.duration(each.mutation.wall_s))
+        cost = (page.thousands(runs), page.duration(entry.mutation.wall_s))
         others = (score.survived, score.unchanged, score.not_executed)
-        rows.append([each.suite, each.seed, each.report.reported, killed, *others, *cost])
+        rows.append([entry.suite, entry.seed, entry.report.reported, killed, *others, *cost])
     head = ["suite", "seed", "tests", "killed", "survived", "unchanged", "not executed", "runs", "time"]
     return page.table(head, rows)
 
@@ -80,7 +80,7 @@ def scores(by_suite: Mapping[str, Sequence[Done]]) -> str:
                 name,
                 len(done),
                 len(tried),
-                *(page.interval(proportion.share(sum(each), len(each))) for each in (tried, changed)),
+                *(page.interval(proportion.share(sum(shares), len(shares))) for shares in (tried, changed)),
             ]
         )
     head = ["suite", "seeds", "mutants", "killed, %", "killed, of those that changed a record, %"]
@@ -90,19 +90,19 @@ def scores(by_suite: Mapping[str, Sequence[Done]]) -> str:
 def _share_killed(done: Iterable[Done], counted: Sequence[MutantStatus]) -> list[float]:
     """Of each mutant: the share of sessions that killed it, of those in which its status is one of these."""
     killed: dict[str, list[bool]] = {}
-    for mutant in (mutant for each in done for mutant in each.mutation.mutants if mutant.status in counted):
+    for mutant in (mutant for entry in done for mutant in entry.mutation.mutants if mutant.status in counted):
         killed.setdefault(mutant.id, []).append(mutant.status == "killed")
-    return [fmean(each) for each in killed.values()]
+    return [fmean(sessions_killed) for sessions_killed in killed.values()]
 
 
 def together(done: Iterable[Done]) -> str:
     """A row for each seed: what its suites kill together, and what only one of them kills."""
     by_seed: dict[int, list[Done]] = {}
-    for each in done:
-        by_seed.setdefault(each.seed, []).append(each)
+    for entry in done:
+        by_seed.setdefault(entry.seed, []).append(entry)
     rows = []
     for seed, sessions_of_seed in by_seed.items():
-        killed = {each.suite: _killed(each.mutation) for each in sessions_of_seed}
+        killed = {entry.suite: _killed(entry.mutation) for entry in sessions_of_seed}
         union = set().union(*killed.values())
         total = len(sessions_of_seed[0].mutation.mutants)
         alone = {
@@ -116,40 +116,40 @@ def together(done: Iterable[Done]) -> str:
 
 def oracles(by_suite: Mapping[str, Sequence[Done]]) -> str:
     """A row for each oracle: mutants killed by it and only by it, per suite, means over seeds."""
-    names = dict.fromkeys(name for done in by_suite.values() for each in done for name in each.mutation.oracles)
+    names = dict.fromkeys(name for done in by_suite.values() for entry in done for name in entry.mutation.oracles)
     rows = []
     for name in sorted(names, key=by_requirement):
         cells = []
         for done in by_suite.values():
-            found = [each.mutation.oracles[name] for each in done if name in each.mutation.oracles]
-            cells.append(f"{_mean(f.killed for f in found)} ({_mean(f.only for f in found)})" if found else "0 (0)")
+            kills = [entry.mutation.oracles[name] for entry in done if name in entry.mutation.oracles]
+            cells.append(f"{_mean(f.killed for f in kills)} ({_mean(f.only for f in kills)})" if kills else "0 (0)")
         rows.append([name, *cells])
     return page.table(["oracle", *by_suite], rows)
 
 
 def operators(by_suite: Mapping[str, Sequence[Done]]) -> str:
     """A row for each kind of fault: how many mutants, and the share killed, per suite, means over seeds."""
-    found: dict[str, dict[str, list[MutationScore]]] = {}
+    scored: dict[str, dict[str, list[MutationScore]]] = {}
     for suite, done in by_suite.items():
-        for each in done:
-            for name, score in each.mutation.operators.items():
-                found.setdefault(name, {}).setdefault(suite, []).append(score)
+        for entry in done:
+            for name, score in entry.mutation.operators.items():
+                scored.setdefault(name, {}).setdefault(suite, []).append(score)
     rows = []
-    for name in sorted(found):
-        most = max(score.mutants for each in found[name].values() for score in each)
-        shares = ([score.percent or 0.0 for score in found[name].get(suite, ())] for suite in by_suite)
-        rows.append([name, most, *(page.percent(fmean(each)) if each else "-" for each in shares)])
+    for name in sorted(scored):
+        most = max(score.mutants for of_suite in scored[name].values() for score in of_suite)
+        shares = ([score.percent or 0.0 for score in scored[name].get(suite, ())] for suite in by_suite)
+        rows.append([name, most, *(page.percent(fmean(percents)) if percents else "-" for percents in shares)])
     return page.table(["fault", "mutants", *by_suite], rows)
 
 
 def never_killed(results: Sequence[MutationResult]) -> list[MutantResult]:
     """The mutants that no session killed, each once: as of a session in which it changed a record, if there is one."""
     killed = set().union(*map(_killed, results))
-    found: dict[str, MutantResult] = {}
+    alive: dict[str, MutantResult] = {}
     for mutant in (mutant for result in results for mutant in result.mutants if mutant.id not in killed):
-        if mutant.id not in found or (mutant.status == "survived" != found[mutant.id].status):
-            found[mutant.id] = mutant
-    return sorted(found.values(), key=lambda mutant: (mutant.file, mutant.line, mutant.operator, mutant.id))
+        if mutant.id not in alive or (mutant.status == "survived" != alive[mutant.id].status):
+            alive[mutant.id] = mutant
+    return sorted(alive.values(), key=lambda mutant: (mutant.file, mutant.line, mutant.operator, mutant.id))
 
 
 def _killed(result: MutationResult) -> set[str]:
@@ -163,13 +163,13 @@ def _mean(values: Iterable[int]) -> str:
 def _mutants(mutants: Iterable[MutantResult]) -> str:
     rows = [
         [
-            f"{each.file}:{each.line}",
-            each.operator,
-            _code(each.before),
-            _code(each.after),
-            each.difference or each.status,
+            f"{mutant.file}:{mutant.line}",
+            mutant.operator,
+            _code(mutant.before),
+            _code(mutant.after),
+            mutant.difference or mutant.status,
         ]
-        for each in mutants
+        for mutant in mutants
     ]
     return page.table(["where", "fault", "before", "after", "what changed"], rows)
 

@@ -96,10 +96,10 @@ class Pair:
         """For each turn of either run: SAME, or the cause of the difference. Empty where turns are not recorded."""
         if self.original.legs is None:
             return []
-        found = []
+        causes = []
         for index, (then, now) in enumerate(zip_longest(self.original.legs, self.ours.legs)):
-            found.append(SAME if then == now else self.record_fault or self._turn_cause(index, then, now))
-        return found
+            causes.append(SAME if then == now else self.record_fault or self._turn_cause(index, then, now))
+        return causes
 
     def _turn_cause(self, index: int, then: str | None, now: str | None) -> str:
         if now == "sensing-timeout":
@@ -204,17 +204,17 @@ def readings_by_turn(
     if sorted(outcome for _, outcome in left) != sorted(legs):
         raise ValueError(f"turns that ended {', '.join(legs)} have the decisions {left}")
     poses = [*(turn.pose for turn in requests), *[""] * len(legs)][: len(legs)]
-    found: dict[int, str] = {}
+    assigned: dict[int, str] = {}
     rounds: tuple[Fits, ...] = (lambda pose, reading: pose == reading, _explained, lambda pose, reading: True)
     for fits in rounds:
         for index, (pose, leg) in enumerate(zip(poses, legs, strict=True)):
-            if index in found:
+            if index in assigned:
                 continue
-            fitting = [each for each in left if each[1] == leg and fits(pose, each[0])]
+            fitting = [decision for decision in left if decision[1] == leg and fits(pose, decision[0])]
             if fitting:
                 left.remove(fitting[0])
-                found[index] = fitting[0][0]
-    return tuple(found[index] for index in range(len(legs)))
+                assigned[index] = fitting[0][0]
+    return tuple(assigned[index] for index in range(len(legs)))
 
 
 def _explained(pose: str, reading: str) -> bool:

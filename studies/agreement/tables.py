@@ -25,10 +25,10 @@ Group = tuple[str, Sequence[Pair]]
 def context(pairs: Sequence[Pair]) -> dict[str, Any]:
     """Tables and figures by name."""
     groups: list[Group] = [
-        (published.title, [each for each in pairs if method_of(each.original.suite) == name])
+        (published.title, [pair for pair in pairs if method_of(pair.original.suite) == name])
         for name, published in METHODS.items()
     ]
-    heard = [(first_request_s(each.original.lines), each.original.legs) for each in groups[-1][1]]
+    heard = [(first_request_s(pair.original.lines), pair.original.legs) for pair in groups[-1][1]]
     return {
         "count": len(pairs),
         "agreement": agreement([*groups, ("all", pairs)]),
@@ -36,7 +36,7 @@ def context(pairs: Sequence[Pair]) -> dict[str, Any]:
         "poses": poses(pairs),
         "closings": closings([*groups, ("all", pairs)]),
         "disagreements": disagreements(pairs),
-        "unexplained": sum(UNEXPLAINED in _reasons(each) for each in pairs),
+        "unexplained": sum(UNEXPLAINED in _reasons(pair) for pair in pairs),
         "repeats": repeats(pairs),
         "gains": gains(pairs),
         "errors": errors(pairs),
@@ -52,11 +52,11 @@ def context(pairs: Sequence[Pair]) -> dict[str, Any]:
 def repeats(pairs: Sequence[Pair]) -> dict[str, Any]:
     """How coverage differs between tests with the same commands: an upper bound for any agreement in order."""
     equal: dict[tuple[str, ...], list[Pair]] = {}
-    for each in pairs:
-        equal.setdefault(each.original.lines, []).append(each)
+    for pair in pairs:
+        equal.setdefault(pair.original.lines, []).append(pair)
     several = [group for group in equal.values() if len(group) > 1]
-    original = [[each.original.coverage for each in group] for group in several]
-    ours = [[each.ours.coverage for each in group] for group in several]
+    original = [[pair.original.coverage for pair in group] for group in several]
+    ours = [[pair.ours.coverage for pair in group] for group in several]
     return {"texts": len(several), "original": _repeated(original), "ours": _repeated(ours)}
 
 
@@ -65,29 +65,29 @@ def gains(pairs: Sequence[Pair]) -> dict[str, dict[str, float | None]]:
 
     Tests of BDI RL only: their records fit the tests, and all were measured in the same way.
     """
-    mine = [each for each in pairs if each.original.suite == "rl" and not each.record_fault]
-    then = [(set(each.original.legs or ()), each.original.coverage) for each in mine]
-    now = [(set(each.ours.legs), each.ours.coverage) for each in mine]
+    mine = [pair for pair in pairs if pair.original.suite == "rl" and not pair.record_fault]
+    then = [(set(pair.original.legs or ()), pair.original.coverage) for pair in mine]
+    now = [(set(pair.ours.legs), pair.ours.coverage) for pair in mine]
     return {"original": _gains(then), "ours": _gains(now)}
 
 
 def _gains(tests: Sequence[tuple[set[str], float]]) -> dict[str, float | None]:
     def average(legs: set[str]) -> float | None:
-        values = [coverage for found, coverage in tests if found == legs]
+        values = [coverage for ended, coverage in tests if ended == legs]
         return fmean(values) if values else None
 
     plain = average({"discarded"})
-    found = {}
-    for what, leg in (("release", "released"), ("timeout", "no-human-ready")):
+    points = {}
+    for event, leg in (("release", "released"), ("timeout", "no-human-ready")):
         more = average({"discarded", leg})
-        found[what] = None if plain is None or more is None else more - plain
-    return found
+        points[event] = None if plain is None or more is None else more - plain
+    return points
 
 
 def _repeated(values: Sequence[Sequence[float]]) -> dict[str, float | None]:
     return {
-        "order": spearman([each[0] for each in values], [each[1] for each in values]),
-        "widest": max((max(each) - min(each) for each in values), default=0.0),
+        "order": spearman([group[0] for group in values], [group[1] for group in values]),
+        "widest": max((max(group) - min(group) for group in values), default=0.0),
     }
 
 
@@ -100,9 +100,9 @@ def errors(pairs: Sequence[Pair]) -> str:
     rows = []
     for place, (name, error) in enumerate((("gaze", "10"), ("pressure", "01"), ("location", "10"))):
         seen: Counter[str] = Counter()
-        for each in pairs:
-            if each.waits_for_each:
-                for turn, reading in zip(each.requests, each.ours.readings, strict=False):
+        for pair in pairs:
+            if pair.waits_for_each:
+                for turn, reading in zip(pair.requests, pair.ours.readings, strict=False):
                     if turn.answered and reading != "none":
                         seen[turn.pose[place] + reading[place]] += 1
         was = "not ready" if error[0] == "0" else "ready"
@@ -116,10 +116,10 @@ def agreement(groups: Iterable[Group]) -> str:
     """By method: agreement on turns, verdicts and the order of coverage."""
     rows = []
     for title, pairs in groups:
-        turns = [why for each in pairs for why in each.turn_causes()]
-        in_order = [why for each in pairs if not each.record_fault for why in each.turn_causes()]
-        order = spearman([each.original.coverage for each in pairs], [each.ours.coverage for each in pairs])
-        verdicts = [_agreed(each.verdict_cause(name) for each in pairs) for name in REQUIREMENTS]
+        turns = [why for pair in pairs for why in pair.turn_causes()]
+        in_order = [why for pair in pairs if not pair.record_fault for why in pair.turn_causes()]
+        order = spearman([pair.original.coverage for pair in pairs], [pair.ours.coverage for pair in pairs])
+        verdicts = [_agreed(pair.verdict_cause(name) for pair in pairs) for name in REQUIREMENTS]
         rows.append(
             [title, len(pairs), _agreed(turns), _agreed(in_order), *verdicts, "-" if order is None else f"{order:.2f}"]
         )
@@ -136,12 +136,12 @@ def _agreed(reasons: Iterable[str]) -> str:
 def causes(pairs: Sequence[Pair]) -> str:
     """Number of disagreements by cause."""
     counts = {
-        "turns": Counter(why for each in pairs for why in each.turn_causes()),
-        **{name: Counter(each.verdict_cause(name) for each in pairs) for name in REQUIREMENTS},
+        "turns": Counter(why for pair in pairs for why in pair.turn_causes()),
+        **{name: Counter(pair.verdict_cause(name) for pair in pairs) for name in REQUIREMENTS},
     }
     total: Counter[str] = sum(counts.values(), Counter())
-    found = sorted((why for why in total if why != SAME), key=lambda why: (-total[why], why))
-    rows = [[why, *(count[why] or "" for count in counts.values())] for why in found]
+    ordered = sorted((why for why in total if why != SAME), key=lambda why: (-total[why], why))
+    rows = [[why, *(count[why] or "" for count in counts.values())] for why in ordered]
     sums = [sum(count.values()) - count[SAME] for count in counts.values()]
     return table(["cause", *counts], [*rows, ["all", *sums]])
 
@@ -150,17 +150,17 @@ def poses(pairs: Sequence[Pair]) -> str:
     """How often a leg was released, by the person's pose, where the record fits the test."""
     kinds = {"gaze, pressure and location ready": True, "not all of them ready": False}
     rows = []
-    for what, all_ready in kinds.items():
+    for pose, all_ready in kinds.items():
         then: list[bool] = []
         now: list[bool] = []
-        for each in pairs:
-            if each.original.legs is None or each.record_fault:
+        for pair in pairs:
+            if pair.original.legs is None or pair.record_fault:
                 continue
-            for turn, their, our in zip(each.requests, each.original.legs, each.ours.legs, strict=False):
+            for turn, their, our in zip(pair.requests, pair.original.legs, pair.ours.legs, strict=False):
                 if turn.answered and turn.all_ready == all_ready and {their, our} <= {"released", "discarded"}:
                     then.append(their == "released")
                     now.append(our == "released")
-        rows.append([what, len(then), *(f"{interval(share(sum(x), len(x)))} %" for x in (then, now))])
+        rows.append([pose, len(then), *(f"{interval(share(sum(x), len(x)))} %" for x in (then, now))])
     return table(["the person's", "turns", "released in the original", "released here"], rows)
 
 
@@ -170,7 +170,7 @@ def closings(groups: Iterable[Group]) -> str:
     for title, pairs in groups:
         row: list[object] = [title]
         for verdicts in ([p.original.verdicts for p in pairs], [p.ours.verdicts for p in pairs]):
-            checked = [each["R3"] for each in verdicts if each["R3"] != "NC"]
+            checked = [judged["R3"] for judged in verdicts if judged["R3"] != "NC"]
             failed = checked.count("Failed")
             row += [f"{failed} of {len(checked)}", f"{interval(share(failed, len(checked)))} %"]
         rows.append(row)
@@ -180,13 +180,13 @@ def closings(groups: Iterable[Group]) -> str:
 def disagreements(pairs: Sequence[Pair]) -> str:
     """Every test on which the two disagree for another reason than the position of the hand."""
     rows = []
-    for each in pairs:
-        reasons = [why for why in dict.fromkeys(_reasons(each)) if why not in (SAME, HAND)]
+    for pair in pairs:
+        reasons = [why for why in dict.fromkeys(_reasons(pair)) if why not in (SAME, HAND)]
         if not reasons:
             continue
-        then = [f"{_short(each.original.verdicts)}: {', '.join(_legs(each.original.legs))}"]
-        now = [f"{_short(each.ours.verdicts)}: {', '.join(_legs(each.ours.legs))}"]
-        rows.append([each.original.name, *then, *now, "; ".join(reasons)])
+        then = [f"{_short(pair.original.verdicts)}: {', '.join(_legs(pair.original.legs))}"]
+        now = [f"{_short(pair.ours.verdicts)}: {', '.join(_legs(pair.ours.legs))}"]
+        rows.append([pair.original.name, *then, *now, "; ".join(reasons)])
     return table(["test", "original (R1 R2 R3: turns)", "here", "cause"], rows)
 
 
@@ -202,8 +202,8 @@ def coverage_chart(pairs: Sequence[Pair]) -> Figure:
     """Scatter plot of coverage, original against here; the area of a marker is the number of tests."""
     made, (axes,) = figure()
     for (name, published), (colour, _, marker) in zip(METHODS.items(), STYLES, strict=False):
-        mine = [each for each in pairs if method_of(each.original.suite) == name]
-        points = Counter((each.original.coverage, each.ours.coverage) for each in mine)
+        mine = [pair for pair in pairs if method_of(pair.original.suite) == name]
+        points = Counter((pair.original.coverage, pair.ours.coverage) for pair in mine)
         axes.scatter(
             [then for then, _ in points],
             [now for _, now in points],

@@ -59,12 +59,12 @@ def sessions(suites: Iterable[str], ways: Sequence[str], seeds: Iterable[int], r
     """The sessions, seed by seed: the loop first, as it says which points there are."""
     closing = (f"--hri-close-runs={runs}", f"--hri-close-seconds={SECONDS}")
     others = [suite for suite in suites if suite != LOOP]
-    found = []
+    cells = []
     for seed in seeds:
-        found.append(grid.Cell(LOOP, seed, closing))
-        found += [grid.Cell(suite, seed, (f"--hri-tests={MORE * runs}",)) for suite in others]
-        found += [grid.Cell(LOOP, seed, (*closing, f"--hri-close-without={way}"), WITHOUT + way) for way in ways]
-    return found
+        cells.append(grid.Cell(LOOP, seed, closing))
+        cells += [grid.Cell(suite, seed, (f"--hri-tests={MORE * runs}",)) for suite in others]
+        cells += [grid.Cell(LOOP, seed, (*closing, f"--hri-close-without={way}"), WITHOUT + way) for way in ways]
+    return cells
 
 
 def run(cells: Iterable[grid.Cell], folder: Path, docs: Path, *, again: bool) -> None:
@@ -82,9 +82,9 @@ def run(cells: Iterable[grid.Cell], folder: Path, docs: Path, *, again: bool) ->
             missing.append(str(cell))
             continue
         done.append((of_loop if cell.suite == LOOP else of_suite)(cell.name, cell.seed, report))
-        if any(each.series == LOOP for each in done):
+        if any(growth.series == LOOP for growth in done):
             write(done, report, docs)
-    if not any(each.series == LOOP for each in done):
+    if not any(growth.series == LOOP for growth in done):
         raise session.SessionError(f"{folder}: no session of {LOOP} is complete and of the present code")
     left = f"; missing: {', '.join(missing)}" if missing else ""
     print(f"written: {docs / 'closure.md'}, of {len(done)} sessions{left}")
@@ -94,9 +94,9 @@ def write(done: Sequence[Growth], report: Report, docs: Path) -> None:
     """The page and its picture."""
     page.write(docs / "closure.md", page.render("closure/closure.md.jinja", context(done, report)))
     made, axes = plots.figure(panels=2)
-    for each, (title, kind) in zip(axes, (("all points", ""), ("bins of cross products", "bin")), strict=True):
-        plots.curves(each, curves(done, kind), x="simulated time (s)", y="points hit (%)", drawn="steps-post")
-        each.set_title(title)
+    for panel, (title, kind) in zip(axes, (("all points", ""), ("bins of cross products", "bin")), strict=True):
+        plots.curves(panel, curves(done, kind), x="simulated time (s)", y="points hit (%)", drawn="steps-post")
+        panel.set_title(title)
     plots.save(made, docs / "pictures" / "closure.svg")
 
 

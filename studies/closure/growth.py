@@ -58,10 +58,10 @@ class Growth:
 
     def time_to(self, count: int, wanted: Set[Point]) -> float | None:
         """The simulated time (s) in which so many wanted points were hit; None where fewer were."""
-        found = 0
+        hit = 0
         for step in self.steps:
-            found += sum(point in wanted for point in step.points)
-            if found >= count:
+            hit += sum(point in wanted for point in step.points)
+            if hit >= count:
                 return step.sim_s
         return None
 
@@ -72,8 +72,8 @@ def of_loop(series: str, seed: int, report: Report) -> Growth:
     if closing is None:
         raise SessionError(f"{series} at seed {seed}: the report has no closing loop")
     by_run: dict[int, list[Point]] = {}
-    for each in closing.hit:
-        by_run.setdefault(each.run, []).append(each.point)
+    for hit in closing.hit:
+        by_run.setdefault(hit.run, []).append(hit.point)
     times = {step.run: step.sim_s for step in closing.growth}
     steps = tuple(Step(run, times[run], tuple(points)) for run, points in sorted(by_run.items()))
     return Growth(series, seed, steps, closing.runs, closing.sim_s, closing, report.wall_s)
@@ -123,8 +123,8 @@ def wanted_points(sessions: Iterable[Growth]) -> set[Point]:
 
     Without those that were thought impossible, though a disturbed run may hit one.
     """
-    loops = [each.closing for each in sessions if each.closing is not None]
-    hit = {each.point for closing in loops for each in closing.hit}
-    found = hit | {each.point for closing in loops for each in closing.open}
-    found -= {each.point for closing in loops for each in closing.impossible}
-    return {point for point in found if point[0] not in UNRECORDED}
+    loops = [growth.closing for growth in sessions if growth.closing is not None]
+    hit = {point.point for closing in loops for point in closing.hit}
+    wanted = hit | {point.point for closing in loops for point in closing.open}
+    wanted -= {point.point for closing in loops for point in closing.impossible}
+    return {point for point in wanted if point[0] not in UNRECORDED}

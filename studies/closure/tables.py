@@ -26,9 +26,9 @@ def context(sessions: Sequence[Growth], report: Report) -> dict[str, Any]:
         sessions: at least one is a whole loop.
         report: of one of them.
     """
-    suites = _by_series(each for each in sessions if not each.series.startswith(WITHOUT))
-    loops = _by_series(each for each in sessions if each.closing is not None)
-    wanted, budget = wanted_points(sessions), max(each.runs for each in suites[LOOP])
+    suites = _by_series(growth for growth in sessions if not growth.series.startswith(WITHOUT))
+    loops = _by_series(growth for growth in sessions if growth.closing is not None)
+    wanted, budget = wanted_points(sessions), max(growth.runs for growth in suites[LOOP])
     return {
         "points": len(wanted),
         "horizon_s": horizon_s(sessions),
@@ -47,15 +47,15 @@ def context(sessions: Sequence[Growth], report: Report) -> dict[str, Any]:
 
 
 def _by_series(sessions: Iterable[Growth]) -> dict[str, list[Growth]]:
-    found: dict[str, list[Growth]] = {}
-    for each in sessions:
-        found.setdefault(each.series, []).append(each)
-    return found
+    by_series: dict[str, list[Growth]] = {}
+    for growth in sessions:
+        by_series.setdefault(growth.series, []).append(growth)
+    return by_series
 
 
 def horizon_s(sessions: Iterable[Growth]) -> float:
     """The simulated time (s) that all sessions of whole suites have."""
-    return min(each.sim_s for each in sessions if not each.series.startswith(WITHOUT))
+    return min(growth.sim_s for growth in sessions if not growth.series.startswith(WITHOUT))
 
 
 def reached(
@@ -70,7 +70,7 @@ def reached(
     totals = {kind: sum(point[0] == kind for point in wanted) for kind in kinds}
     rows = []
     for name, sessions in by_series.items():
-        counts = [each.reached(wanted, sim_s=sim_s, runs=runs) for each in sessions]
+        counts = [growth.reached(wanted, sim_s=sim_s, runs=runs) for growth in sessions]
         cells = [_mean([count[kind] for count in counts]) for kind in kinds]
         rows.append([name, *cells, _mean([count.total() for count in counts])])
     head = ["suite", *(f"{kind_text(kind)} of {totals[kind]}" for kind in kinds), f"all of {len(wanted)}"]
@@ -79,13 +79,13 @@ def reached(
 
 def overtaken(suites: Mapping[str, Sequence[Growth]], wanted: Set[Point]) -> str:
     """A row for each other suite: when the loop has reached as many points as that suite in the end."""
-    loops = {each.seed: each for each in suites[LOOP]}
+    loops = {growth.seed: growth for growth in suites[LOOP]}
     rows = []
     for name, sessions in suites.items():
         if name == LOOP:
             continue
-        pairs = [(loops[each.seed], each) for each in sessions if each.seed in loops]
-        times = [(loop.time_to(each.reached(wanted).total(), wanted), each.sim_s) for loop, each in pairs]
+        pairs = [(loops[growth.seed], growth) for growth in sessions if growth.seed in loops]
+        times = [(loop.time_to(growth.reached(wanted).total(), wanted), growth.sim_s) for loop, growth in pairs]
         shares = [100.0 * time_s / sim_s for time_s, sim_s in times if time_s is not None and sim_s > 0.0]
         if pairs:
             mean_s = [time_s for time_s, _ in times if time_s is not None]
@@ -97,45 +97,49 @@ def overtaken(suites: Mapping[str, Sequence[Growth]], wanted: Set[Point]) -> str
 def without(loops: Mapping[str, Sequence[Growth]], wanted: Set[Point]) -> str:
     """A row for each loop: how many closed, its points and runs, and the differences to the whole loop of the seed."""
     head = ["loop", "closed", "bins", f"points of {len(wanted)}", "runs", "points, difference", "runs, difference"]
-    whole = {each.seed: each for each in loops[LOOP]}
+    whole = {growth.seed: growth for growth in loops[LOOP]}
     return page.table(head, [_compared(name, sessions, whole, wanted) for name, sessions in loops.items()])
 
 
 def _compared(name: str, sessions: Sequence[Growth], whole: Mapping[int, Growth], wanted: Set[Point]) -> list[str]:
     """A row of `without`; a loop that did not close counts with all of its runs."""
-    counts = [each.reached(wanted) for each in sessions]
-    closed = sum(each.closing is not None and each.closing.ended == "closed" for each in sessions)
-    own = [[count["bin"] for count in counts], [count.total() for count in counts], [each.runs for each in sessions]]
+    counts = [growth.reached(wanted) for growth in sessions]
+    closed = sum(growth.closing is not None and growth.closing.ended == "closed" for growth in sessions)
+    own = [
+        [count["bin"] for count in counts],
+        [count.total() for count in counts],
+        [growth.runs for growth in sessions],
+    ]
     row = [name, f"{closed} of {len(sessions)}", *map(_mean, own)]
     if name == LOOP:
         return [*row, "-", "-"]
-    pairs = [(each, whole[each.seed]) for each in sessions if each.seed in whole]
-    points = [each.reached(wanted).total() - other.reached(wanted).total() for each, other in pairs]
-    return [*row, _mean(points, signed=True), _mean([each.runs - other.runs for each, other in pairs], signed=True)]
+    pairs = [(growth, whole[growth.seed]) for growth in sessions if growth.seed in whole]
+    points = [growth.reached(wanted).total() - other.reached(wanted).total() for growth, other in pairs]
+    return [*row, _mean(points, signed=True), _mean([growth.runs - other.runs for growth, other in pairs], signed=True)]
 
 
 def ways(sessions: Sequence[Growth]) -> str:
     """A row for each way: runs and new points of the whole loop, means over seeds."""
-    results = [each.closing.ways for each in sessions if each.closing is not None]
+    results = [growth.closing.ways for growth in sessions if growth.closing is not None]
     rows = []
     for name in dict.fromkeys(name for result in results for name in result):
-        found = [result[name] for result in results if name in result]
-        runs = sum(each.runs for each in found) / len(results)
-        points = sum(sum(each.new.values()) for each in found) / len(results)
-        bins = sum(each.new.get("bin", 0) for each in found) / len(results)
+        shares = [result[name] for result in results if name in result]
+        runs = sum(share.runs for share in shares) / len(results)
+        points = sum(sum(share.new.values()) for share in shares) / len(results)
+        bins = sum(share.new.get("bin", 0) for share in shares) / len(results)
         rows.append([name, f"{runs:.1f}", f"{points:.1f}", f"{bins:.1f}"])
     return page.table(["way", "runs", "new points", "of them bins"], rows)
 
 
 def never(sessions: Sequence[Growth]) -> str:
     """A row for each point that the loop left open at every seed."""
-    found: dict[Point, list[Any]] = {}
-    for each in sessions:
-        for point in each.closing.open if each.closing is not None else ():
-            found.setdefault(point.point, []).append(point)
+    open_at: dict[Point, list[Any]] = {}
+    for growth in sessions:
+        for point in growth.closing.open if growth.closing is not None else ():
+            open_at.setdefault(point.point, []).append(point)
     rows = [
-        [f"`{point_text(point)}`", kind_text(point[0]), sum(each.tries for each in points), points[-1].lacking]
-        for point, points in sorted(found.items())
+        [f"`{point_text(point)}`", kind_text(point[0]), sum(point.tries for point in points), points[-1].lacking]
+        for point, points in sorted(open_at.items())
         if len(points) == len(sessions)
     ]
     return page.table(["point", "kind", "tries at all seeds", "what the nearest lacked"], rows) if rows else "Nothing."
@@ -144,9 +148,11 @@ def never(sessions: Sequence[Growth]) -> str:
 def listed(sessions: Iterable[Growth]) -> str:
     """A row for each session."""
     rows = []
-    for each in sessions:
-        ended = each.closing.ended if each.closing is not None else "-"
-        rows.append([each.series, each.seed, each.runs, f"{each.sim_s:.0f}", ended, page.duration(each.wall_s)])
+    for growth in sessions:
+        ended = growth.closing.ended if growth.closing is not None else "-"
+        rows.append(
+            [growth.series, growth.seed, growth.runs, f"{growth.sim_s:.0f}", ended, page.duration(growth.wall_s)]
+        )
     return page.table(["suite", "seed", "runs", "simulated, s", "ended", "time"], rows)
 
 
@@ -155,13 +161,14 @@ def curves(sessions: Sequence[Growth], kind: str = "") -> dict[str, list[tuple[f
     wanted = {point for point in wanted_points(sessions) if kind in ("", point[0])}
     end_s = horizon_s(sessions)
     times = [end_s * step / CURVE_STEPS for step in range(CURVE_STEPS + 1)]
-    suites = _by_series(each for each in sessions if not each.series.startswith(WITHOUT))
+    suites = _by_series(growth for growth in sessions if not growth.series.startswith(WITHOUT))
     share = 100.0 / max(len(wanted), 1)
     return {
         name: [
-            (time_s, share * fmean(each.reached(wanted, sim_s=time_s).total() for each in found)) for time_s in times
+            (time_s, share * fmean(growth.reached(wanted, sim_s=time_s).total() for growth in growths))
+            for time_s in times
         ]
-        for name, found in suites.items()
+        for name, growths in suites.items()
     }
 
 

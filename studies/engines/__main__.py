@@ -26,12 +26,12 @@ def main() -> None:
     options = parser.parse_args()
     cells = grid.cells(options.suites, options.seeds, ("--hri-engine=both", "--hri-no-cov"))
     try:
-        found = agreements(cells, options.report.resolve(), again=options.again)
+        by_session = agreements(cells, options.report.resolve(), again=options.again)
     except (session.SessionError, ReportError, DependencyError) as error:
         sys.exit(f"engines: {error}")
     except KeyboardInterrupt:
         sys.exit("engines: interrupted; start it again to go on")
-    page.write(options.docs / "engines.md", page.render("engines/engines.md.jinja", context(found)))
+    page.write(options.docs / "engines.md", page.render("engines/engines.md.jinja", context(by_session)))
     print(f"written: {options.docs / 'engines.md'}")
 
 
@@ -43,14 +43,14 @@ def agreements(cells: Iterable[grid.Cell], folder: Path, *, again: bool) -> dict
         ReportError: a report is damaged.
         DependencyError: a file of the repository is missing.
     """
-    found = {}
+    by_session = {}
     for cell, report in grid.reports(cells, folder, again=again):
-        each = agreement(report.tests) if report is not None else None
-        if each is not None:
-            found[str(cell)] = each
-    if not found:
+        agreed = agreement(report.tests) if report is not None else None
+        if agreed is not None:
+            by_session[str(cell)] = agreed
+    if not by_session:
         raise session.SessionError(f"{folder} has no report of the present code with tests on two engines")
-    return found
+    return by_session
 
 
 if __name__ == "__main__":

@@ -14,44 +14,44 @@ PAPER = ("R1", "R2", "R3", "R4")
 """The requirements of the published case study that have a column of their own."""
 
 
-def context(found: Mapping[str, Agreement]) -> dict[str, Any]:
+def context(by_session: Mapping[str, Agreement]) -> dict[str, Any]:
     """What the template needs.
 
     Args:
-        found: session -> how far the engines agree in it.
+        by_session: session -> how far the engines agree in it.
     """
     return {
-        "engines": " and ".join(next(iter(found.values())).engines),
-        "suites": _suites(found),
-        "requirements": _requirements(found),
+        "engines": " and ".join(next(iter(by_session.values())).engines),
+        "suites": _suites(by_session),
+        "requirements": _requirements(by_session),
         "differences": [
             f"{name}, {test}: {text}"
-            for name, each in found.items()
-            for test in sorted(each.differing, key=natural)
-            for text in each.differing[test]
+            for name, agreed in by_session.items()
+            for test in sorted(agreed.differing, key=natural)
+            for text in agreed.differing[test]
         ],
         "machine": session.machine(),
     }
 
 
-def _suites(found: Mapping[str, Agreement]) -> str:
+def _suites(by_session: Mapping[str, Agreement]) -> str:
     rows = []
-    for name, each in found.items():
-        others = [verdicts for requirement, verdicts in each.verdicts.items() if requirement not in PAPER]
-        rest = _share(sum(one.same for one in others), sum(one.tests for one in others))
-        paper = [_share(each.verdicts[one].same, each.verdicts[one].tests) for one in PAPER]
-        rows.append([name, each.tests, _share(each.same, each.interactions), *paper, rest, len(each.differing)])
+    for name, agreed in by_session.items():
+        others = [verdicts for requirement, verdicts in agreed.verdicts.items() if requirement not in PAPER]
+        rest = _share(sum(verdicts.same for verdicts in others), sum(verdicts.tests for verdicts in others))
+        paper = [_share(agreed.verdicts[requirement].same, agreed.verdicts[requirement].tests) for requirement in PAPER]
+        rows.append([name, agreed.tests, _share(agreed.same, agreed.interactions), *paper, rest, len(agreed.differing)])
     head = ["session", "tests", "legs that end alike", *PAPER, "other requirements", "tests that depend on the engine"]
     return page.table(head, rows)
 
 
-def _requirements(found: Mapping[str, Agreement]) -> str:
+def _requirements(by_session: Mapping[str, Agreement]) -> str:
     totals: Counter[tuple[str, str]] = Counter()
     margins: dict[str, float] = {}
-    for each in found.values():
-        for name, verdicts in each.verdicts.items():
-            for what in ("tests", "same", "triggers"):
-                totals[name, what] += getattr(verdicts, what)
+    for agreed in by_session.values():
+        for name, verdicts in agreed.verdicts.items():
+            for kind in ("tests", "same", "triggers"):
+                totals[name, kind] += getattr(verdicts, kind)
             if verdicts.margin is not None:
                 margins[name] = max(verdicts.margin, margins.get(name, 0.0))
     rows = [

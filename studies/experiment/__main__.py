@@ -48,27 +48,27 @@ def checked(report: dict[str, Any]) -> dict[str, Any]:
 
 def write(report: dict[str, Any], docs: Path) -> None:
     """Write page and pictures."""
-    found = methods(report)
+    by_name = methods(report)
     workers = int(report["workers"])
     for name, made in (
-        ("coverage", charts.coverage(found)),
-        ("learning", charts.learning(found["rl"])),
-        ("growth", charts.growth(found)),
-        ("time", charts.time(found, workers)),
+        ("coverage", charts.coverage(by_name)),
+        ("learning", charts.learning(by_name["rl"])),
+        ("growth", charts.growth(by_name)),
+        ("time", charts.time(by_name, workers)),
     ):
         plots.save(made, docs / PICTURES / f"experiment-{name}.svg")
-    page.write(docs / "experiment.md", page.render("experiment/experiment.md.jinja", context(report, found)))
+    page.write(docs / "experiment.md", page.render("experiment/experiment.md.jinja", context(report, by_name)))
 
 
-def context(report: dict[str, Any], found: dict[str, Method]) -> dict[str, Any]:
+def context(report: dict[str, Any], by_name: dict[str, Method]) -> dict[str, Any]:
     """What the page's template is filled with."""
     workers = int(report["workers"])
     return {
         "report": report,
-        "methods": found,
-        "tables": tables(found, workers),
+        "methods": by_name,
+        "tables": tables(by_name, workers),
         "failures": failures(report),
-        "at_rest": [each for each in found.values() if each.verdicts["R4"][2]],
+        "at_rest": [method for method in by_name.values() if method.verdicts["R4"][2]],
         "machine": session.machine(),
         "published": published,
         "workers": workers,
@@ -82,17 +82,17 @@ def context(report: dict[str, Any], found: dict[str, Method]) -> dict[str, Any]:
 
 def failures(report: dict[str, Any]) -> list[dict[str, str]]:
     """Tests that failed a requirement not known to fail, with the cause as far as the test's parameters show it."""
-    found = []
+    listed = []
     for test in report["tests"]:
         if test["outcome"] not in ("failed", "error"):
             continue
-        failed = [name for name, each in test["requirements"].items() if each["verdict"] == "Failed"]
+        failed = [name for name, judged in test["requirements"].items() if judged["verdict"] == "Failed"]
         grips = [action["parameters"].get("grip_s", 0.0) for action in test["concrete"]["actions"]]
         cause = f": the person grips the fingers with the leg for {max(grips):.1f} s, as in one run of the original"
         slow = failed == ["R1"] and max(grips, default=0.0) > 0.0
-        what = " and ".join(failed) or "an error"
-        found.append({"what": what, "test": test["id"], "cause": cause if slow else ""})
-    return found
+        violated = " and ".join(failed) or "an error"
+        listed.append({"what": violated, "test": test["id"], "cause": cause if slow else ""})
+    return listed
 
 
 if __name__ == "__main__":

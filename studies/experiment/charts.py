@@ -23,17 +23,17 @@ def coverage(methods: Mapping[str, Method]) -> Figure:
     made, (ours, theirs) = figure(panels=2)
     curves(
         ours,
-        {each.published.title: _ascending(each.percents) for each in methods.values()},
+        {method.published.title: _ascending(method.percents) for method in methods.values()},
         x="tests in ascending order of coverage (% of the suite's tests)",
         y="statements covered by the test (%)",
         drawn="steps-post",
     )
-    given: dict[str, list[float]] = {name: [] for name in METHODS}
+    recorded: dict[str, list[float]] = {name: [] for name in METHODS}
     for run in load_runs():
-        given[method_of(run.suite)].append(run.coverage)
+        recorded[method_of(run.suite)].append(run.coverage)
     curves(
         theirs,
-        {METHODS[name].title: _ascending(sorted(values)) for name, values in given.items()},
+        {METHODS[name].title: _ascending(sorted(values)) for name, values in recorded.items()},
         x="tests in ascending order of coverage (% of the suite's tests)",
         y="",
         drawn="steps-post",
@@ -79,23 +79,23 @@ def growth(methods: Mapping[str, Method]) -> Figure:
     """Plans and branches that so many tests cover together."""
     made, (branches, plans) = figure(panels=2)
     _growth(branches, methods, "branches", "branches of the code under test covered (number)")
-    modelled = {name: each for name, each in methods.items() if each.suite["plans"]}
+    modelled = {name: method for name, method in methods.items() if method.suite["plans"]}
     _growth(plans, modelled, "plans", "plans of human and robot_code covered (number)")
     branches.set_title(f"{_of(methods, 'branches')} branches can be reached")
-    totals = [sum(agent["total"] for agent in each.suite["plans"].values()) for each in modelled.values()]
+    totals = [sum(agent["total"] for agent in method.suite["plans"].values()) for method in modelled.values()]
     plans.set_title(f"{max(totals)} plans in the models")
     return made
 
 
 def _of(methods: Mapping[str, Method], kind: str) -> int:
-    (reachable,) = {each.suite["code"][kind]["reachable"] for each in methods.values()}
+    (reachable,) = {method.suite["code"][kind]["reachable"] for method in methods.values()}
     return int(reachable)
 
 
 def _growth(axes: Axes, methods: Mapping[str, Method], kind: str, y: str) -> None:
     lines = {
-        each.published.title: [(point["tests"], point[kind]) for point in each.suite["curve"]]
-        for each in methods.values()
+        method.published.title: [(point["tests"], point[kind]) for point in method.suite["curve"]]
+        for method in methods.values()
     }
     curves(axes, lines, x="tests, in the order of their ids (number)", y=y, drawn="steps-post")
     axes.set_xscale("log")
@@ -106,9 +106,9 @@ def _growth(axes: Axes, methods: Mapping[str, Method], kind: str, y: str) -> Non
 def time(methods: Mapping[str, Method], workers: int) -> Figure:
     """How long learning and running took, here and originally."""
     made, (axes,) = figure()
-    names = ["learning (BDI RL)", *(f"running {each.published.title}" for each in methods.values())]
-    ours = [methods["rl"].suite["generation"]["wall_s"], *(each.busy_s / workers for each in methods.values())]
-    theirs = [(LEARNING_S, LEARNING_S), *(each.running_s for each in methods.values())]
+    names = ["learning (BDI RL)", *(f"running {method.published.title}" for method in methods.values())]
+    ours = [methods["rl"].suite["generation"]["wall_s"], *(method.busy_s / workers for method in methods.values())]
+    theirs = [(LEARNING_S, LEARNING_S), *(method.running_s for method in methods.values())]
     rows = range(len(names))
     (here, _, dot), (then, _, square) = STYLES[0], STYLES[1]
     axes.plot(ours, rows, dot, color=here, label="here")

@@ -120,7 +120,7 @@ def _method(suite: Entry, report: Entry, published: Published, runs: Sequence[Or
 
 
 def _verdicts(test: Entry) -> dict[str, str]:
-    return {name: each["verdict"] for name, each in test["requirements"].items()}
+    return {name: judged["verdict"] for name, judged in test["requirements"].items()}
 
 
 Row = tuple[Sequence[str], Mapping[str, str], tuple[str, ...] | None, float]
@@ -128,23 +128,27 @@ Row = tuple[Sequence[str], Mapping[str, str], tuple[str, ...] | None, float]
 
 def _request_statistics(rows: Sequence[Row]) -> RequestStatistics:
     requests = [leg_requests(lines)[:MAX_TURNS] for lines, *_ in rows]
-    verdicts = [each for _, each, *_ in rows]
-    all_ready = [any(turn.all_ready for turn in each) for each in requests]
-    not_ready = [any(turn.answered and not turn.all_ready for turn in each) for each in requests]
-    legs = [each for _, _, each, _ in rows if each is not None]
-    known = len(legs) == len(rows)
-    releasing = [cover for *_, found, cover in rows if "released" in (found or ())]
-    others = [cover for *_, found, cover in rows if "released" not in (found or ())]
+    verdicts = [judged for _, judged, *_ in rows]
+    all_ready = [any(turn.all_ready for turn in turns) for turns in requests]
+    not_ready = [any(turn.answered and not turn.all_ready for turn in turns) for turns in requests]
+    legs = [outcomes for _, _, outcomes, _ in rows if outcomes is not None]
+    complete = len(legs) == len(rows)
+    releasing = [cover for *_, outcomes, cover in rows if "released" in (outcomes or ())]
+    others = [cover for *_, outcomes, cover in rows if "released" not in (outcomes or ())]
     return RequestStatistics(
         tests=len(rows),
-        no_request=sum(not each for each in requests),
+        no_request=sum(not turns for turns in requests),
         all_ready=sum(all_ready),
-        all_ready_checked=sum(wanted and each["R1"] != "NC" for wanted, each in zip(all_ready, verdicts, strict=True)),
+        all_ready_checked=sum(
+            wanted and judged["R1"] != "NC" for wanted, judged in zip(all_ready, verdicts, strict=True)
+        ),
         not_ready=sum(not_ready),
-        not_ready_checked=sum(wanted and each["R2"] != "NC" for wanted, each in zip(not_ready, verdicts, strict=True)),
-        turns=sum(map(len, legs)) if known else None,
-        begun=sum(map(bool, legs)) if known else None,
-        failed=sum(each["R3"] == "Failed" for each in verdicts),
-        releasing=fmean(releasing) if known and releasing else None,
-        others=fmean(others) if known and others else None,
+        not_ready_checked=sum(
+            wanted and judged["R2"] != "NC" for wanted, judged in zip(not_ready, verdicts, strict=True)
+        ),
+        turns=sum(map(len, legs)) if complete else None,
+        begun=sum(map(bool, legs)) if complete else None,
+        failed=sum(judged["R3"] == "Failed" for judged in verdicts),
+        releasing=fmean(releasing) if complete and releasing else None,
+        others=fmean(others) if complete and others else None,
     )

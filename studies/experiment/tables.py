@@ -71,7 +71,7 @@ def holds(methods: Methods) -> str:
             base.most < min(rl.most, hand.most),
         ),
     ]
-    return table(["", "here", "holds"], [(what, how, "yes" if so else "**no**") for what, how, so in rows])
+    return table(["", "here", "holds"], [(claim, how, "yes" if so else "**no**") for claim, how, so in rows])
 
 
 def coverage(methods: Methods) -> str:
@@ -98,8 +98,8 @@ def closure(methods: Methods) -> str:
 
     def plans(agent: str) -> Callable[[Method], str]:
         def shown(method: Method) -> str:
-            found = method.suite["plans"].get(agent)
-            return f"{len(found['covered'])} of {found['total']}" if found else "no model"
+            plans = method.suite["plans"].get(agent)
+            return f"{len(plans['covered'])} of {plans['total']}" if plans else "no model"
 
         return shown
 
@@ -124,7 +124,7 @@ def closure(methods: Methods) -> str:
 
 def _by_method(methods: Methods, rows: Mapping[str, Callable[[Method], str]]) -> str:
     titles = [m.published.title for m in methods.values()]
-    return table(["", *titles], [[what, *(shown(m) for m in methods.values())] for what, shown in rows.items()])
+    return table(["", *titles], [[name, *(shown(m) for m in methods.values())] for name, shown in rows.items()])
 
 
 def time(methods: Methods, workers: int) -> str:
@@ -166,5 +166,5 @@ def requests(methods: Methods) -> str:
     head = ["", *(f"{m.published.title}, {who}" for m in methods.values() for who in ("original", "here"))]
     return table(
         head,
-        [[what, *(shown(a) for m in methods.values() for a in (m.original, m.ours))] for what, shown in rows.items()],
+        [[name, *(shown(a) for m in methods.values() for a in (m.original, m.ours))] for name, shown in rows.items()],
     )

@@ -27,12 +27,12 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="write the page")
     options = parser.parse_args()
     try:
-        found = run(grid.cells(options.suites, options.seeds), options.report.resolve(), again=options.again)
+        sessions = run(grid.cells(options.suites, options.seeds), options.report.resolve(), again=options.again)
     except (session.SessionError, ReportError, DependencyError) as error:
         sys.exit(f"false alarms: {error}")
     except KeyboardInterrupt:
         sys.exit("false alarms: interrupted; start it again to go on")
-    text = page.render("false_alarms/false_alarms.md.jinja", context(found))
+    text = page.render("false_alarms/false_alarms.md.jinja", context(sessions))
     print(text)
     if options.write:
         page.write(options.docs / "false-alarms.md", text)
@@ -47,16 +47,16 @@ def run(cells: Iterable[grid.Cell], folder: Path, *, again: bool) -> list[Found]
         ReportError: a report is damaged.
         DependencyError: a file of the repository is missing.
     """
-    found = []
+    sessions = []
     for cell, report in grid.reports(cells, folder, again=again):
         if report is None:
             print(f"{cell}: no report of the present code", flush=True)
             continue
-        found.append(found_in(cell.suite, cell.seed, report))
-        print(f"{cell}: {found[-1].runs} runs, {len(found[-1].alarms)} false alarms", flush=True)
-    if not found:
+        sessions.append(found_in(cell.suite, cell.seed, report))
+        print(f"{cell}: {sessions[-1].runs} runs, {len(sessions[-1].alarms)} false alarms", flush=True)
+    if not sessions:
         raise session.SessionError(f"{folder}: no session is of the present code; leave out --again")
-    return found
+    return sessions
 
 
 if __name__ == "__main__":

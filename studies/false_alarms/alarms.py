@@ -35,14 +35,14 @@ class Judged:
     Args:
         runs: that triggered it.
         attempts: how often they did.
-        known: runs in which all its violations are known.
+        known_violations: runs in which all its violations are known.
         margin: the least one; None where it has none.
         test: the id of the test that had it.
     """
 
     runs: int
     attempts: int
-    known: int
+    known_violations: int
     margin: float | None
     test: str
 
@@ -77,14 +77,14 @@ def found_in(suite: str, seed: int, report: Report) -> Found:
     )
 
 
-def _alarms(test: TestResult, seed: int, known: Mapping[str, str]) -> Iterator[Alarm]:
+def _alarms(test: TestResult, seed: int, declared: Mapping[str, str]) -> Iterator[Alarm]:
     """Of a test that failed: the requirements that it violated, or what else was wrong with its run."""
     if test.outcome in ("passed", "known-violation"):
         return
-    unknown = [name for name in test.requirements if test.violates(name) and not _is_known(name, test, known)]
+    unknown = [name for name in test.requirements if test.violates(name) and not _is_known(name, test, declared)]
     for name in unknown:
         violations = test.requirements[name].violations
-        first = next((each for each in violations if each.outside), violations[0])
+        first = next((violation for violation in violations if violation.outside), violations[0])
         values = ", ".join(f"{value} = {number}" for value, number in first.values.items())
         yield Alarm(name, test.id, seed, f"at {first.time_s} s: {first.text or values}")
     faults = test.faults or (() if unknown else (test.failure.strip().splitlines() or [test.outcome])[-1:])
@@ -92,9 +92,9 @@ def _alarms(test: TestResult, seed: int, known: Mapping[str, str]) -> Iterator[A
         yield Alarm(RUN, test.id, seed, fault)
 
 
-def _is_known(name: str, test: TestResult, known: Mapping[str, str]) -> bool:
+def _is_known(name: str, test: TestResult, declared: Mapping[str, str]) -> bool:
     """Whether the violations of a requirement in a test are known."""
-    return name in known and not test.requirements[name].outside
+    return name in declared and not test.requirements[name].outside
 
 
 def _judged(name: str, report: Report) -> Judged:
@@ -104,7 +104,9 @@ def _judged(name: str, report: Report) -> Judged:
     return Judged(
         runs=sum(result.triggers > 0 for _, result in results),
         attempts=sum(result.triggers for _, result in results),
-        known=sum(test.violates(name) and _is_known(name, test, report.known_violations) for test, _ in results),
+        known_violations=sum(
+            test.violates(name) and _is_known(name, test, report.known_violations) for test, _ in results
+        ),
         margin=margin,
         test=where,
     )

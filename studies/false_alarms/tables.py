@@ -12,47 +12,49 @@ from studies import page, session
 from studies.false_alarms.alarms import RUN, SESSION, Alarm, Found
 
 
-def context(found: Sequence[Found]) -> dict[str, Any]:
+def context(sessions: Sequence[Found]) -> dict[str, Any]:
     """What the page's template is filled with."""
-    alarms = [alarm for each in found for alarm in each.alarms]
-    runs = sum(each.runs for each in found)
+    alarms = [alarm for entry in sessions for alarm in entry.alarms]
+    runs = sum(entry.runs for entry in sessions)
     alarmed = len({(alarm.where, alarm.seed) for alarm in alarms if alarm.oracle != SESSION})
     return {
         "runs": runs,
-        "sessions": len(found),
-        "seeds": sorted({each.seed for each in found}),
+        "sessions": len(sessions),
+        "seeds": sorted({entry.seed for entry in sessions}),
         "alarmed": alarmed,
         "share": proportion.share(alarmed, runs),
-        "suites": suites(found),
-        "requirements": requirements(found),
+        "suites": suites(sessions),
+        "requirements": requirements(sessions),
         "alarms": listed(alarms),
-        "version": found[0].version,
-        "code_sha256": found[0].code_sha256,
+        "version": sessions[0].version,
+        "code_sha256": sessions[0].code_sha256,
         "machine": session.machine(),
     }
 
 
-def suites(found: Sequence[Found]) -> str:
+def suites(sessions: Sequence[Found]) -> str:
     """A row for each suite."""
     rows = []
-    for suite in dict.fromkeys(each.suite for each in found):
-        of_suite = [each for each in found if each.suite == suite]
-        runs = sum(each.runs for each in of_suite)
-        rows.append([suite, len(of_suite), page.thousands(runs), sum(len(each.alarms) for each in of_suite)])
+    for suite in dict.fromkeys(entry.suite for entry in sessions):
+        of_suite = [entry for entry in sessions if entry.suite == suite]
+        runs = sum(entry.runs for entry in of_suite)
+        rows.append([suite, len(of_suite), page.thousands(runs), sum(len(entry.alarms) for entry in of_suite)])
     return page.table(["suite", "seeds", "runs", "false alarms"], rows)
 
 
-def requirements(found: Sequence[Found]) -> str:
+def requirements(sessions: Sequence[Found]) -> str:
     """A row for each requirement, and for what else can fail."""
-    alarms = Counter(alarm.oracle for each in found for alarm in each.alarms)
+    alarms = Counter(alarm.oracle for entry in sessions for alarm in entry.alarms)
     rows: list[list[object]] = []
-    for name in sorted(found[0].titles, key=by_requirement):
-        judged = [each.requirements[name] for each in found]
-        sums = [sum(each.runs for each in judged), sum(each.attempts for each in judged)]
-        known = sum(each.known for each in judged)
-        margin, test = min(((each.margin, each.test) for each in judged if each.margin is not None), default=(None, ""))
+    for name in sorted(sessions[0].titles, key=by_requirement):
+        judged = [entry.requirements[name] for entry in sessions]
+        sums = [sum(result.runs for result in judged), sum(result.attempts for result in judged)]
+        violating = sum(result.known_violations for result in judged)
+        margin, test = min(
+            ((result.margin, result.test) for result in judged if result.margin is not None), default=(None, "")
+        )
         worst = "-" if margin is None else f"{margin:.3g} in {test}"
-        rows.append([name, found[0].titles[name], *map(page.thousands, sums), known, alarms[name], worst])
+        rows.append([name, sessions[0].titles[name], *map(page.thousands, sums), violating, alarms[name], worst])
     rows += [[name, "", "", "", "", alarms[name], ""] for name in (RUN, SESSION)]
     head = ["requirement", "", "runs that triggered it", "attempts", "known violations", "false alarms", "worst margin"]
     return page.table(head, rows)
@@ -60,5 +62,5 @@ def requirements(found: Sequence[Found]) -> str:
 
 def listed(alarms: Sequence[Alarm]) -> str:
     """A row for each alarm; empty where there is none."""
-    rows = [[each.oracle, each.where, each.seed, each.text.replace("|", "\\|")] for each in alarms]
+    rows = [[alarm.oracle, alarm.where, alarm.seed, alarm.text.replace("|", "\\|")] for alarm in alarms]
     return page.table(["what failed", "where", "seed", "how"], rows) if rows else ""

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 FRAMES_PER_S = 12
 
+# Chosen: x264's own quality is 23. A film explains a run, and is kept beside many others: size counts more than edges.
+QUALITY = ("-crf", "26", "-preset", "veryfast")
+
 ENCODER_TIMEOUT_S = 60.0
 """Time for the encoder to finish after the last frame."""
 
@@ -106,7 +109,7 @@ class Mp4:
 
         raw = f"-f rawvideo -pix_fmt rgb24 -s {size[0]}x{size[1]} -r {FRAMES_PER_S} -i -".split()
         # One thread: other workers run tests. The format is given because the name of the part file does not show it.
-        made = "-c:v libx264 -pix_fmt yuv420p -crf 26 -preset veryfast -threads 1 -f mp4".split()
+        made = ["-c:v", "libx264", "-pix_fmt", "yuv420p", *QUALITY, "-threads", "1", "-f", "mp4"]
         return subprocess.Popen(
             [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", *raw, *made, str(temporary_path(self.path))],
             stdin=subprocess.PIPE,
