@@ -138,8 +138,8 @@ def _only_belief(literal: Structure) -> Condition:
         if len(bucket) != 1:
             return None
         (belief,) = bucket.values()
-        if not isinstance(belief, Structure):
-            return None
+        if not isinstance(belief, Structure) or (annots and not belief.ground):
+            return None  # annotations with variables are more than looked up
         if only_names and belief.ground:
             for place in places:
                 value = belief.args[place]

@@ -129,7 +129,9 @@ def _only_candidate(agent: Reasoner, literal: Structure) -> Structure | None:
     if not all(map(is_ground, literal.annots)):
         return None
     (entry,) = bucket.values()
-    return entry if isinstance(entry, Structure) else None
+    if not isinstance(entry, Structure) or (literal.annots and not entry.ground):
+        return None  # annotations with variables are more than looked up
+    return entry
 
 
 def _unified(literal: Structure, belief: Structure, bindings: Bindings) -> Bindings | None:
@@ -256,8 +258,9 @@ def _with_annotations(
     ways = [
         [(variable, env[variable]) for variable in trail[mark:]] for _ in match_annotations(literal, annots, env, trail)
     ]
+    # The arguments of this belief must not stay bound for the next one, also where no way is left.
+    undo(env, trail, mark)
     for way in ways:
-        undo(env, trail, mark)
         for variable, value in way:
             env[variable] = value
             trail.append(variable)

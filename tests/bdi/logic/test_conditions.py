@@ -14,7 +14,7 @@ from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_literal, parse_plan, parse_program
 from pytest_hricdv.bdi.language.syntax import Formula, Rule
-from pytest_hricdv.bdi.language.terms import Number, Variable
+from pytest_hricdv.bdi.language.terms import Number, Variable, source
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.conditions import ask, condition_of
 from pytest_hricdv.bdi.logic.inference import first, solve
@@ -27,10 +27,13 @@ _TERMS = st.one_of(_ATOMS, st.sampled_from(("X", "Y", "Z", "_", "f(X)", "f(1)", 
 _SOURCES = st.sampled_from(("", "", "", "[source(self)]", "[source(b)]", "[source(S)]", "[w(1)]"))
 _BELIEFS = st.one_of(
     st.sampled_from(("p", "~p", "q(X)", "r(1, Y)", "q(f(1))", "r(X, X)")),
+    st.sampled_from(("p[w(1)]", "p[w(X)]", "q(1)[w(X)]", "q(2)[w(1)]", "r(1, 2)[w(X), source(b)]")),
     st.builds("q({})".format, _ATOMS),
     st.builds("r({}, {})".format, _ATOMS, _ATOMS),
 )
-_RULES = st.sampled_from(("p :- q(2).", "q(X) :- r(X, 1).", "r(X, Y) :- q(X) & q(Y) & not p."))
+_RULES = st.sampled_from(
+    ("p :- q(2).", "q(X) :- r(X, 1).", "r(X, Y) :- q(X) & q(Y) & not p.", "q(X)[w(X)] :- r(X, 1).")
+)
 _LITERALS = st.builds(
     "{}{}".format,
     st.one_of(
@@ -67,7 +70,8 @@ def believer(beliefs: list[str], rules: list[str]) -> Agent:
         assert isinstance(rule, Rule)
         base.add_rule(rule)
     for belief in beliefs:
-        base.add(parse_literal(f"{belief}[source(self)]"))
+        literal = parse_literal(belief)
+        base.add(literal.with_annotations((*literal.annots, source("self"))))
     return Agent("a", SystemRun(Environment(), 0, None), StandardActions(), base, PlanLibrary(()), [])
 
 
@@ -77,6 +81,7 @@ _EVERYTHING = (st.lists(_BELIEFS, max_size=5), st.lists(_RULES, max_size=1), _CO
 
 @example(["q(1)", "q(X)"], [], "q(1)", {})  # the newest belief answers, and binds its own variable
 @example(["q(1)", "q(X)", "p"], [], "p & q(1)", {})
+@example(["q(1)[w(X)]"], [], "q(Y)[w(1)]", {})  # an annotation with a variable is not to be looked up
 @given(*_EVERYTHING)
 def test_prepared_condition_has_the_first_answer_of_the_query(
     beliefs: list[str], rules: list[str], condition: str, bound: Bindings

@@ -132,6 +132,7 @@ QUERIES = {
     "not": "+!g0 : not p0 <- .print(not_held). +!g0 <- .print(held).",
     "known source": "+!g0 : p0[source(steer)] <- .print(held). +!g0 <- .print(not_held).",
     "any source": "+!g0 : p0[source(S)] <- .print(S). +!g0 <- .print(not_held).",
+    "annotated": "q(1)[k]. q(2)[m]. +!g0 : q(X)[m] & p0[source(S)] <- .print(X, S). +!g0 : q(X)[m] <- .print(X).",
     "condition": "+!g0 <- if (p0) { .print(held) } else { .print(not_held) }; .print(end).",
     "add": "+!g0 <- +p0; +p2; !h. +!h : p0[source(steer)] <- .print(both). +!h <- .print(own).",
     "remove": "+!g0 <- -p0[source(steer)]; +p2; !h. +!h <- .print(end). -p0 <- .print(gone).",
