@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from enum import IntEnum
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -25,7 +26,6 @@ from pytest_hricdv.extra.ros2 import (
 from pytest_hricdv.extra.ros2.action_client import ActionClient
 from pytest_hricdv.extra.ros2.action_server import ActionGoalHandle, ActionServer
 from pytest_hricdv.extra.ros2.introspection import IntrospectionState
-from pytest_hricdv.extra.ros2.rosout import LoggedNode
 from pytest_hricdv.extra.ros2.services import Client, RequestId, Service, ServiceInfo
 from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
 from pytest_hricdv.extra.ros2.wait_set import GuardCondition, WaitSet
@@ -43,6 +43,11 @@ class SignalHandlerOptions(IntEnum):
 
 
 _SIGNAL_HANDLERS = "ros2 signal handlers"
+
+_NS_PER_S = 1_000_000_000
+
+# As rcl's rosout_default_profile: who joins late gets the last ten seconds of the log, up to a thousand entries.
+_ROSOUT_PROFILE = qos.Profile(depth=1000, durability=qos.TRANSIENT_LOCAL, lifespan_ns=10 * _NS_PER_S)
 
 
 class TypeDescriptionService(handles.Destroyable):
@@ -69,12 +74,42 @@ class TypeDescriptionService(handles.Destroyable):
         self.impl.destroy_when_not_in_use()
 
 
-class Node(LoggedNode):
-    """A node that can be asked for the actions in the graph."""
+class Node(contexts.Node):
+    """A node whose log is published on `/rosout`, and that can be asked for the actions in the graph.
+
+    Its log is what its logger, and those below it, log. It is not published where `enable_rosout` or the arguments of
+    its context say so.
+    """
 
     get_action_names_and_types = graph_queries.actions
     get_action_client_names_and_types_by_node = graph_queries.action_clients_by_node
     get_action_server_names_and_types_by_node = graph_queries.action_servers_by_node
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._publisher: Publisher | None = None
+        if self.enable_rosout and self.context.arguments.rosout:
+            from rcl_interfaces.msg import Log  # type: ignore[import-not-found, unused-ignore]
+
+            self._kind = Log
+            self._publisher = Publisher(self, Log, "/rosout", _ROSOUT_PROFILE)
+            logging.log_of(self.kernel).listeners.setdefault(self.logger_name(), []).append(self._publish)
+
+    def _publish(self, entry: logging.LogEntry) -> None:
+        assert self._publisher is not None
+        message = self._kind(level=int(entry.severity), name=entry.logger, msg=entry.text)
+        message.function, message.file, message.line = entry.function, Path(entry.file).name, entry.line
+        message.stamp.sec, message.stamp.nanosec = divmod(clocks.system_ns(self.kernel), _NS_PER_S)
+        self._publisher.publish(message)
+
+    def destroy(self) -> None:
+        """Leave the graph; nothing of its log is published any more."""
+        if self._publisher is not None:
+            self._publisher.destroy_when_not_in_use()
+            listeners = logging.log_of(self.kernel).listeners
+            for name, callbacks in listeners.items():
+                listeners[name] = [callback for callback in callbacks if callback != self._publish]
+        super().destroy()
 
 
 def _nothing(*_: object) -> None:

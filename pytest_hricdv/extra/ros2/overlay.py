@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterable, Iterator, MutableSet
 from contextlib import contextmanager
 from types import ModuleType
+from typing import TypeVar
 
 from pytest_hricdv.extra.ros2.executor import check_entities_when_waiting
 from pytest_hricdv.extra.ros2.extension import NAME, extension
-from pytest_hricdv.extra.ros2.ordered_set import order_sets_of_rclpy
 from pytest_hricdv.runtime.kernel import KernelError
 from pytest_hricdv.runtime.virtual.modules import VirtualModules
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
+T = TypeVar("T", bound=Hashable)
+
 _TYPE_SUPPORTS = "rosidl_generator_py"
+
+_VISITING_SETS = ("rclpy.executors", "rclpy.time_source", "rclpy.lifecycle.node")
+"""Modules that visit sets of nodes: in the order of their addresses, which no two runs have alike."""
 
 
 class _TypeSupport:
@@ -25,6 +30,34 @@ class _TypeSupport:
         if name.startswith("__"):
             raise AttributeError(name)
         return f"{name}: not converted"
+
+
+class OrderedSet(MutableSet[T]):
+    """As `set`, in the order of insertion: an executor visits its nodes in their order."""
+
+    def __init__(self, items: Iterable[T] = ()) -> None:
+        self._items = dict.fromkeys(items)
+
+    def __contains__(self, item: object) -> bool:
+        return item in self._items
+
+    def __iter__(self) -> Iterator[T]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def add(self, value: T) -> None:
+        """Add it at the end, unless it is in it."""
+        self._items[value] = None
+
+    def discard(self, value: T) -> None:
+        """Take it out, if it is in it."""
+        self._items.pop(value, None)
+
+    def copy(self) -> OrderedSet[T]:
+        """Another one with the same items."""
+        return OrderedSet(self._items)
 
 
 def replace_extension() -> None:
@@ -60,8 +93,15 @@ def virtual_rclpy(*packages: str) -> Iterator[None]:
 
 def adapt_rclpy() -> None:
     """Adapt what is loaded of `rclpy`: the order of its sets, how its executors wait, and what pytest shows of it."""
-    order_sets_of_rclpy()
+    _order_sets()
     for name in [module for module in sys.modules if module.partition(".")[0] == "rclpy"]:
         vars(sys.modules[name])["__tracebackhide__"] = True
     if "rclpy.executors" in sys.modules:
         check_entities_when_waiting(sys.modules["rclpy.executors"])
+
+
+def _order_sets() -> None:
+    """Let the modules of `rclpy` that are loaded make ordered sets from now on."""
+    for name in _VISITING_SETS:
+        if name in sys.modules:
+            vars(sys.modules[name])["set"] = OrderedSet

@@ -1,25 +1,32 @@
 """The messages of ROS 2 of a run as an MCAP file of the profile "ros2": `ros2 bag` and viewers read it.
 
-Messages are CDR, with their definitions; services are in the other file (see `mcap_file`). Times are those that nodes
+Messages are CDR, with their definitions, which are made of the generated classes: an installation of messages need not
+have its .msg files. Services are in the other file (see `mcap_file`). Times are those that nodes
 read from their clocks, so that they go with the stamps in the messages. The same run gives the same bytes.
 """
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+from typing import Any
 
 from mcap.writer import CompressionType, Writer
 
 from pytest_hricdv._base import atomic_file
-from pytest_hricdv.extra.ros2.cdr import serialize
+from pytest_hricdv.extra.ros2.cdr import class_of, serialize
 from pytest_hricdv.extra.ros2.clocks import EPOCH_NS
-from pytest_hricdv.extra.ros2.definitions import definition_of
-from pytest_hricdv.extra.ros2.messages import RosMessage
+from pytest_hricdv.extra.ros2.messages import RosMessage, type_name
 from pytest_hricdv.extra.traces.mcap_file import LIBRARY
 from pytest_hricdv.extra.traces.trace import ns
 from pytest_hricdv.runtime import Record
 
 _PROFILE = "ros2"
+_SEPARATOR = "=" * 80  # the MCAP registry's "ros2msg" has it before each further type, with its name
+_SEQUENCE = re.compile(r"sequence<(?P<of>.+?)(?:, (?P<most>\d+))?>")
+_BOUNDED_TEXT = re.compile(r"(w?string)<(\d+)>")
+# The generated classes have the names of IDL for basic types; those of .msg files are others.
+_NAMES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "byte"}
 
 
 def write(path: Path, record: Record) -> bool:
@@ -52,3 +59,32 @@ def write(path: Path, record: Record) -> bool:
             writer.add_message(channels[source.name], time_ns, data, time_ns, number)
         writer.finish()  # type: ignore[no-untyped-call]
     return True
+
+
+def definition_of(kind: Any) -> str:
+    """The definition of a class of messages in the language of .msg files, with those that it contains."""
+    definitions: dict[str, str] = {}
+    _add(kind, definitions)
+    first, *others = definitions.items()
+    return "\n".join([first[1], *(f"{_SEPARATOR}\nMSG: {name}\n{text}" for name, text in others)])
+
+
+def _add(kind: Any, definitions: dict[str, str]) -> None:
+    package, _, name = type_name(kind).split("/")
+    if f"{package}/{name}" in definitions:
+        return
+    fields = kind.get_fields_and_field_types()
+    definitions[f"{package}/{name}"] = "\n".join(f"{_written(type_)} {field}" for field, type_ in fields.items())
+    for type_ in kind.SLOT_TYPES:
+        of = getattr(type_, "value_type", type_)
+        if hasattr(of, "namespaces"):
+            _add(class_of(of), definitions)
+
+
+def _written(type_: str) -> str:
+    """A type as .msg files write it: `sequence<double, 3>` is `float64[<=3]`."""
+    sequence = _SEQUENCE.fullmatch(type_)
+    if sequence:
+        return f"{_written(sequence['of'])}[{'<=' + sequence['most'] if sequence['most'] else ''}]"
+    base, bracket, size = type_.partition("[")
+    return _NAMES.get(base, _BOUNDED_TEXT.sub(r"\1<=\2", base)) + bracket + size

@@ -14,7 +14,6 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from pytest_hricdv.extra.ros2.clocks import EPOCH_NS
-from pytest_hricdv.extra.ros2.definitions import definition_of
 from pytest_hricdv.extra.ros2.messages import RosMessage
 from pytest_hricdv.extra.traces import ros2_bag
 from pytest_hricdv.runtime import Recorder
@@ -76,7 +75,7 @@ SCAN = Scan(
 
 
 def test_a_definition_has_those_of_what_it_contains() -> None:
-    assert definition_of(Scan) == "\n".join(
+    assert ros2_bag.definition_of(Scan) == "\n".join(
         [
             "bool near",
             "string frame",

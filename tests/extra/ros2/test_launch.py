@@ -20,7 +20,7 @@ from pytest_hricdv.extra.ros2 import launch, system
 from pytest_hricdv.extra.ros2.arguments import parse
 from pytest_hricdv.extra.ros2.declaration import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.launch import LaunchError, RosNode
-from pytest_hricdv.extra.ros2.ordered_set import OrderedSet
+from pytest_hricdv.extra.ros2.overlay import OrderedSet
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.system import prepare
 from pytest_hricdv.generate.concrete import ConcreteTest
