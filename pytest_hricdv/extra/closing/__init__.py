@@ -1,29 +1,49 @@
-"""The closing loop: what is not covered yet drives what is run next.
+"""The closing loop: search-based test generation in which the targets that are still open decide what is run next.
 
-observation        what one run yields: the points that it hits, and how near it came to others
-targets            the points that are to be hit
-way                the protocol of the ways to reach points: each proposes tests from what is known
-archive            all runs, the best test of each point, what is still open
-bandit             the choice among the ways, by what has paid off
-loop               generations of proposals, run on any number of processes, merged in order
-evidence           what all runs have shown of each point, and how much a further run would find
-violations         kinds of violations: by part of a requirement, state of the code, and outcome of the interaction
-open_points        points that no run hit: which came nearest, what it lacked, and how to declare it impossible
-suite              the smallest part of the tests that covers as much as all
-scripts            the model's scripts by the interactions that they plan
-interactions       a script's interactions: what each plans, how it is disturbed, and what became of it
-recipes            which disturbances of interactions lead to which bins, and how probably
-experience         what all runs have taught about interactions
-aiming             which script, and how to disturb it, so that probably many open bins are hit
-nearness           which runs came near to an open point
-cross_entropy      ranges of parameters, adapted to what came near
-branching          tests with a common beginning as one tree: where they part, the process forks
-tree_runner        trees on several processes, or each test from the start
-decision_points    where a person could have done something else, and how worthwhile it is to come back there
-continuations      what a person could have done
-choice_statistics  what has come of the choices of people who decided during their runs
-lived_run          a run in which the person decides what to do, and the test that it becomes
-model_way, parameter_way, disturbance_way, branching_way, online_way      the ways
+Vocabulary
+    point                 something that a run can hit: a statement, a branch, a plan, a verdict, a bin, ...
+    target                a point that is to be hit; it is open until a run has hit it
+    distance              how far a run was from a point that it did not hit (fitness); 0 is a hit
+    archive               all runs so far: which targets are open, and of each point the best and the nearest run
+    way                   a search strategy; it proposes tests from the archive
+    proposal              a test that a way proposes to run, with the targets that it is for
+    generation            the proposals that are run before anything new is learned
+    bandit                shares the tests of a generation among the ways, by what they have lately hit
+    budget                how many runs, and how much time, a loop may use
+    pool                  the abstract tests that exploring the model gives
+    interaction           a part of a test: what a person and the robot do from one request to the next; a cross product
+                          with `planned` says which coordinates of its bin an interaction plans
+    disturbance           something that goes wrong, as the testbench declares it: a name and ranges of parameters
+    intervention          one disturbance in an interaction, after so many of its commands, with its parameters
+    combination           the interventions in one interaction; an empty one leaves it undisturbed
+    outcome               how an interaction ends, by the coordinates of one cross product that are not planned
+    effect                how an interaction ends, by all cross products
+    nominal effect        the most frequent one of an undisturbed interaction
+    deviation             a combination whose most frequent effect is not the nominal one, and this effect
+    missing condition     what an effect misses to be a wanted one: a character of a pattern, or the effect as a whole
+    masking               an intervention hides from the code what another one changes
+    experience            what all runs have shown of interactions: for each cross product a surrogate model of their
+                          outcomes
 
-Independent of pytest: a run is a function that is handed in.
+Modules
+    loop, archive, way, bandit      the loop, independent of the ways
+    targets, open_points            the points that are to be hit; of those left open, what came nearest
+    observation, violations         what one run yields: points, distances, kinds of violations
+    evidence, suite                 what the loop has shown; the smallest suite that hits as much
+    distance, cross_entropy         near runs; ranges of parameters, adapted to what came near
+    pool, interactions              abstract tests, and the interactions in them
+    outcome_model, experience       surrogate models of interactions
+    missing_conditions, intervention_effects, combination_synthesis     what is missing, what single interventions bring
+                                    about, and combinations of them
+    selection, guidance             which tests will probably hit most open bins, or come nearer to another open point
+    model_way                       undisturbed tests of the pool
+    disturbance_way                 tests of the pool with interventions
+    parameter_way                   near runs with other parameters
+    branching_way, decision_points, continuations     other continuations of runs, from a decision of the person on
+    online_way, choice_statistics   people who decide during the run
+    branching, tree_runner          runs in forks: tests with a common beginning as one tree
+    process, runs, lived_run        the process that runs tests, and the session's end of it
+    closing, cache, progress, options, records, view     the loop in a session, and in its report
+
+All but `process`, `runs`, `closing`, `cache` and `progress` are independent of pytest: a run is a function.
 """

@@ -1,4 +1,4 @@
-"""The archive: all runs, the best test of each point, what is open, how near it came, how often it was aimed at."""
+"""The archive of all runs: the targets that are still open, and of each point the best test and the nearest run."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ class Entry:
         test: that was run.
         observation: what it yielded.
         way: that proposed it.
-        aims: the points that it was to hit.
-        new: the wanted points that it hit and that no earlier run had hit.
+        targets: the points that it was to hit.
+        new: the targets of the loop that it hit and that no earlier run had hit.
     """
 
     number: int
     test: AbstractTest
     observation: Observation
     way: str = GIVEN
-    aims: tuple[Point, ...] = ()
+    targets: tuple[Point, ...] = ()
     new: tuple[Point, ...] = ()
 
 
@@ -39,31 +39,31 @@ class Archive:
     """What is known of all runs so far.
 
     Args:
-        wanted: the points that are to be hit, in the order in which they are listed.
+        targets: the points that are to be hit, in the order in which they are listed.
     """
 
-    def __init__(self, wanted: Iterable[Point]) -> None:
-        self.wanted = tuple(dict.fromkeys(wanted))
+    def __init__(self, targets: Iterable[Point]) -> None:
+        self.targets = tuple(dict.fromkeys(targets))
         self.entries: list[Entry] = []
-        self.open: dict[Point, None] = dict.fromkeys(self.wanted)
-        """The wanted points that no run has hit, in order; used as an ordered set."""
+        self.open: dict[Point, None] = dict.fromkeys(self.targets)
+        """The targets that no run has hit, in order; used as an ordered set."""
         self.best: dict[Point, Entry] = {}
         """The run that hits a point in the shortest simulated time; of equal ones the first."""
         self.hit_by: dict[Point, list[int]] = {}
         """The numbers of the runs that hit a point, in order."""
         self.nearest: dict[Point, tuple[float, Entry]] = {}
-        """Of a point that was not hit: the least distance, and the first run that had it."""
+        """Of a point that was not hit: the least distance of a run, and the first run that had it."""
         self.tries: Counter[Point] = Counter()
-        """How many runs were aimed at a point while it was open."""
+        """How many runs had a point as a target while it was open."""
         self.sim_s = 0.0
         """Simulated time of all runs (s)."""
 
-    def add(self, observation: Observation, way: str = GIVEN, aims: tuple[Point, ...] = ()) -> Entry:
+    def add(self, observation: Observation, way: str = GIVEN, targets: tuple[Point, ...] = ()) -> Entry:
         """Keep a run. Runs have to be added in the order in which they were proposed."""
         test = AbstractTest.from_data(observation.test)
-        self.tries.update(point for point in aims if point in self.open)
+        self.tries.update(point for point in targets if point in self.open)
         new = tuple(point for point in observation.points if point in self.open)
-        entry = Entry(len(self.entries), test, observation, way, aims, new)
+        entry = Entry(len(self.entries), test, observation, way, targets, new)
         self.entries.append(entry)
         self.sim_s += observation.sim_s
         for point in observation.points:

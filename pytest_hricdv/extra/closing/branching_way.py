@@ -20,7 +20,7 @@ from pytest_hricdv.extra.closing.archive import Archive, Entry
 from pytest_hricdv.extra.closing.continuations import Continuation, disturbed, exchanged, redrawn
 from pytest_hricdv.extra.closing.cross_entropy import elite_size
 from pytest_hricdv.extra.closing.decision_points import Cell, CellArchive, cell_of
-from pytest_hricdv.extra.closing.nearness import nearest_runs
+from pytest_hricdv.extra.closing.distance import nearest_runs
 from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.generate.abstract import AbstractTest, Draft
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization, concretize, values_of

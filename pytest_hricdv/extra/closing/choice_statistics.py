@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Entry
-from pytest_hricdv.extra.closing.interactions import Planned, begins, commands_of
+from pytest_hricdv.extra.closing.interactions import Planned, commands_of, starts_of
 from pytest_hricdv.online.chooser import ANY_STATE
 
 DOUBT = 2.0
@@ -59,7 +59,7 @@ class ChoiceStatistics:
         lines, hits = entry.test.lines, entry.observation.hits
         commands = commands_of(lines)
         for product, planned in self._planned.items():
-            first = begins(commands, planned)
+            first = starts_of(commands, planned)
             for number, hit in enumerate(hits.get(product, ())):
                 self._all.add(product, hit)
                 for choice in entry.observation.choices:

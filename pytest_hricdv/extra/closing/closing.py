@@ -29,12 +29,12 @@ from pytest_hricdv.extra.closing.model_way import ModelWay, UntriedWay
 from pytest_hricdv.extra.closing.online_way import OnlineWay
 from pytest_hricdv.extra.closing.open_points import Surroundings
 from pytest_hricdv.extra.closing.parameter_way import ParameterWay
+from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.progress import ClosingProgress, listed
 from pytest_hricdv.extra.closing.records import ClosingEnd, ClosingResult
 from pytest_hricdv.extra.closing.runs import ClosingRuns, RunsHere, RunsOnCluster
-from pytest_hricdv.extra.closing.scripts import Scripts
 from pytest_hricdv.extra.closing.suite import repeatable_suite
-from pytest_hricdv.extra.closing.targets import impossible_points, wanted_points
+from pytest_hricdv.extra.closing.targets import impossible_points, target_points
 from pytest_hricdv.extra.closing.way import Way
 from pytest_hricdv.extra.cluster.address import ClusterError
 from pytest_hricdv.extra.cluster.identity import identity
@@ -109,7 +109,7 @@ class Closing:
         self._collection.say(f"hricdv: closing {listed(archive)}, at most {self._options.runs} runs (seed {seed}) ...")
         self._run_given(archive, runs, given)
         budget = Budget(self._options.runs, self._options.seconds)
-        ended = Loop(archive, self._used_ways(), runs.run, seed, budget, progress.show, UntriedWay(self._scripts)).run()
+        ended = Loop(archive, self._used_ways(), runs.run, seed, budget, progress.show, UntriedWay(self._pool)).run()
         suite, result = self._suite(archive, ended, runs)
         progress.end(archive, ended, len(suite.tests))
         return suite, result
@@ -124,16 +124,16 @@ class Closing:
         return tuple(way for way in ways if way.name not in without)
 
     def _ways(self) -> tuple[Way, ...]:
-        testbench, scripts = self._collection.testbench, self._scripts
-        experience = Experience(scripts, lambda test: concretize(test, testbench.commands).run)
+        testbench, pool = self._collection.testbench, self._pool
+        experience = Experience(pool, lambda test: concretize(test, testbench.commands).run)
         disturbances = {name: each.parameters for name, each in testbench.disturbances.items()}
         role = role_of(testbench)
         return (
-            ModelWay(scripts, experience),
+            ModelWay(pool, experience),
             ParameterWay(testbench.commands),
-            DisturbanceWay(scripts, experience, disturbances),
+            DisturbanceWay(pool, experience, disturbances),
             BranchingWay(testbench.commands, testbench.cross),
-            *([] if role is None else [OnlineWay(role, scripts.planned)]),
+            *([] if role is None else [OnlineWay(role, pool.planned)]),
         )
 
     def _run_given(self, archive: Archive, runs: ClosingRuns, given: Sequence[AbstractTest]) -> None:
@@ -173,7 +173,7 @@ class Closing:
 
     @property
     def _wanted(self) -> tuple[Point, ...]:
-        return wanted_points(*self._declared, self._context.requirements, self._collection.testbench.transitions)
+        return target_points(*self._declared, self._context.requirements, self._collection.testbench.transitions)
 
     @cached_property
     def _declared(self) -> tuple[CodeMap | None, Plans, Mapping[str, CrossProduct], Reachability]:
@@ -194,10 +194,10 @@ class Closing:
         return explored(context, getattr(self._collection.config, "cache", None))
 
     @cached_property
-    def _scripts(self) -> Scripts:
+    def _pool(self) -> Pool:
         testbench = self._collection.testbench
         planned = {name: product.planned for name, product in testbench.cross.items() if product.planned is not None}
-        return Scripts(self._exploration, testbench.beliefs, planned)
+        return Pool(self._exploration, testbench.beliefs, planned)
 
     @property
     def _plans(self) -> Plans:

@@ -1,8 +1,9 @@
-"""The way of disturbances: interactions are disturbed so that probably they end as no run has ended yet.
+"""The way `disturbances`: interventions in interactions, so that these probably end as no run has ended yet.
 
-What has led to a goal is done again where it may lead to an open bin; so is what can be put together from doses that
-have mended what is lacking. Beside that, new doses are tried: of disturbances that promise to change what is lacking,
-and of those that were rarely tried where the same usually comes.
+A combination that has led to an outcome is used again where it may lead to an open bin (exploitation); so is one that
+can be put together from interventions that have brought about what is missing. Beside that, new interventions are tried
+(exploration): of disturbances that probably change what is missing, and of those that were rarely tried where the same
+outcome is nominal.
 """
 
 from __future__ import annotations
@@ -14,232 +15,247 @@ from random import Random
 from typing import TypeVar
 
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.extra.closing.aiming import Aiming, Option
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.compositions import Compositions
+from pytest_hricdv.extra.closing.combination_synthesis import CombinationSynthesis
 from pytest_hricdv.extra.closing.cross_entropy import elite_size
+from pytest_hricdv.extra.closing.distance import nearest_runs
 from pytest_hricdv.extra.closing.experience import AT_THE_START, Experience
-from pytest_hricdv.extra.closing.interactions import Dose, Goal, Treatment
-from pytest_hricdv.extra.closing.nearness import nearest_runs
-from pytest_hricdv.extra.closing.scripts import Scripts, Slot
+from pytest_hricdv.extra.closing.interactions import Combination, Intervention, Outcome, PlannedInteraction
+from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.extra.closing.selection import Option, Selection
 from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.generate.rng import pick, random_index, weighted
 from pytest_hricdv.generate.sampler import Sampler
 
 T = TypeVar("T")
 
-LIKELY = 0.01
-"""What has led to a goal is done again, and what may lead there is put together, with at least this chance."""
+MIN_CHANCE = 0.01
+"""A combination that is known or put together is used if it leads to an outcome with at least this chance."""
 
-UNLIKELY = 0.015
-"""Of a new dose no less is expected."""
+NEW_CHANCE = 0.015
+"""Of a new intervention no less is expected."""
 
-HELPFUL = 0.75
-"""How often a new dose is one of a disturbance that promises to change what is lacking, instead of one that was rarely
-tried."""
+PROMISING = 0.75
+"""How often a new intervention is one of a disturbance that probably changes what is missing, instead of one that was
+rarely tried."""
 
 REDUCING = 0.4
-"""How often it is a part of a treatment instead, where one is known that was not tried."""
+"""How often a combination is tried without one of its interventions instead, where this was not tried."""
 
 VARYING = 0.35
-"""So often a dose of what is put together is varied."""
+"""So often an intervention of what is put together is varied."""
 
 LEAVING_OUT = 0.3
 """So often it is left out then."""
 
-EAGERNESS = 2
-"""Such disturbances are drawn in proportion to this power of how much they promise."""
+SELECTION_PRESSURE = 2
+"""Promising disturbances are drawn in proportion to this power of what they are expected to change."""
 
 EXPLORING = 0.4
-"""So often an interaction has a new dose, whatever else is known."""
+"""So often an interaction has a new intervention, whatever else is known."""
 
-LEAST, MOST = 0.25, 0.5
+MIN_UNTARGETED, MAX_UNTARGETED = 0.25, 0.5
 """Between so often and so often, by the share of open points that are no bins, all interactions of a test have one."""
 
-CLIMBING = 0.6
+NEAR = 0.6
 """So often what was rarely tried is tried where a run came near to an open point, where there is one; otherwise where
 most is new."""
 
 LED = 0.5
-"""So often interactions are led there that usually end otherwise."""
+"""So often interactions are led there that nominally end otherwise."""
 
 CANDIDATES = 48
-"""Of so many scripts, the one with most such interactions is taken."""
+"""Of so many tests, the one with most such interactions is taken."""
 
-ENOUGH = 2
+TRIES_AT_START = 2
 """So often a disturbance is tried at the start of a run."""
 
 MASKED = 0.75
-"""So often such a disturbance is a known one, with another one that hides what it changes."""
+"""So often such a disturbance is a known one, with another one that masks what it changes."""
 
 Disturbances = Mapping[str, Mapping[str, Sampler]]
 """Name -> the ranges of its parameters."""
 
 
 class DisturbanceWay:
-    """Scripts of the model with disturbances.
+    """See the module.
 
     Args:
-        scripts: of the model.
+        pool: of abstract tests.
         experience: of all runs so far.
         disturbances: of the testbench.
     """
 
     name = "disturbances"
 
-    def __init__(self, scripts: Scripts, experience: Experience, disturbances: Disturbances) -> None:
-        self._scripts = scripts
+    def __init__(self, pool: Pool, experience: Experience, disturbances: Disturbances) -> None:
+        self._pool = pool
         self._experience = experience
         self._disturbances = disturbances
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
         """See `Way`."""
-        if not self._disturbances or not self._scripts.runs:
+        if not self._disturbances or not self._pool.tests:
             return []
         self._experience.learn(archive)
-        treatments = _Treatments(self._scripts, self._experience, self._disturbances, archive, rng)
-        aiming = Aiming(self._scripts, self._experience, archive, treatments.options)
-        beside = sum(point[0] != "bin" for point in archive.open)
-        trying = min(MOST, max(LEAST, beside / len(archive.open))) if beside else 0.0
-        found = []
+        generation = _Generation(self._pool, self._experience, self._disturbances, archive, rng)
+        selection = Selection(self._pool, self._experience, archive, generation.options)
+        others = sum(point[0] != "bin" for point in archive.open)
+        untargeted = min(MAX_UNTARGETED, max(MIN_UNTARGETED, others / len(archive.open))) if others else 0.0
+        proposals = []
         for _ in range(count):
-            aimed = aiming.aim(rng) if rng.random() >= trying else None
-            if aimed is None:
-                found.append(self._rarely_tried(treatments, archive, rng))
+            selected = selection.select(rng) if rng.random() >= untargeted else None
+            if selected is None:
+                proposals.append(self._rarely_tried(generation, archive, rng))
             else:
-                draft = self._scripts.draft(aimed.script, aimed.product, aimed.treatments, aimed.run_values)
-                found.append(Proposal(draft, self.name, aimed.aims))
-        return found
+                draft = self._pool.draft(selected.test, selected.product, selected.combinations, selected.run_values)
+                proposals.append(Proposal(draft, self.name, selected.targets))
+        return proposals
 
-    def _rarely_tried(self, treatments: _Treatments, archive: Archive, rng: Random) -> Proposal:
-        """A script with disturbances that were rarely tried: for what is open beside the bins.
+    def _rarely_tried(self, generation: _Generation, archive: Archive, rng: Random) -> Proposal:
+        """A test with disturbances that were rarely tried: for open points that are no bins.
 
-        Each is tried once before any is tried again where the same usually comes: what was not tried there may be all
-        that is lacking.
+        Each is tried once before any is tried again where the same outcome is nominal: what was not tried there may be
+        all that is missing.
         """
-        near = self._near(treatments, archive, rng) if rng.random() < CLIMBING else None
-        (script, product), goal, aims = near or (treatments.rarest_script(), None, ())
-        first = self._scripts.first(script, product)
-        ends = (*first[1:], len(self._scripts.runs[script].lines))
-        slots: list[Slot | None] = [slot for slot in self._scripts.slots(script) if slot.product == product]
-        chosen = [
-            treatments.beside(slot, goal, end - begin) or treatments.rare(slot, end - begin, begin == first[0])
-            for slot, begin, end in zip(slots or [None], first, ends, strict=True)
+        near = self._near(generation, archive, rng) if rng.random() < NEAR else None
+        (test, product), outcome, targets = near or (generation.newest_test(), None, ())
+        interactions: list[PlannedInteraction | None] = [*self._pool.interactions_of(test, product)]
+        starts, sizes = self._pool.starts(test, product), self._pool.sizes(test, product)
+        combinations = [
+            generation.beside(interaction, outcome, size) or generation.rare(interaction, size, start == starts[0])
+            for interaction, start, size in zip(interactions or [None], starts, sizes, strict=True)
         ]
-        return Proposal(self._scripts.draft(script, product, chosen), self.name, aims)
+        return Proposal(self._pool.draft(test, product, combinations), self.name, targets)
 
     def _near(
-        self, treatments: _Treatments, archive: Archive, rng: Random
-    ) -> tuple[tuple[int, str], Goal | None, tuple[Point, ...]] | None:
-        """A script with interactions that usually end as in runs that came near to an open point, or with others, to be
-        led there; how they ended; and this point."""
+        self, generation: _Generation, archive: Archive, rng: Random
+    ) -> tuple[tuple[int, str], Outcome | None, tuple[Point, ...]] | None:
+        """A test of interactions that nominally end as in runs that came near to an open point, or of others that are
+        to be led there; this outcome; and this point."""
         near = {point: runs for point in archive.open if point[0] != "bin" and (runs := nearest_runs(point, archive))}
         if not near:
             return None
         point = pick(rng, [*near])
         elite = [entry for _, entry in near[point][: elite_size(len(near[point]))]]
-        goal = self._experience.distinctive(elite, archive)
-        if goal is None:
+        outcome = self._experience.distinctive(elite, archive)
+        if outcome is None:
             return None
-        usual = [slot for slot in self._scripts.by_slot if self._experience.usual(slot) == goal]
+        planned = self._pool.by_interaction
+        nominal = [interaction for interaction in planned if self._experience.nominal(interaction) == outcome]
         led = [
-            slot
-            for slot in self._scripts.by_slot
-            if slot not in usual and ("bin", slot.product, *slot.planned, *goal[1:]) in archive.best
+            interaction
+            for interaction in planned
+            if interaction not in nominal
+            and ("bin", interaction.product, *interaction.planned, *outcome[1:]) in archive.best
         ]
-        slots = led if led and rng.random() < LED else usual
-        return (treatments.script_of(slots), goal, (point,)) if slots else None
+        interactions = led if led and rng.random() < LED else nominal
+        return (generation.test_of(interactions), outcome, (point,)) if interactions else None
 
 
-class _Treatments:
-    """The treatments of a generation."""
+class _Generation:
+    """The combinations of a generation."""
 
     def __init__(
-        self, scripts: Scripts, experience: Experience, disturbances: Disturbances, archive: Archive, rng: Random
+        self, pool: Pool, experience: Experience, disturbances: Disturbances, archive: Archive, rng: Random
     ) -> None:
-        self._scripts = scripts
+        self._pool = pool
         self._experience = experience
         self._disturbances = disturbances
         self._rng = rng
-        self._doses = experience.doses.copy()
-        self._tried = experience.tried.copy()
+        self._tries = experience.tries.copy()
+        self._tries_at = experience.tries_at.copy()
         self._has_others = any(point[0] != "bin" for point in archive.open)
-        self._compositions = {name: Compositions(recipes) for name, recipes in experience.recipes.items()}
-        self._unlocked = experience.first_of_many(archive)
-        self._slots: dict[Goal | None, list[Slot]] = {}
-        """What usually comes -> the interactions where it does."""
-        for slot in scripts.by_slot:
-            self._slots.setdefault(experience.usual(slot), []).append(slot)
+        self._synthesis = {name: CombinationSynthesis(model) for name, model in experience.models.items()}
+        self._unreached = experience.unreached(archive)
+        self._by_nominal: dict[Outcome | None, list[PlannedInteraction]] = {}
+        """A nominal outcome -> the interactions that have it."""
+        for interaction in pool.by_interaction:
+            self._by_nominal.setdefault(experience.nominal(interaction), []).append(interaction)
 
-    def _is_untried(self, usual: Goal | None) -> bool:
-        return any(not self._tried[name, usual] for name in self._disturbances)
+    def _is_untried(self, nominal: Outcome | None) -> bool:
+        return any(not self._tries[name, nominal] for name in self._disturbances)
 
-    def options(self, slot: Slot, goals: dict[Goal, float]) -> list[Option]:
-        """See `aiming.Options`."""
-        recipes, commands = self._experience.recipes[slot.product], self._scripts.commands(slot)
-        if not goals:
-            return [Option(0.0, (), partial(self.rare if self._has_others else self.single, slot))]
+    def options(self, interaction: PlannedInteraction, wanted: dict[Outcome, float]) -> list[Option]:
+        """See `selection.Options`."""
+        outcomes, planned = tuple(wanted), interaction.planned
+        if not wanted:
+            return [Option(0.0, (), partial(self.rare if self._has_others else self.single, interaction))]
+        new = partial(self._new, interaction, outcomes)
         if self._rng.random() < EXPLORING:
-            return [Option(UNLIKELY * sum(goals.values()), tuple(goals), partial(self._new, slot, tuple(goals)))]
-        found: list[Option] = []
-        first = 0.0
-        for goal, left in goals.items():
-            left *= self._unlocked.get((recipes.usual(slot.planned), goal), 1)
-            composed = self._compositions[slot.product].drawn(slot.planned, goal, commands, self._rng)
-            best = recipes.best(slot.planned, goal, commands)
-            if best is not None and best.chance >= LIKELY:
-                found.append(Option(best.chance * left, (goal,), partial(_again, best.treatment)))
-            if composed is not None and composed.chance >= LIKELY:
-                found.append(Option(composed.chance * left, (goal,), partial(self._varied, composed.treatment)))
-            first += max(recipes.first_chance(slot.planned, goal), UNLIKELY) * left
-        found.append(Option(first, tuple(goals), partial(self._new, slot, tuple(goals))))
-        return sorted(found, key=lambda option: -option.worth)
+            return [Option(NEW_CHANCE * sum(wanted.values()), outcomes, new)]
+        model, commands = self._experience.models[interaction.product], self._pool.commands(interaction)
+        options: list[Option] = []
+        gain = 0.0
+        for outcome, openness in wanted.items():
+            bins = openness * self._unreached.get((model.nominal(planned), outcome), 1)
+            synthesized = self._synthesis[interaction.product].drawn(planned, outcome, commands, self._rng)
+            best = model.best(planned, outcome, commands)
+            if best is not None and best.chance >= MIN_CHANCE:
+                options.append(Option(best.chance * bins, (outcome,), partial(_again, best.combination)))
+            if synthesized is not None and synthesized.chance >= MIN_CHANCE:
+                varied = partial(self._varied, synthesized.combination)
+                options.append(Option(synthesized.chance * bins, (outcome,), varied))
+            gain += max(model.first_chance(planned, outcome), NEW_CHANCE) * bins
+        options.append(Option(gain, outcomes, new))
+        return sorted(options, key=lambda option: -option.gain)
 
-    def rarest_script(self) -> tuple[int, str]:
-        """A script, and a cross product whose interactions usually end as those where most is new."""
-        if not self._slots:
-            return self._scripts.any(self._rng), next(iter(self._scripts.planned), "")
-        new = {usual: sum(1.0 / (1 + self._tried[name, usual]) for name in self._disturbances) for usual in self._slots}
-        slots = self._slots[max(new, key=lambda usual: new[usual])]
-        return self.script_of(slots)
+    def newest_test(self) -> tuple[int, str]:
+        """A test, and a cross product whose interactions have the nominal outcome where most is new."""
+        if not self._by_nominal:
+            return self._pool.any(self._rng), next(iter(self._pool.planned), "")
+        novelty = {
+            nominal: sum(1.0 / (1 + self._tries[name, nominal]) for name in self._disturbances)
+            for nominal in self._by_nominal
+        }
+        return self.test_of(self._by_nominal[max(novelty, key=lambda nominal: novelty[nominal])])
 
-    def script_of(self, slots: Sequence[Slot]) -> tuple[int, str]:
-        """A script with as many of these interactions as there is among some, and their cross product."""
-        drawn = [pick(self._rng, slots) for _ in range(CANDIDATES)]
-        candidates = [(pick(self._rng, self._scripts.by_slot[slot]), slot.product) for slot in drawn]
-        wanted = frozenset(slots)
-        return max(candidates, key=lambda each: sum(slot in wanted for slot in self._scripts.slots(each[0])))
+    def test_of(self, interactions: Sequence[PlannedInteraction]) -> tuple[int, str]:
+        """A test with as many of these interactions as there is among some, and their cross product."""
+        drawn = [pick(self._rng, interactions) for _ in range(CANDIDATES)]
+        candidates = [
+            (pick(self._rng, self._pool.by_interaction[interaction]), interaction.product) for interaction in drawn
+        ]
+        wanted = frozenset(interactions)
+        return max(
+            candidates,
+            key=lambda candidate: sum(interaction in wanted for interaction in self._pool.interactions(candidate[0])),
+        )
 
-    def beside(self, slot: Slot | None, goal: Goal | None, commands: int) -> Treatment | None:
-        """What leads to a goal that does not come usually, with another dose; None where none is known."""
-        if slot is None or goal is None or self._experience.usual(slot) == goal:
+    def beside(
+        self, interaction: PlannedInteraction | None, outcome: Outcome | None, commands: int
+    ) -> Combination | None:
+        """What leads to an outcome that is not nominal, with another intervention; None where nothing is known."""
+        if interaction is None or outcome is None or self._experience.nominal(interaction) == outcome:
             return None
-        found = self._compositions[slot.product].beside(slot.planned, goal, commands, self._rng)
-        return None if found is None else self._varied(found, commands, False)
+        synthesis = self._synthesis[interaction.product]
+        combination = synthesis.beside(interaction.planned, outcome, commands, self._rng)
+        return None if combination is None else self._varied(combination, commands, False)
 
-    def rare(self, slot: Slot | None, commands: int, is_first: bool) -> Treatment:
-        """What was rarely tried: a new dose, or known ones of which one hides what another one changes."""
-        is_known = slot is not None and not self._is_untried(self._experience.usual(slot))
-        if slot is not None and is_known and self._rng.random() < MASKED:
-            masked = self._compositions[slot.product].masked(slot.planned, commands, self._rng)
+    def rare(self, interaction: PlannedInteraction | None, commands: int, is_first: bool) -> Combination:
+        """What was rarely tried: a new intervention, or known ones of which one masks what another one changes."""
+        is_known = interaction is not None and not self._is_untried(self._experience.nominal(interaction))
+        if interaction is not None and is_known and self._rng.random() < MASKED:
+            synthesis = self._synthesis[interaction.product]
+            masked = synthesis.masked(interaction.planned, commands, self._rng)
             if masked is not None:
                 return self._varied(masked, commands, False)
-        return self.single(slot, commands, is_first)
+        return self.single(interaction, commands, is_first)
 
-    def single(self, slot: Slot | None, commands: int, is_first: bool) -> Treatment:
-        """A disturbance tried as rarely as any where the same usually comes, or at the start; at such a place."""
-        usual = None if slot is None else self._experience.usual(slot)
-        begins = [(name, AT_THE_START) for name in self._disturbances if is_first]
-        new = [each for each in begins if self._tried[each] < ENOUGH]
-        name, where = self._rarest([(name, usual) for name in self._disturbances], self._tried, new)
+    def single(self, interaction: PlannedInteraction | None, commands: int, is_first: bool) -> Combination:
+        """A disturbance tried as rarely as any where the same outcome is nominal, or at the start; at such a place."""
+        nominal = None if interaction is None else self._experience.nominal(interaction)
+        starts = [(name, AT_THE_START) for name in self._disturbances if is_first]
+        new = [start for start in starts if self._tries[start] < TRIES_AT_START]
+        name, where = self._rarest([(name, nominal) for name in self._disturbances], self._tries, new)
         if where == AT_THE_START:
-            return (self._dose(name, 0),)
-        return (self._dose(name, self._place(name, usual, commands)),)
+            return (self._intervention(name, 0),)
+        return (self._intervention(name, self._place(name, nominal, commands)),)
 
-    def _place(self, name: str, usual: Goal | None, commands: int) -> int:
-        """After so many commands the disturbance was tried as rarely as any where the same usually comes."""
-        places = [(name, usual, place) for place in range(1, commands + 1)]
-        return self._rarest(places, self._doses)[2]
+    def _place(self, name: str, nominal: Outcome | None, commands: int) -> int:
+        """After so many commands the disturbance was tried as rarely as any where the same outcome is nominal."""
+        places = [(name, nominal, place) for place in range(1, commands + 1)]
+        return self._rarest(places, self._tries_at)[2]
 
     def _rarest(self, choices: Sequence[T], counts: Counter[T], preferred: Sequence[T] = ()) -> T:
         """One of the choices that was taken as rarely as any; a preferred one, where one of these was."""
@@ -249,36 +265,39 @@ class _Treatments:
         counts[choice] += 1
         return choice
 
-    def _new(self, slot: Slot, goals: Sequence[Goal], commands: int, is_first: bool) -> Treatment:
-        """A new dose, or a part of several that have done something."""
+    def _new(
+        self, interaction: PlannedInteraction, outcomes: Sequence[Outcome], commands: int, is_first: bool
+    ) -> Combination:
+        """A new intervention, or a part of several that have done something."""
+        synthesis, planned = self._synthesis[interaction.product], interaction.planned
         if self._rng.random() < REDUCING:
-            reduced = self._compositions[slot.product].reduced(slot.planned, commands, self._rng)
+            reduced = synthesis.reduced(planned, commands, self._rng)
             if reduced is not None:
                 return reduced
-        promise: Mapping[str, float] = {}
-        if goals and self._rng.random() < HELPFUL:
-            goal = pick(self._rng, goals)
-            promise = self._compositions[slot.product].promise(self._disturbances, slot.planned, goal, commands)
-        if not promise:
-            return self.single(slot, commands, is_first)
-        name = weighted(self._rng, {name: share**EAGERNESS for name, share in promise.items()})
-        return (self._dose(name, self._place(name, self._experience.usual(slot), commands)),)
+        expected: Mapping[str, float] = {}
+        if outcomes and self._rng.random() < PROMISING:
+            outcome = pick(self._rng, outcomes)
+            expected = synthesis.expected_changes(self._disturbances, planned, outcome, commands)
+        if not expected:
+            return self.single(interaction, commands, is_first)
+        name = weighted(self._rng, {name: changes**SELECTION_PRESSURE for name, changes in expected.items()})
+        return (self._intervention(name, self._place(name, self._experience.nominal(interaction), commands)),)
 
-    def _varied(self, treatment: Treatment, commands: int, is_first: bool) -> Treatment:
-        """What was put together; at times one dose is left out, as it may not be needed, or has another place and other
-        parameters, as what it does together with others may depend on them."""
+    def _varied(self, combination: Combination, commands: int, is_first: bool) -> Combination:
+        """What was put together; at times one intervention is left out, as it may not be needed, or has another place
+        and other parameters, as what it does together with others may depend on them."""
         if self._rng.random() >= VARYING:
-            return treatment
-        dose = pick(self._rng, treatment)
-        if len(treatment) > 1 and self._rng.random() < LEAVING_OUT:
-            return tuple(each for each in treatment if each != dose)
-        other = self._dose(dose.name, 1 + random_index(self._rng, commands))
-        return tuple(sorted(other if each == dose else each for each in treatment))
+            return combination
+        varied = pick(self._rng, combination)
+        if len(combination) > 1 and self._rng.random() < LEAVING_OUT:
+            return tuple(intervention for intervention in combination if intervention != varied)
+        other = self._intervention(varied.name, 1 + random_index(self._rng, commands))
+        return tuple(sorted(other if intervention == varied else intervention for intervention in combination))
 
-    def _dose(self, name: str, place: int) -> Dose:
-        values = ((each, sampler.sample(self._rng)) for each, sampler in sorted(self._disturbances[name].items()))
-        return Dose(place, name, tuple(values))
+    def _intervention(self, name: str, place: int) -> Intervention:
+        ranges = sorted(self._disturbances[name].items())
+        return Intervention(place, name, tuple((parameter, sampler.sample(self._rng)) for parameter, sampler in ranges))
 
 
-def _again(treatment: Treatment, commands: int, is_first: bool) -> Treatment:
-    return treatment
+def _again(combination: Combination, commands: int, is_first: bool) -> Combination:
+    return combination

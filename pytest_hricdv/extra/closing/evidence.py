@@ -60,7 +60,7 @@ def evidence(
     runs = [entry for entry in archive.entries if entry.way != GIVEN]
     hit = tuple(seen.hit(handed))
     closed = tuple(each for each in impossible if each.point not in seen.first)
-    left, others = _open([each for each in archive.wanted if each not in seen.first], archive, handed, known)
+    left, others = _open([each for each in archive.targets if each not in seen.first], archive, handed, known)
     return ClosingResult(
         suite=suite,
         ended=ended,
@@ -91,7 +91,7 @@ class _Seen:
     """What runs hit of the points that are wanted or that were thought impossible."""
 
     def __init__(self, archive: Archive, impossible: Iterable[ImpossiblePoint], without: Container[int]) -> None:
-        points = dict.fromkeys([*archive.wanted, *(each.point for each in impossible)])
+        points = dict.fromkeys([*archive.targets, *(each.point for each in impossible)])
         self._archive = archive
         self._given = sum(entry.way == GIVEN for entry in archive.entries)
         self._times: Counter[Point] = Counter()

@@ -1,6 +1,6 @@
-"""The interactions of a script: what each plans, how it is disturbed, and what became of it.
+"""The interactions of an abstract test: what each plans, which disturbances intervene in it, and its effect.
 
-A cross product with `planned` says which combination of its first coordinates each interaction of a script aims at. An
+A cross product with `planned` says which combination of its first coordinates each interaction of a test plans. An
 interaction begins with the command at which `planned` of the commands so far returns one combination more.
 """
 
@@ -16,8 +16,8 @@ from pytest_hricdv.generate.chosen_values import Values
 Planned = Callable[[Sequence[str]], Iterable[Bin]]
 
 
-class Dose(NamedTuple):
-    """A disturbance of an interaction: name, parameters, and how many of its commands come first."""
+class Intervention(NamedTuple):
+    """One disturbance in an interaction: after so many of its commands, and with these parameters."""
 
     place: int
     name: str
@@ -27,18 +27,24 @@ class Dose(NamedTuple):
 RunValues = tuple[tuple[str, float], ...]
 """The parameters of a run as a whole, sorted."""
 
-Treatment = tuple[Dose, ...]
-"""How an interaction is disturbed, in order."""
+Combination = tuple[Intervention, ...]
+"""The interventions in one interaction, in order."""
 
-UNDISTURBED: Treatment = ()
+UNDISTURBED: Combination = ()
 
 
-Goal = tuple[str, ...]
-"""What may come of an interaction: the name of a cross product and a bin of it, without the coordinates that were
-planned."""
+Outcome = tuple[str, ...]
+"""How an interaction ends, by one cross product: its name, and the coordinates of the bin that are not planned."""
 
-Effect = tuple[Goal, ...]
-"""What came of an interaction, sorted."""
+Effect = tuple[Outcome, ...]
+"""How an interaction ends, by all cross products, sorted."""
+
+
+class PlannedInteraction(NamedTuple):
+    """An interaction before it is run: a cross product, and the first coordinates of its bin."""
+
+    product: str
+    planned: Bin
 
 
 class Interaction(NamedTuple):
@@ -46,18 +52,18 @@ class Interaction(NamedTuple):
 
     Args:
         planned: the first coordinates of its bin.
-        treatment: how it was disturbed.
-        effect: what came of it, by all cross products.
-        is_clean: none before it was disturbed, so nothing lasts from there.
-        aims: what its treatment was to lead to.
+        combination: its interventions.
+        effect: how it ended.
+        is_isolated: no earlier one of the run had interventions, so none of their effects carries over.
+        wanted: the outcomes that its combination was to lead to.
         run_values: of its run.
     """
 
     planned: Bin
-    treatment: Treatment
+    combination: Combination
     effect: Effect
-    is_clean: bool = True
-    aims: tuple[Goal, ...] = ()
+    is_isolated: bool = True
+    wanted: tuple[Outcome, ...] = ()
     run_values: RunValues = ()
 
 
@@ -66,55 +72,55 @@ def commands_of(lines: Sequence[str]) -> tuple[str, ...]:
     return tuple(line for line in lines if not line.startswith(PREFIX))
 
 
-def treated(lines: Sequence[str]) -> bool:
+def is_disturbed(lines: Sequence[str]) -> bool:
     """Whether a test has a disturbance."""
     return any(line.startswith(PREFIX) for line in lines)
 
 
-def begins(commands: Sequence[str], planned: Planned) -> tuple[int, ...]:
+def starts_of(commands: Sequence[str], planned: Planned) -> tuple[int, ...]:
     """The place of the first command of each interaction."""
     sizes = [len([*planned(commands[:place])]) for place in range(len(commands) + 1)]
     return tuple(place for place in range(len(commands)) for _ in range(sizes[place + 1] - sizes[place]))
 
 
-def treatments_of(lines: Sequence[str], values: Values, first: Sequence[int]) -> tuple[Treatment, ...]:
-    """How each interaction of a test is disturbed.
+def combinations_of(lines: Sequence[str], values: Values, starts: Sequence[int]) -> tuple[Combination, ...]:
+    """The interventions in each interaction of a test.
 
     A disturbance right before the first command of an interaction belongs to the one before, if there is one.
 
     Args:
         lines: of the test.
         values: of the test.
-        first: where its interactions begin, among its commands.
+        starts: where its interactions begin, among its commands.
     """
-    found: list[list[Dose]] = [[] for _ in first]
+    interventions: list[list[Intervention]] = [[] for _ in starts]
     place = number = 0
     for row, line in enumerate(lines, 1):
-        while number + 1 < len(first) and place > first[number + 1]:
+        while number + 1 < len(starts) and place > starts[number + 1]:
             number += 1
         if not line.startswith(PREFIX):
             place += 1
-        elif first:
+        elif starts:
             chosen = tuple(sorted(values.get(row, {}).items()))
-            found[number].append(Dose(place - first[number], line.removeprefix(PREFIX), chosen))
-    return tuple(map(tuple, found))
+            interventions[number].append(Intervention(place - starts[number], line.removeprefix(PREFIX), chosen))
+    return tuple(map(tuple, interventions))
 
 
 def disturbed(
-    commands: Sequence[str], first: Sequence[int], treatments: Sequence[Treatment]
+    commands: Sequence[str], starts: Sequence[int], combinations: Sequence[Combination]
 ) -> tuple[tuple[str, ...], dict[int, dict[str, float]]]:
-    """Lines and values of a test whose interactions are disturbed like this; the reverse of `treatments_of`."""
-    at: dict[int, list[Dose]] = {}
-    for begin, treatment in zip(first, treatments, strict=False):
-        for dose in treatment:
-            at.setdefault(min(max(begin + dose.place, 0), len(commands)), []).append(dose)
+    """Lines and values of a test with these interventions in its interactions; the reverse of `combinations_of`."""
+    at: dict[int, list[Intervention]] = {}
+    for start, combination in zip(starts, combinations, strict=False):
+        for intervention in combination:
+            at.setdefault(min(max(start + intervention.place, 0), len(commands)), []).append(intervention)
     lines: list[str] = []
     values: dict[int, dict[str, float]] = {}
     for place in range(len(commands) + 1):
-        for dose in at.get(place, ()):
-            lines.append(f"{PREFIX}{dose.name}")
-            if dose.values:
-                values[len(lines)] = dict(dose.values)
+        for intervention in at.get(place, ()):
+            lines.append(f"{PREFIX}{intervention.name}")
+            if intervention.values:
+                values[len(lines)] = dict(intervention.values)
         lines += commands[place : place + 1]
     return tuple(lines), values
 
@@ -124,8 +130,8 @@ def interactions_of(
 ) -> tuple[Interaction, ...]:
     """The interactions of a run, as far as they have a bin of the cross product.
 
-    A run may end before its script, and an interaction may have no bin: a bin belongs to the next interaction that
-    plans its first coordinates. Other cross products tell what came of it where they have as many bins.
+    A run may end before its test, and an interaction may have no bin: a bin belongs to the next interaction that
+    plans its first coordinates. Other cross products are part of the effect where they have as many bins.
 
     Args:
         lines: of its test.
@@ -135,22 +141,23 @@ def interactions_of(
         planned: of this cross product.
     """
     commands, own = commands_of(lines), hits.get(product, ())
-    treatments = treatments_of(lines, values, begins(commands, planned))
-    script = [(tuple(each), treatment) for each, treatment in zip(planned(commands), treatments, strict=False)]
+    combinations = combinations_of(lines, values, starts_of(commands, planned))
+    plans = [tuple(coordinates) for coordinates in planned(commands)][: len(combinations)]
     alike = {name: bins for name, bins in hits.items() if len(bins) == len(own)}
-    found = []
-    for row, number in _matched([each for each, _ in script], own):
-        each, treatment = script[number]
-        effect = ((name, *bins[row][len(each) if name == product else 0 :]) for name, bins in alike.items())
-        found.append(Interaction(each, treatment, tuple(sorted(effect)), not any(treatments[:number])))
-    return tuple(found)
+    interactions = []
+    for row, number in _matched(plans, own):
+        size = len(plans[number])
+        effect = tuple(sorted((name, *bins[row][size if name == product else 0 :]) for name, bins in alike.items()))
+        is_isolated = not any(combinations[:number])
+        interactions.append(Interaction(plans[number], combinations[number], effect, is_isolated))
+    return tuple(interactions)
 
 
-def _matched(planned: Sequence[Bin], hits: Sequence[Bin]) -> Iterator[tuple[int, int]]:
+def _matched(plans: Sequence[Bin], hits: Sequence[Bin]) -> Iterator[tuple[int, int]]:
     """The row of each bin, with the number of the interaction that it belongs to."""
     begin = 0
     for row, hit in enumerate(hits):
-        number = next((each for each in range(begin, len(planned)) if hit[: len(planned[each])] == planned[each]), None)
+        number = next((place for place in range(begin, len(plans)) if hit[: len(plans[place])] == plans[place]), None)
         if number is not None:
             begin = number + 1
             yield row, number

@@ -1,4 +1,4 @@
-"""The loop: ways propose a generation of tests, these are run, what they yield decides what is proposed next.
+"""The closing loop: ways propose a generation of tests, these are run, and what they hit decides the next proposals.
 
 The proposals of a generation are made from the archive alone, are run in any order on any number of processes, and are
 merged in the order in which they were proposed. So the same seed gives the same archive, however many processes run.
@@ -14,7 +14,7 @@ from typing import Protocol
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive, Entry
-from pytest_hricdv.extra.closing.bandit import Bandit, Result
+from pytest_hricdv.extra.closing.bandit import Bandit, Reward
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.records import ClosingEnd
 from pytest_hricdv.extra.closing.way import Proposal, Way
@@ -53,10 +53,10 @@ class Loop:
     """The closing loop.
 
     Args:
-        archive: which points are wanted, and what is known of them.
+        archive: with the targets; it keeps the runs.
         ways: that propose tests.
-        last: proposes where these do not know enough.
-        runner: runs them.
+        fallback: proposes where these know no more.
+        runner: runs the tests.
         seed: the master seed.
         budget: of runs and seconds. Runs are what a result depends on; seconds only guard.
         progress: called with the archive after each generation.
@@ -68,7 +68,7 @@ class Loop:
     seed: int
     budget: Budget
     progress: Callable[[Archive], None] = lambda archive: None
-    last: Way | None = None
+    fallback: Way | None = None
     _drafts: list[Draft] = field(default_factory=list)
 
     def run(self) -> ClosingEnd:
@@ -77,7 +77,7 @@ class Loop:
         Raises:
             LoopError: every run of the first generation errs.
         """
-        bandit = Bandit((way.name for way in self.ways), dict.fromkeys(point[0] for point in self.archive.wanted))
+        bandit = Bandit((way.name for way in self.ways), dict.fromkeys(point[0] for point in self.archive.targets))
         try:
             for number in range(self.budget.runs):
                 if ended := self._ended():
@@ -86,7 +86,7 @@ class Loop:
                 if not proposals:
                     return "nothing to try"
                 entries = self._run(proposals)
-                bandit.learn(Result(entry.way, _kinds(entry.new), _kinds(entry.aims)) for entry in entries)
+                bandit.learn(Reward(entry.way, _kinds(entry.new), _kinds(entry.targets)) for entry in entries)
                 self.progress(self.archive)
         except KeyboardInterrupt:
             return "interrupted"
@@ -104,27 +104,28 @@ class Loop:
         count = min(GENERATION, self.budget.runs - self.budget.used)
         kinds = Counter(point[0] for point in self.archive.open)
         rng = make_rng(NAME, self.seed, number, "shares")
-        found: list[Proposal] = []
+        proposals: list[Proposal] = []
         ways = [*self.ways]
         for attempt in range(len(self.ways)):
-            shares = bandit.shares([way.name for way in ways], count - len(found), kinds, rng)
+            shares = bandit.shares([way.name for way in ways], count - len(proposals), kinds, rng)
             for way in [*ways]:
-                if wanted := shares[way.name]:
-                    proposed = way.propose(self.archive, wanted, self._rng(number, way, attempt))[:wanted]
-                    found += proposed
-                    if len(proposed) < wanted:
+                if share := shares[way.name]:
+                    proposed = way.propose(self.archive, share, self._rng(number, way, attempt))[:share]
+                    proposals += proposed
+                    if len(proposed) < share:
                         ways.remove(way)
-        if self.last is not None and len(found) < count:
-            found += self.last.propose(self.archive, count - len(found), self._rng(number, self.last, 0))
-        return found
+        if self.fallback is not None and len(proposals) < count:
+            rng = self._rng(number, self.fallback, 0)
+            proposals += self.fallback.propose(self.archive, count - len(proposals), rng)
+        return proposals
 
     def _rng(self, generation: int, way: Way, attempt: int) -> Random:
         return make_rng(NAME, self.seed, generation, way.name, attempt)
 
     def _run(self, proposals: Sequence[Proposal]) -> list[Entry]:
         """Run a generation, and merge it in order: of an interrupted one, what has come to its end."""
-        tests, observed = self._identified([each.draft for each in proposals]), dict[int, list[Observation]]()
-        online = {place: each.weights for place, each in enumerate(proposals) if each.weights is not None}
+        tests, observed = self._identified([proposal.draft for proposal in proposals]), dict[int, list[Observation]]()
+        online = {place: proposal.weights for place, proposal in enumerate(proposals) if proposal.weights is not None}
         entries: list[Entry] = []
         try:
             for place, observation in self.runner(tests, online):
@@ -133,7 +134,7 @@ class Loop:
         finally:
             for place in sorted(observed):
                 proposal = proposals[place]
-                entries += [self.archive.add(each, proposal.way, proposal.aims) for each in observed[place]]
+                entries += [self.archive.add(run, proposal.way, proposal.targets) for run in observed[place]]
         if all(entry.observation.error for entry in self.archive.entries):
             raise LoopError(self.archive.entries[0].observation.error)
         return entries

@@ -1,105 +1,105 @@
-"""The way of the model: scripts of beliefs that, by the survey of the model, lead to what is open.
+"""The way `model`: undisturbed tests of the pool that, as exploring the model has shown, lead to open targets.
 
-Bins are reached by scripts that plan them, plans by beliefs that trigger them. Where a requirement was nearly
-triggered, scripts are tried that may come nearer; where bins are open of which it is unknown what plans them, scripts
-that were not run yet.
+Bins are reached by tests that plan them, plans by beliefs that trigger them. Where a requirement was nearly triggered,
+tests are tried that may come nearer; where bins are open of which it is unknown what plans them, tests that were not
+run yet.
 """
 
 from __future__ import annotations
 
 from random import Random
 
-from pytest_hricdv.extra.closing.aiming import LEAST, Aiming, Option
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.climbing import Climbing
 from pytest_hricdv.extra.closing.experience import Experience
-from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Goal, Treatment
-from pytest_hricdv.extra.closing.scripts import Scripts, Slot
+from pytest_hricdv.extra.closing.guidance import Guidance
+from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Combination, Outcome, PlannedInteraction
+from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.extra.closing.selection import MIN_CHANCE, Option, Selection
 from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.generate.rng import pick, shuffled
 
-CLIMBING = 0.5
+GUIDED = 0.5
 """So often a test is to come nearer to a point that has a distance, where there is one."""
 
 
 class ModelWay:
-    """Undisturbed scripts of the model.
+    """See the module.
 
     Args:
-        scripts: of the model.
+        pool: of abstract tests.
         experience: of all runs so far.
     """
 
     name = "model"
 
-    def __init__(self, scripts: Scripts, experience: Experience) -> None:
-        self._scripts = scripts
+    def __init__(self, pool: Pool, experience: Experience) -> None:
+        self._pool = pool
         self._experience = experience
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
         """See `Way`."""
-        if not self._scripts.runs:
+        if not self._pool.tests:
             return []
         self._experience.learn(archive)
-        aiming = Aiming(self._scripts, self._experience, archive, self._options)
-        climbing = Climbing(self._scripts, self._experience, archive)
-        found: list[Proposal] = []
+        selection = Selection(self._pool, self._experience, archive, self._options)
+        guidance = Guidance(self._pool, self._experience, archive)
+        proposals: list[Proposal] = []
         for _ in range(count):
-            proposal = self._nearer(climbing, rng) if rng.random() < CLIMBING else None
-            proposal = proposal or self._aimed(aiming, rng) or self._planned(archive, found, rng)
-            proposal = proposal or self._nearer(climbing, rng)
+            proposal = self._nearer(guidance, rng) if rng.random() < GUIDED else None
+            proposal = proposal or self._selected(selection, rng) or self._planned(archive, proposals, rng)
+            proposal = proposal or self._nearer(guidance, rng)
             if proposal is not None:
-                found.append(proposal)
-        if len(found) < count and self._experience.has_unplanned_bins(archive):
-            found += UntriedWay(self._scripts, self.name).propose(archive, count - len(found), rng)
-        return found
+                proposals.append(proposal)
+        if len(proposals) < count and self._experience.has_unplanned_bins(archive):
+            proposals += UntriedWay(self._pool, self.name).propose(archive, count - len(proposals), rng)
+        return proposals
 
-    def _options(self, slot: Slot, goals: dict[Goal, float]) -> list[Option]:
-        recipes = self._experience.recipes[slot.product]
-        found = [
-            Option(recipes.chance(slot.planned, UNDISTURBED, goal) * left, (goal,), _nothing)
-            for goal, left in goals.items()
+    def _options(self, interaction: PlannedInteraction, wanted: dict[Outcome, float]) -> list[Option]:
+        model = self._experience.models[interaction.product]
+        options = [
+            Option(model.chance(interaction.planned, UNDISTURBED, outcome) * openness, (outcome,), _undisturbed)
+            for outcome, openness in wanted.items()
         ]
-        likely = (option for option in found if option.worth >= LEAST)
-        return sorted(likely, key=lambda option: -option.worth)
+        return sorted((option for option in options if option.gain >= MIN_CHANCE), key=lambda option: -option.gain)
 
-    def _aimed(self, aiming: Aiming, rng: Random) -> Proposal | None:
-        aimed = aiming.aim(rng)
-        return None if aimed is None else Proposal(self._scripts.draft(aimed.script), self.name, aimed.aims)
+    def _selected(self, selection: Selection, rng: Random) -> Proposal | None:
+        """A test for open bins."""
+        selected = selection.select(rng)
+        return None if selected is None else Proposal(self._pool.draft(selected.test), self.name, selected.targets)
 
-    def _planned(self, archive: Archive, found: list[Proposal], rng: Random) -> Proposal | None:
-        """A script for an open plan."""
-        aimed = {aim for proposal in found for aim in proposal.aims}
+    def _planned(self, archive: Archive, proposals: list[Proposal], rng: Random) -> Proposal | None:
+        """A test for an open plan."""
+        targeted = {target for proposal in proposals for target in proposal.targets}
         for point in archive.open:
-            scripts = self._scripts.by_plan.get((point[1], point[2]), []) if point[0] == "plan" else []
-            if scripts and point not in aimed:
-                return Proposal(self._scripts.draft(pick(rng, scripts)), self.name, (point,))
+            tests = self._pool.by_plan.get((point[1], point[2]), []) if point[0] == "plan" else []
+            if tests and point not in targeted:
+                return Proposal(self._pool.draft(pick(rng, tests)), self.name, (point,))
         return None
 
-    def _nearer(self, climbing: Climbing, rng: Random) -> Proposal | None:
-        """A script that may come nearer to an open point that has a distance."""
-        found = climbing.script(rng)
-        return None if found is None else Proposal(self._scripts.draft(found[0]), self.name, (found[1],))
+    def _nearer(self, guidance: Guidance, rng: Random) -> Proposal | None:
+        """A test that may come nearer to an open point that has a distance."""
+        nearer = guidance.test(rng)
+        return None if nearer is None else Proposal(self._pool.draft(nearer[0]), self.name, (nearer[1],))
 
 
-def _nothing(commands: int, is_first: bool) -> Treatment:
+def _undisturbed(commands: int, is_first: bool) -> Combination:
     return UNDISTURBED
 
 
 class UntriedWay:
-    """Scripts that were not run yet, of which nobody knows what they hit.
+    """Tests of the pool that were not run yet, of which nobody knows what they hit.
 
     Args:
-        scripts: of the model.
+        pool: of abstract tests.
         name: of the way that they are proposed for.
     """
 
-    def __init__(self, scripts: Scripts, name: str = "untried") -> None:
-        self._scripts = scripts
+    def __init__(self, pool: Pool, name: str = "untried") -> None:
+        self._pool = pool
         self.name = name
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
         """See `Way`."""
         tried = {entry.test.lines for entry in archive.entries}
-        left = [number for number, run in enumerate(self._scripts.runs) if run.lines not in tried]
-        return [Proposal(self._scripts.draft(number), self.name) for number in shuffled(rng, left)[:count]]
+        untried = [number for number, test in enumerate(self._pool.tests) if test.lines not in tried]
+        return [Proposal(self._pool.draft(number), self.name) for number in shuffled(rng, untried)[:count]]

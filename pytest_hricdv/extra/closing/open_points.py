@@ -9,7 +9,7 @@ from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.extra.closing.archive import Archive, Entry
-from pytest_hricdv.extra.closing.nearness import nearest_runs
+from pytest_hricdv.extra.closing.distance import nearest_runs
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def nearest(point: Point, archive: Archive, preferred: Container[int]) -> Entry 
 def _nearest_bin(point: Point, archive: Archive, preferred: Container[int]) -> Entry | None:
     """The run that hit a bin which is nearest to this one; of equally near ones, a run that was aimed at it."""
     found = [
-        (_distance(point[2:], hit), point not in entry.aims, entry.number not in preferred, entry.number)
+        (_distance(point[2:], hit), point not in entry.targets, entry.number not in preferred, entry.number)
         for entry in archive.entries
         for hit in entry.observation.hits.get(point[1], ())
     ]

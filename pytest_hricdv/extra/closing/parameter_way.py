@@ -8,7 +8,7 @@ from random import Random
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive, Entry
 from pytest_hricdv.extra.closing.cross_entropy import adapted, elite_size
-from pytest_hricdv.extra.closing.nearness import nearest_runs
+from pytest_hricdv.extra.closing.distance import nearest_runs
 from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.generate.abstract import Draft
 from pytest_hricdv.generate.chosen_values import RUN

@@ -1,4 +1,4 @@
-"""The points that are to be hit: of the code, the model, the cross products and the requirements."""
+"""The targets, the points that are to be hit: of the code, the model, the cross products and the requirements."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pytest_hricdv.monitor import Criterion, Requirement
 from pytest_hricdv.monitor.analysis import conjuncts
 
 
-def wanted_points(
+def target_points(
     code: CodeMap | None,
     plans: Plans,
     cross: Mapping[str, CrossProduct],

@@ -1,4 +1,4 @@
-"""A way to reach points: it proposes tests, from what is known of all runs so far and from nothing else."""
+"""A way to reach targets is a search strategy: it proposes tests, from the archive of all runs and nothing else."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from pytest_hricdv.online.chooser import Weight
 
 @dataclass(frozen=True)
 class Proposal:
-    """A test to run.
+    """A test that a way proposes to run.
 
     Args:
         draft: the test, with the values that are chosen for it.
         way: the name of the way that proposes it.
-        aims: the points that it is to hit.
+        targets: the points that it is to hit.
         weights: where the person decides during the run: of what is chosen. The test is then what it became.
     """
 
     draft: Draft
     way: str
-    aims: tuple[Point, ...] = ()
+    targets: tuple[Point, ...] = ()
     weights: tuple[Weight, ...] | None = None
 
 
 class Way(Protocol):
-    """One way to reach points."""
+    """One search strategy."""
 
     @property
     def name(self) -> str:
         """In progress lines, reports and the choice among ways."""
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
-        """Up to `count` tests to run next; none where this way knows nothing to try.
+        """Up to `count` tests to run next; fewer, or none, where this way knows nothing else to try.
 
         The same for the same archive and random stream, whatever was proposed before. Of `rng` only `random()` is
         used (see `pytest_hricdv.generate.rng`).

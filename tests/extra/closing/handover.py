@@ -11,7 +11,7 @@ from itertools import product
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.extra.closing.interactions import Treatment, begins, commands_of, treatments_of
+from pytest_hricdv.extra.closing.interactions import Combination, combinations_of, commands_of, starts_of
 from pytest_hricdv.extra.closing.loop import OnlineWeights
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -58,7 +58,7 @@ def planned(commands: Sequence[str]) -> tuple[tuple[str, str], ...]:
 
 
 def exploration() -> Exploration:
-    """All scripts."""
+    """All pool."""
     runs, bits = [], SPACE.bits
     for count in PARTS:
         for poses in product(POSES, repeat=count):
@@ -83,15 +83,19 @@ def run(test: AbstractTest) -> Observation:
     """One run: what happens is a function of the test and its seed."""
     rng = make_rng("handover", test.seed)
     commands = commands_of(test.lines)
-    treatments = treatments_of(test.lines, test.values, begins(commands, planned))
-    interactions = [*zip(planned(commands), treatments, strict=True)]
+    combinations = combinations_of(test.lines, test.values, starts_of(commands, planned))
+    interactions = [*zip(planned(commands), combinations, strict=True)]
     readings, hits = [], []
     for each in interactions:
         reading, outcome = _outcome(*each, [rng.random() for _ in range(3)])
         readings.append((reading, outcome))
         hits.append((*each[0], outcome))
     points: set[Point] = {("bin", "handover", *hit) for hit in hits}
-    if any(dose.name == "shake" and dose.place == 2 for treatment in treatments for dose in treatment):
+    if any(
+        intervention.name == "shake" and intervention.place == 2
+        for combination in combinations
+        for intervention in combination
+    ):
         points.add(("statement", "robot.py", "9"))
     given = sum(hit[-1] == "given" for hit in hits)
     distance = 3.0 - given
@@ -111,13 +115,13 @@ def runner(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tup
     return ((number, run(test)) for number, test in enumerate(tests))
 
 
-def _outcome(stands: Bin, treatment: Treatment, chances: Sequence[float]) -> tuple[str, str]:
+def _outcome(stands: Bin, combination: Combination, chances: Sequence[float]) -> tuple[str, str]:
     sensors = [digit == "1" for digit in stands[1]]
     sensors = [sensor and chance >= ERROR for sensor, chance in zip(sensors, chances, strict=False)]
-    names = {dose.name: (dose.place, dict(dose.values)) for dose in treatment}
-    for dose in treatment:
-        values = dict(dose.values)
-        if dose.name == "flip" and dose.place >= 2 and values["for_s"] > 3.0:
+    names = {intervention.name: (intervention.place, dict(intervention.values)) for intervention in combination}
+    for intervention in combination:
+        values = dict(intervention.values)
+        if intervention.name == "flip" and intervention.place >= 2 and values["for_s"] > 3.0:
             sensors[int(values["sensor"])] ^= True
     if "ready_lost" in names and names["ready_lost"][0] <= 3:
         return "none", "silent"

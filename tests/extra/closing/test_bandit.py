@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.extra.closing.bandit import LEAST, Bandit, Result
+from pytest_hricdv.extra.closing.bandit import MIN_WEIGHT, Bandit, Reward
 from pytest_hricdv.generate.rng import make_rng
 
 KINDS = ("bin", "statement", "branch", "plan")
@@ -12,7 +12,7 @@ BIN, CODE = frozenset({"bin"}), frozenset({"statement", "branch"})
 def test_a_way_that_pays_off_gets_most_tests_and_the_other_one_still_some() -> None:
     bandit = Bandit(("good", "bad"), KINDS)
     for _ in range(10):
-        bandit.learn([Result("good", BIN)] * 4 + [Result("good")] * 4 + [Result("bad")] * 7 + [Result("bad", BIN)])
+        bandit.learn([Reward("good", BIN)] * 4 + [Reward("good")] * 4 + [Reward("bad")] * 7 + [Reward("bad", BIN)])
     shares = bandit.shares(("good", "bad"), 1000, {"bin": 3}, make_rng("shares"))
     assert shares["good"] + shares["bad"] == 1000
     assert 0 < shares["bad"] < 200
@@ -21,7 +21,7 @@ def test_a_way_that_pays_off_gets_most_tests_and_the_other_one_still_some() -> N
 def test_each_kind_of_open_points_has_the_ways_that_reach_such_points() -> None:
     bandit = Bandit(("bins", "code"), KINDS)
     for _ in range(10):
-        bandit.learn([Result("bins", BIN)] * 4 + [Result("code", CODE)] * 4)
+        bandit.learn([Reward("bins", BIN)] * 4 + [Reward("code", CODE)] * 4)
     for kinds, low, high in (({"bin": 5}, 0.9, 1.0), ({"branch": 5}, 0.0, 0.1), ({"bin": 2, "statement": 2}, 0.4, 0.6)):
         shares = bandit.shares(("bins", "code"), 1000, kinds, make_rng("kinds"))
         assert low <= shares["bins"] / 1000 <= high
@@ -29,10 +29,10 @@ def test_each_kind_of_open_points_has_the_ways_that_reach_such_points() -> None:
 
 def test_what_paid_off_long_ago_counts_less() -> None:
     bandit = Bandit(("early", "late"), KINDS)
-    bandit.learn([Result("early", BIN)] * 16 + [Result("late")] * 16)
+    bandit.learn([Reward("early", BIN)] * 16 + [Reward("late")] * 16)
     for _ in range(40):
-        bandit.learn([Result("early")] * 4 + [Result("late", BIN)] * 4)
-    assert bandit.weight("late", "bin") > 5 * bandit.weight("early", "bin") >= LEAST
+        bandit.learn([Reward("early")] * 4 + [Reward("late", BIN)] * 4)
+    assert bandit.weight("late", "bin") > 5 * bandit.weight("early", "bin") >= MIN_WEIGHT
 
 
 def test_ways_of_which_nothing_is_known_get_equal_shares() -> None:
@@ -42,16 +42,18 @@ def test_ways_of_which_nothing_is_known_get_equal_shares() -> None:
 
 def test_while_nothing_pays_off_it_is_not_forgotten_what_did() -> None:
     bandit = Bandit(("once", "never"), KINDS)
-    bandit.learn([Result("once", CODE)] * 2 + [Result("once")] * 20 + [Result("never")] * 20)
+    bandit.learn([Reward("once", CODE)] * 2 + [Reward("once")] * 20 + [Reward("never")] * 20)
     before = bandit.weight("once", "branch") / bandit.weight("never", "branch")
     for _ in range(40):
-        bandit.learn([Result("once", BIN)] * 4 + [Result("never", BIN)] * 4)
+        bandit.learn([Reward("once", BIN)] * 4 + [Reward("never", BIN)] * 4)
     assert bandit.weight("once", "branch") > 2 * bandit.weight("never", "branch")
     assert before > 2
 
 
 def test_what_is_aimed_at_one_kind_says_nothing_of_another_one() -> None:
     bandit = Bandit(("both", "none"), KINDS)
-    bandit.learn([Result("both", BIN, BIN)] * 4 + [Result("both", aimed=CODE)] * 40 + [Result("none", aimed=BIN)] * 4)
+    bandit.learn(
+        [Reward("both", BIN, BIN)] * 4 + [Reward("both", targeted=CODE)] * 40 + [Reward("none", targeted=BIN)] * 4
+    )
     shares = bandit.shares(("both", "none"), 1000, {"bin": 1}, make_rng("aimed"))
     assert shares["both"] > 900

@@ -50,7 +50,7 @@ def archive_of(*scripts: str, wanted: Sequence[tuple[str, ...]] = BINS) -> Archi
 
 def add(archive: Archive, proposals: Sequence[Proposal]) -> None:
     for test, proposal in zip(identified(proposals), proposals, strict=True):
-        archive.add(Observation(test.to_data()), proposal.way, proposal.aims)
+        archive.add(Observation(test.to_data()), proposal.way, proposal.targets)
 
 
 def identified(proposals: Sequence[Proposal]) -> tuple[AbstractTest, ...]:
@@ -95,7 +95,7 @@ def test_a_test_aims_at_the_open_bins_that_it_plans_from_the_decision_on() -> No
             taken = int(proposal.draft.name.split(" up to command ")[1].split(",")[0])
             second = {BINS[1]}
             both = {*BINS[1:]}
-            assert {*proposal.aims} == (second if taken > 3 else both)
+            assert {*proposal.targets} == (second if taken > 3 else both)
 
 
 def test_what_was_aimed_at_seldom_comes_first() -> None:
@@ -106,7 +106,7 @@ def test_what_was_aimed_at_seldom_comes_first() -> None:
         archive = archive_of("ask, look, say", "ask, look, wait, say")
         archive.tries.update(dict.fromkeys(often, 50))
         first = [BranchingWay(RANGES, CROSS).propose(archive, 1, Random(seed))[0] for seed in range(60)]
-        return sum({*slow} <= {*proposal.aims} for proposal in first)
+        return sum({*slow} <= {*proposal.targets} for proposal in first)
 
     assert share(often=quick) > share(often=slow)
 
@@ -123,7 +123,7 @@ def test_runs_that_came_near_to_an_open_point_are_gone_back_to_and_exchange_thei
         proposal.draft.name
         for seed in range(60)
         for proposal in BranchingWay(RANGES, CROSS).propose(archive, 1, Random(seed))
-        if proposal.aims == (point,)
+        if proposal.targets == (point,)
     ]
     assert 20 < len(names) < 40
     assert {name.partition(" up to")[0] for name in names} <= {*near[:8]}

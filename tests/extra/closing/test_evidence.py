@@ -35,12 +35,12 @@ STATEMENTS: list[Point] = [("statement", "lamp.py", str(line)) for line in (1, 2
 BINS: list[Point] = [("bin", "light", place, level) for place in ("hall", "cellar") for level in ("low", "high")]
 
 
-def add(archive: Archive, name: str, *points: Point, way: str = "model", aims: tuple[Point, ...] = ()) -> Entry:
+def add(archive: Archive, name: str, *points: Point, way: str = "model", targets: tuple[Point, ...] = ()) -> Entry:
     """A run of 10 s that hits these points; its id is `NAME-1`."""
     hits = tuple(point[2:] for point in points if point[0] == "bin")
     test = AbstractTest(f"{name}-1", "closure", name, (), ("greet",), seed=1)
     observation = Observation(test.to_data(), tuple(sorted(points)), {"light": hits}, sim_s=10.0)
-    return archive.add(observation, way, aims)
+    return archive.add(observation, way, targets)
 
 
 def shown(
@@ -65,7 +65,7 @@ def test_a_hit_point_names_a_test_of_the_suite_and_the_way_that_led_there_first(
 def test_the_bound_of_an_open_point_is_three_over_the_runs_that_were_aimed_at_it() -> None:
     archive = Archive(BINS[:2])
     for number in range(12):
-        add(archive, f"n{number}", aims=(BINS[0],) if number % 2 else ())
+        add(archive, f"n{number}", targets=(BINS[0],) if number % 2 else ())
     aimed, other = shown(archive).open
     assert (aimed.tries, aimed.bound) == (6, 0.5)
     assert (other.tries, other.bound) == (0, None)
@@ -91,7 +91,7 @@ def test_of_equally_near_tests_of_a_bin_that_counts_which_planned_the_same_and_t
     archive = Archive(BINS)
     add(archive, "elsewhere", BINS[3])
     add(archive, "unaimed", BINS[0])
-    add(archive, "aimed", BINS[0], aims=(BINS[1],))
+    add(archive, "aimed", BINS[0], targets=(BINS[1],))
     open_points = {each.point: each for each in shown(archive).open}
     assert (open_points[BINS[1]].test, open_points[BINS[1]].lacking) == ("aimed-1", "level low instead of high")
 

@@ -84,7 +84,7 @@ def test_what_makes_an_open_point_likelier_is_likelier(way: OnlineWay) -> None:
         choices = [Choice(0, "", 0, "start", "thirsty"), Choice(1, "Pouring", 1, "taste", taste)]
         add(archive, ["press", "drink hot", "shout"], choices, (level, "shout"))
     [proposal] = way.propose(archive, 1, Random(1))
-    assert proposal.aims == (OPEN,)
+    assert proposal.targets == (OPEN,)
     known = weights(proposal)
     for place in (("Pouring", 1), ("", 1), ("", ANY_TURN)):
         assert known[(*place, "taste", "likes_hot")] > known[(*place, "taste", "likes_cold")]
@@ -124,7 +124,7 @@ def test_the_choices_of_the_run_that_came_nearest_to_an_open_point_are_likelier(
         add(archive, ["press"], [Choice(1, "A", 1, "taste", taste)], (level, "nod"), distances=((checked, distance),))
     [proposal] = way.propose(archive, 1, Random(1))
     known = weights(proposal)
-    assert proposal.aims == (checked,)
+    assert proposal.targets == (checked,)
     assert known["", 1, "taste", "likes_hot"] > known["", 1, "taste", "likes_cold"]
 
 
@@ -141,7 +141,7 @@ def test_runs_are_aimed_at_what_was_seldom_aimed_at_and_at_nothing_where_nothing
     bins: tuple[Point, ...] = tuple(("bin", "cup", "hot", str(number)) for number in range(3 * AIMS))
     archive = archive_of(*bins)
     archive.tries.update(dict.fromkeys(bins[AIMS:], 100))
-    aims = [aim for proposal in way.propose(archive, 20, Random(1)) for aim in proposal.aims]
+    aims = [aim for proposal in way.propose(archive, 20, Random(1)) for aim in proposal.targets]
     assert len(aims) == 20 * AIMS
     assert sum(aim in bins[:AIMS] for aim in aims) > 60
     add(archive, ["press"], (), *(point[2:] for point in bins))

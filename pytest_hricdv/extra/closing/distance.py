@@ -1,4 +1,4 @@
-"""Which runs came near to a point that no run has hit."""
+"""Distances of runs from a point that none of them has hit."""
 
 from __future__ import annotations
 
@@ -14,43 +14,42 @@ def nearest_runs(point: Point, archive: Archive) -> list[tuple[float, Entry]]:
     The distance is the run's own where it has one. To a branch it is 1 for runs that executed the statement it leads
     away from; to a statement, the number of lines between it and the last statement before it that a run executed. Of
     such runs those are nearer, by less than 1, that executed something unusual near it: fewer than half of them did.
-    Of other points nothing is known.
+    From other points no distance is known.
     """
     measured = [
         (distance, entry)
         for entry in archive.entries
-        for each, distance in entry.observation.distances
-        if each == point
+        for other, distance in entry.observation.distances
+        if other == point
     ]
-    found = measured or [*_by_code(point, archive)]
-    return sorted(found, key=lambda each: (each[0], each[1].number))
+    return sorted(measured or _by_code(point, archive), key=lambda run: (run[0], run[1].number))
 
 
 def _by_code(point: Point, archive: Archive) -> Iterator[tuple[float, Entry]]:
     if point[0] == "branch":
         before: list[Point] = [("statement", point[1], point[2])]
     elif point[0] == "statement":
-        lines = [each for each in archive.wanted if each[:2] == point[:2]]
-        before = [each for each in reversed(lines) if int(each[2]) < int(point[2]) and each in archive.best][:1]
+        lines = [target for target in archive.targets if target[:2] == point[:2]]
+        before = [line for line in reversed(lines) if int(line[2]) < int(point[2]) and line in archive.best][:1]
     else:
         return
-    for each in before:
-        runs = archive.hit_by.get(each, [])
-        distance = 1.0 if point[0] == "branch" else float(abs(int(point[2]) - int(each[2])))
-        gaps = _unusual(point[1], int(point[-1]), runs, archive)
+    for line in before:
+        runs = archive.hit_by.get(line, [])
+        distance = 1.0 if point[0] == "branch" else float(abs(int(point[2]) - int(line[2])))
+        gaps = _gaps_to_unusual(point[1], int(point[-1]), runs, archive)
         yield from ((distance + gaps.get(number, 1.0), archive.entries[number]) for number in runs)
 
 
-def _unusual(file: str, line: int, runs: Collection[int], archive: Archive) -> dict[int, float]:
+def _gaps_to_unusual(file: str, line: int, runs: Collection[int], archive: Archive) -> dict[int, float]:
     """Number of a run -> how far the line is from a statement that the run executed and few of these runs did: 0 to 1.
 
     Without those that executed none.
     """
-    among, found = frozenset(runs), dict[int, float]()
-    lines = (each for each in archive.hit_by if each[:2] == ("statement", file))
-    for each in sorted(lines, key=lambda each: (abs(int(each[2]) - line), int(each[2]))):
-        gap, same = abs(int(each[2]) - line), among.intersection(archive.hit_by[each])
+    among, gaps = frozenset(runs), dict[int, float]()
+    statements = (point for point in archive.hit_by if point[:2] == ("statement", file))
+    for statement in sorted(statements, key=lambda point: (abs(int(point[2]) - line), int(point[2]))):
+        gap, same = abs(int(statement[2]) - line), among.intersection(archive.hit_by[statement])
         if 2 * len(same) < len(among):
             for number in same:
-                found.setdefault(number, gap / (gap + 1.0))
-    return found
+                gaps.setdefault(number, gap / (gap + 1.0))
+    return gaps

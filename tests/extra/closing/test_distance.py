@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.nearness import nearest_runs
+from pytest_hricdv.extra.closing.distance import nearest_runs
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.generate.abstract import AbstractTest
 
@@ -31,13 +31,13 @@ def test_near_to_a_branch_are_runs_that_executed_the_line_it_leads_away_from() -
 
 
 def test_runs_that_did_something_unusual_near_the_point_are_nearer() -> None:
-    usual, unusual, far = (1, 2, 3), (1, 2, 3, 6), (1, 2, 3, 4)
-    assert order(EXIT, usual, far, usual, unusual, usual, usual) == [3, 1, 0, 2, 4, 5]
+    nominal, unusual, far = (1, 2, 3), (1, 2, 3, 6), (1, 2, 3, 4)
+    assert order(EXIT, nominal, far, nominal, unusual, nominal, nominal) == [3, 1, 0, 2, 4, 5]
 
 
 def test_near_to_a_statement_are_runs_that_executed_the_last_one_before_it() -> None:
     assert order(LINES[6], (1, 2), (1, 2, 5), (1, 2, 8)) == [1]
 
 
-def test_of_a_plan_nothing_is_known() -> None:
+def test_from_a_plan_no_distance_is_known() -> None:
     assert not order(("plan", "person", "asks"), (1, 2))

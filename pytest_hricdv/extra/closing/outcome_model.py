@@ -1,0 +1,267 @@
+"""A surrogate model of interactions: how probably a combination of interventions leads to an outcome.
+
+What a combination did where other coordinates are planned is evidence as well. How much it says is learned for each
+planned coordinate, from how often the same combination had the same effect where only this coordinate differed.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import NamedTuple
+
+from pytest_hricdv.coverage.cross_product import Bin
+from pytest_hricdv.extra.closing.interactions import (
+    UNDISTURBED,
+    Combination,
+    Effect,
+    Interaction,
+    Intervention,
+    Outcome,
+    RunValues,
+)
+
+PRIOR_TRIES = 0.5
+"""What is expected of a combination before it is tried weighs as much as so many tries."""
+
+PRIOR_CHANCE = 0.25
+"""The chance that a first try is expected to have as long as nothing is known."""
+
+VARIANT_WEIGHT = 0.5
+"""A try of the same disturbances with other parameters weighs so much."""
+
+MAX_BORROWED_TRIES = 2.0
+"""What was seen where other coordinates are planned weighs no more than so many own tries."""
+
+PRIOR_TRANSFERS = 0.3
+"""As if so many combinations had been tried first under another nominal effect, and had led to each outcome."""
+
+COMMON = 0.3
+"""An outcome that comes with this probability without any disturbance is not ascribed to one."""
+
+MIN_SIMILARITY = 0.25
+"""A nominal effect is taken from where other coordinates are planned, if these are at least so similar."""
+
+Kind = tuple[tuple[int, str], ...]
+"""The disturbances of a combination without their parameters."""
+
+
+@dataclass
+class Trials:
+    """A number of tries, and how many of them ended with each outcome."""
+
+    tries: int = 0
+    outcomes: Counter[Outcome] = field(default_factory=Counter)
+
+    def add(self, effect: Effect) -> None:
+        """One more try."""
+        self.tries += 1
+        self.outcomes.update(effect)
+
+
+TrialsByPlan = dict[Bin, Trials]
+"""The planned coordinates -> the tries there."""
+
+
+class Candidate(NamedTuple):
+    """A combination, with the chance that it leads to a certain outcome."""
+
+    combination: Combination
+    chance: float
+
+
+class OutcomeModel:
+    """What is known of the interactions of one cross product.
+
+    Args:
+        coordinates: how many of its coordinates are planned.
+    """
+
+    def __init__(self, coordinates: int) -> None:
+        self.coordinates = coordinates
+        self.results: dict[Combination, TrialsByPlan] = {UNDISTURBED: {}}
+        self.leading: dict[Outcome, dict[Combination, None]] = {}
+        """Outcome -> the combinations that led to it, in order; used as ordered sets."""
+        self.effects: dict[Bin, dict[Effect, None]] = {}
+        """The planned coordinates -> the effects there; used as ordered sets."""
+        self.effects_with: dict[Outcome, Counter[Effect]] = {}
+        """Outcome -> how often it was part of which effect."""
+        self.run_values: dict[tuple[Intervention, Outcome], RunValues] = {}
+        """An intervention and an outcome it led to -> the parameters of the first such run, which it may depend on."""
+        self.interactions: list[Interaction] = []
+        """All interactions, in order."""
+        self._undisturbed: dict[Bin, Counter[Effect]] = {}
+        self._nominal: dict[Bin, Effect] = {}
+        self._assumed: dict[Bin, Effect | None] = {}
+        self._first: TrialsByPlan = {}
+        """First tries of combinations."""
+        self._variants: dict[Kind, TrialsByPlan] = {}
+        self._transfers: dict[tuple[Effect, Outcome], Trials] = {}
+        """A nominal effect and an outcome -> first tries there, to reach it, of combinations from elsewhere."""
+        self._same = [1.0] * coordinates
+        self._compared = [2.0] * coordinates
+
+    def learn(self, interactions: Iterable[Interaction]) -> None:
+        """Learn from the interactions of a run."""
+        for interaction in interactions:
+            planned, combination, effect, is_isolated, _, run_values = interaction
+            if combination or is_isolated:  # a disturbance that lasts from before is no result of doing nothing
+                self._add_result(interaction)
+            for outcome in effect:
+                self.effects_with.setdefault(outcome, Counter())[effect] += 1
+                for intervention in combination:
+                    self.run_values.setdefault((intervention, outcome), run_values)
+                if combination:
+                    self.leading.setdefault(outcome, {})[combination] = None
+            self.interactions.append(interaction)
+            if is_isolated and not combination:
+                counts = self._undisturbed.setdefault(planned, Counter())
+                counts[effect] += 1
+                self._nominal[planned] = max(counts, key=lambda effect: (counts[effect], effect))
+            self.effects.setdefault(planned, {})[effect] = None
+        self._assumed.clear()
+
+    def _add_result(self, interaction: Interaction) -> None:
+        planned, combination, effect, _, wanted, _ = interaction
+        results = self.results.setdefault(combination, {})
+        if combination and not results:
+            self._first.setdefault(planned, Trials()).add(effect)
+        elif combination and self._is_transfer(results, planned):
+            for outcome in wanted:
+                self._transfers.setdefault((self.nominal(planned) or (), outcome), Trials()).add(effect)
+        self._compare(results, planned, effect)
+        results.setdefault(planned, Trials()).add(effect)
+        self._variants.setdefault(_kind(combination), {}).setdefault(planned, Trials()).add(effect)
+
+    def nominal(self, planned: Bin) -> Effect | None:
+        """The nominal effect: the most frequent one without disturbances where these coordinates are planned.
+
+        Where they were never run so, it is the one of the most similar coordinates; None where none are similar.
+        """
+        if planned in self._nominal:
+            return self._nominal[planned]
+        if planned not in self._assumed:
+            similarity = {other: self.similarity(planned, other) for other in sorted(self._nominal)}
+            nearest = max(similarity, key=lambda other: similarity[other], default=planned)
+            is_similar = similarity.get(nearest, 0.0) >= MIN_SIMILARITY
+            self._assumed[planned] = self._nominal[nearest] if is_similar else None
+        return self._assumed[planned]
+
+    def similarity(self, planned: Bin, other: Bin) -> float:
+        """How much the effects where `other` is planned say of those where `planned` is, from 0 to 1."""
+        weight = 1.0
+        for place, (left, right) in enumerate(zip(planned, other, strict=True)):
+            if left != right:
+                weight *= (self._same[place] / self._compared[place]) ** 2
+        return weight
+
+    def chance(
+        self,
+        planned: Bin,
+        combination: Combination,
+        outcome: Outcome,
+        like: Combination | None = None,
+        expected: float = PRIOR_CHANCE,
+    ) -> float:
+        """The probability that a combination leads to an outcome where these coordinates are planned.
+
+        Args:
+            planned: the coordinates.
+            combination: of the interaction.
+            outcome: that it may lead to.
+            like: the combination of longer interactions that it was made from, which counts until it was tried itself;
+                None where it was not.
+            expected: the probability before anything was seen of it.
+        """
+        variants = self._variants.get(_kind(combination), {}).get(planned) if combination else None
+        results = self.results.get(combination) or self.results.get(like or combination, {})
+        return self._estimate(results, planned, outcome, variants, expected)
+
+    def weight_of_tries(self, planned: Bin, combination: Combination) -> float:
+        """How many tries the chance of a combination rests on; what was seen elsewhere counts as some."""
+        return MAX_BORROWED_TRIES + self.results.get(combination, {}).get(planned, Trials()).tries
+
+    def first_chance(self, planned: Bin, outcome: Outcome) -> float:
+        """The same of a combination that was never tried."""
+        return self._estimate(self._first, planned, outcome)
+
+    def best(self, planned: Bin, outcome: Outcome, commands: int) -> Candidate | None:
+        """The combination that most probably leads to an outcome, among those, or parts of those, that once did.
+
+        Args:
+            planned: the coordinates of the interaction.
+            outcome: that it is to lead to.
+            commands: of the interaction: a combination has to fit in.
+        """
+        leading = [
+            combination for combination in self.leading.get(outcome, {}) if self._is_ascribed(combination, outcome)
+        ]
+        parts = (part for whole in leading if len(whole) > 1 for part in combinations(whole, len(whole) - 1))
+        best: Candidate | None = None
+        expected = PRIOR_CHANCE * self._transfer_rate(planned, outcome)
+        for like in dict.fromkeys((*leading, *parts)):
+            combination = fitted(like, commands)
+            chance = self.chance(planned, combination, outcome, like=like, expected=expected)
+            if best is None or chance > best.chance:
+                best = Candidate(combination, chance)
+        return best
+
+    def _is_ascribed(self, combination: Combination, outcome: Outcome) -> bool:
+        """Whether a combination led to an outcome where that is uncommon without it."""
+        return any(
+            trials.outcomes[outcome] and self.chance(planned, UNDISTURBED, outcome) < COMMON
+            for planned, trials in self.results[combination].items()
+        )
+
+    def _is_transfer(self, results: TrialsByPlan, planned: Bin) -> bool:
+        """Whether all that is known of a combination was seen under another nominal effect."""
+        nominal = self.nominal(planned)
+        return all(other != planned and self.nominal(other) != nominal for other in results)
+
+    def _transfer_rate(self, planned: Bin, outcome: Outcome) -> float:
+        """How often combinations from elsewhere have led to an outcome under the nominal effect there."""
+        trials = self._transfers.get((self.nominal(planned) or (), outcome), Trials())
+        return (PRIOR_TRANSFERS + trials.outcomes[outcome]) / (PRIOR_TRANSFERS + trials.tries)
+
+    def _estimate(
+        self,
+        results: Mapping[Bin, Trials],
+        planned: Bin,
+        outcome: Outcome,
+        variants: Trials | None = None,
+        expected: float = PRIOR_CHANCE,
+    ) -> float:
+        """Own tries; before them, what was seen where similar coordinates are planned, and with other parameters."""
+        led, tried = PRIOR_TRIES * expected, PRIOR_TRIES
+        if variants:
+            led += VARIANT_WEIGHT * variants.outcomes[outcome]
+            tried += VARIANT_WEIGHT * variants.tries
+        nominal, rate = self.nominal(planned), self._transfer_rate(planned, outcome)
+        for other, trials in results.items():
+            if other != planned:
+                weight = self.similarity(planned, other)
+                led += weight * trials.outcomes[outcome] * (1.0 if self.nominal(other) == nominal else rate)
+                tried += weight * trials.tries
+        borrowed, own = min(tried, MAX_BORROWED_TRIES), results.get(planned, Trials())
+        return (borrowed * led / tried + own.outcomes[outcome]) / (borrowed + own.tries)
+
+    def _compare(self, results: Mapping[Bin, Trials], planned: Bin, effect: Effect) -> None:
+        for other, trials in results.items():
+            places = [place for place, (left, right) in enumerate(zip(planned, other, strict=True)) if left != right]
+            if len(places) == 1:
+                shares = [trials.outcomes[outcome] / trials.tries for outcome in effect]
+                self._same[places[0]] += sum(shares) / len(shares) if shares else 0.0
+                self._compared[places[0]] += 1.0
+
+
+def fitted(combination: Combination, commands: int) -> Combination:
+    """The combination for an interaction of so many commands: interventions come in it, after its first command."""
+    return tuple(
+        sorted(intervention._replace(place=min(max(intervention.place, 1), commands)) for intervention in combination)
+    )
+
+
+def _kind(combination: Combination) -> Kind:
+    return tuple((intervention.place, intervention.name) for intervention in combination)

@@ -1,0 +1,153 @@
+"""The pool: the abstract tests that the explored model gives, by their interactions and the plans executed for them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from random import Random
+
+from pytest_hricdv.extra.closing.cross_entropy import SMOOTHING
+from pytest_hricdv.extra.closing.interactions import (
+    Combination,
+    Planned,
+    PlannedInteraction,
+    RunValues,
+    disturbed,
+    starts_of,
+)
+from pytest_hricdv.generate.abstract import Draft, Plans
+from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.chosen_values import RUN
+from pytest_hricdv.generate.model import Exploration, ExploredRun
+from pytest_hricdv.generate.rng import random_index, weighted
+
+
+class Pool:
+    """The abstract tests of an explored model.
+
+    Args:
+        exploration: of the model: all of its runs, or those that are known.
+        space: the belief space.
+        planned: `planned` of each cross product that has it.
+    """
+
+    def __init__(self, exploration: Exploration, space: BeliefSpace, planned: Mapping[str, Planned]) -> None:
+        self.exploration = exploration
+        self.planned = dict(planned)
+        self._space = space
+        self._interactions: dict[int, tuple[PlannedInteraction, ...]] = {}
+
+    @property
+    def tests(self) -> Sequence[ExploredRun]:
+        """The tests, those of few beliefs first."""
+        return self.exploration.runs
+
+    def interactions(self, number: int) -> tuple[PlannedInteraction, ...]:
+        """The interactions of a test, cross product by cross product, each in order."""
+        if number not in self._interactions:
+            lines = self.tests[number].lines
+            self._interactions[number] = tuple(
+                PlannedInteraction(product, tuple(coordinates))
+                for product, planned in self.planned.items()
+                for coordinates in planned(lines)
+            )
+        return self._interactions[number]
+
+    def interactions_of(self, number: int, product: str) -> list[PlannedInteraction]:
+        """Those of one cross product, in order."""
+        return [interaction for interaction in self.interactions(number) if interaction.product == product]
+
+    @cached_property
+    def by_interaction(self) -> dict[PlannedInteraction, list[int]]:
+        """The tests that plan an interaction."""
+        numbers: dict[PlannedInteraction, list[int]] = {}
+        for number in range(len(self.tests)):
+            for interaction in dict.fromkeys(self.interactions(number)):
+                numbers.setdefault(interaction, []).append(number)
+        return numbers
+
+    @cached_property
+    def by_plan(self) -> dict[tuple[str, str], list[int]]:
+        """The tests for which the model executes a plan: agent and label -> numbers."""
+        plans = self.exploration.plans
+        numbers: dict[tuple[str, str], list[int]] = {plan: [] for plan in plans}
+        for number, test in enumerate(self.tests):
+            for place, plan in enumerate(plans):
+                if test.plans >> place & 1:
+                    numbers[plan].append(number)
+        return numbers
+
+    def drawn_beliefs(self, shares: Mapping[str, float], rng: Random) -> tuple[str, ...]:
+        """A belief of each group, or none of it, drawn as often as wanted but so that none is ruled out.
+
+        Args:
+            shares: belief -> how often it is wanted, from 0 to 1.
+            rng: of which only `random()` is used.
+        """
+        chosen = []
+        for group in (self._space.start, *self._space.groups.values()):
+            wanted: dict[str, float] = {belief: shares.get(belief, 0.0) for belief in group}
+            wanted[""] = max(0.0, 1.0 - sum(wanted.values())) if group != self._space.start else 0.0
+            even = (1.0 - SMOOTHING) / len(wanted)
+            chosen.append(weighted(rng, {belief: SMOOTHING * share + even for belief, share in wanted.items()}))
+        return tuple(belief for belief in chosen if belief)
+
+    def of_beliefs(self, beliefs: Sequence[str]) -> int:
+        """The test that the most of these beliefs, and the fewest others, lead to."""
+        bits = sum(self._space.bits[belief] for belief in beliefs)
+        tests = self.tests
+        return max(
+            range(len(tests)),
+            key=lambda number: (
+                (tests[number].beliefs & bits).bit_count() - 2 * (tests[number].beliefs & ~bits).bit_count()
+            ),
+        )
+
+    def commands(self, interaction: PlannedInteraction) -> int:
+        """How many commands an interaction has: in the first test that plans it."""
+        number = self.by_interaction[interaction][0]
+        return self.sizes(number, interaction.product)[
+            self.interactions_of(number, interaction.product).index(interaction)
+        ]
+
+    def any(self, rng: Random) -> int:
+        """Any test."""
+        return random_index(rng, len(self.tests))
+
+    def draft(
+        self, number: int, product: str = "", combinations: Sequence[Combination] = (), run_values: RunValues = ()
+    ) -> Draft:
+        """A test of the pool, as it is or disturbed.
+
+        Args:
+            number: of the test.
+            product: the cross product whose interactions are disturbed.
+            combinations: of each of them, in order.
+            run_values: parameters of the run as a whole; the others are drawn.
+        """
+        test = self.tests[number]
+        lines, values = test.lines, dict[int, dict[str, float]]()
+        if any(combinations):
+            lines, values = disturbed(test.lines, self.starts(number, product), combinations)
+        if run_values:
+            values[RUN] = dict(run_values)
+        beliefs = self.exploration.belief_set(test.beliefs)
+        return Draft(self._space.target(beliefs), beliefs, lines, self._plans(test), values=values)
+
+    def starts(self, number: int, product: str) -> tuple[int, ...]:
+        """Where the interactions of a test begin; a test without any is one interaction as a whole."""
+        planned = self.planned.get(product)
+        return (starts_of(self.tests[number].lines, planned) if planned is not None else ()) or (0,)
+
+    def sizes(self, number: int, product: str) -> list[int]:
+        """How many commands the interactions of a test have, in order."""
+        starts = self.starts(number, product)
+        ends = (*starts[1:], len(self.tests[number].lines))
+        return [end - start for start, end in zip(starts, ends, strict=True)]
+
+    def _plans(self, test: ExploredRun) -> Plans:
+        plans: dict[str, list[str]] = {agent: [] for agent, _ in self.exploration.plans}
+        for place, (agent, label) in enumerate(self.exploration.plans):
+            if test.plans >> place & 1:
+                plans[agent].append(label)
+        return {agent: tuple(sorted(labels)) for agent, labels in sorted(plans.items())}

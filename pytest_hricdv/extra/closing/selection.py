@@ -1,0 +1,134 @@
+"""Selection of the abstract test, and of interventions in it, that will probably hit the most open bins at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from random import Random
+from typing import NamedTuple
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.extra.closing.archive import Archive
+from pytest_hricdv.extra.closing.experience import Experience
+from pytest_hricdv.extra.closing.interactions import (
+    UNDISTURBED,
+    Combination,
+    Outcome,
+    PlannedInteraction,
+    RunValues,
+)
+from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.generate.rng import random_index
+
+MIN_CHANCE = 0.02
+"""A bin is not aimed at with a smaller chance than this."""
+
+CANDIDATES = 48
+"""Of the tests with a wanted interaction, so many are compared: there may be thousands."""
+
+
+class Option(NamedTuple):
+    """What may be done with an interaction.
+
+    Args:
+        gain: how many open bins it will probably hit.
+        outcomes: that it is to lead to.
+        combination: makes up its interventions, where it has so many commands; and whether it is the first one.
+    """
+
+    gain: float
+    outcomes: tuple[Outcome, ...]
+    combination: Callable[[int, bool], Combination]
+
+
+Options = Callable[[PlannedInteraction, dict[Outcome, float]], list[Option]]
+"""What may be done with an interaction that is wanted to end so (outcome -> how open it still is, 1 to 0), best first;
+where nothing is wanted of it, what the way may try there."""
+
+
+class Selected(NamedTuple):
+    """A test with combinations for its interactions of a cross product, and the points that it is to hit.
+
+    Args:
+        run_values: with which the most promising of the combinations has worked before; empty where none has.
+    """
+
+    test: int
+    product: str
+    combinations: tuple[Combination, ...]
+    targets: tuple[Point, ...]
+    run_values: RunValues = ()
+
+
+class Selection:
+    """Selects the tests of a generation. What one will probably hit, the next ones are aimed at less.
+
+    Args:
+        pool: of abstract tests.
+        experience: of all runs so far.
+        archive: what is open.
+        options: what may be done with an interaction.
+    """
+
+    def __init__(self, pool: Pool, experience: Experience, archive: Archive, options: Options) -> None:
+        self._pool = pool
+        self._models = experience.models
+        self._make_options = options
+        self._targets = experience.open_outcomes(archive)
+        self._openness = dict.fromkeys((point for points in self._targets.values() for point in points.values()), 1.0)
+        self._options: dict[PlannedInteraction, list[Option]] = {}
+
+    def select(self, rng: Random) -> Selected | None:
+        """Select one test; None where no gain is expected."""
+        gains = {interaction: options[0].gain for interaction in self._targets if (options := self._of(interaction))}
+        gains = {interaction: gain for interaction, gain in gains.items() if gain > 0.0}
+        if not gains:
+            return None
+        interaction = max(gains, key=lambda interaction: gains[interaction] * (0.5 + rng.random()))
+        tests = self._pool.by_interaction[interaction]
+        candidates = [tests[random_index(rng, len(tests))] for _ in range(min(CANDIDATES, 2 * len(tests)))]
+        test = max(candidates, key=lambda number: self._gain(number, interaction.product))
+        return self._selected(test, interaction.product)
+
+    def _of(self, interaction: PlannedInteraction) -> list[Option]:
+        if interaction not in self._options:
+            points = self._targets.get(interaction, {})
+            wanted = {outcome: self._openness[point] for outcome, point in points.items()}
+            self._options[interaction] = self._make_options(interaction, wanted)
+        return self._options[interaction]
+
+    def _gain(self, number: int, product: str) -> float:
+        """How many open bins a test will probably hit."""
+        used: dict[PlannedInteraction, int] = {}
+        gain = 0.0
+        for interaction in self._pool.interactions_of(number, product):
+            options, place = self._of(interaction), used.get(interaction, 0)
+            gain += options[place].gain if place < len(options) else 0.0
+            used[interaction] = place + 1
+        return gain
+
+    def _selected(self, test: int, product: str) -> Selected:
+        interactions, sizes = self._pool.interactions_of(test, product), self._pool.sizes(test, product)
+        combinations: list[Combination] = []
+        targets: list[Point] = []
+        run_values: list[tuple[float, RunValues]] = [(0.0, ())]
+        for place, interaction in enumerate(interactions):
+            options = self._of(interaction)
+            if not options:
+                combinations.append(UNDISTURBED)
+                continue
+            gain, outcomes, combination = options[0]
+            combinations.append(combination(sizes[place], place == 0))
+            run_values += [(gain, values) for values in self._run_values(product, combinations[-1], outcomes)]
+            points = [self._targets[interaction][outcome] for outcome in outcomes]
+            for point in points:
+                self._openness[point] *= 1.0 - min(gain / len(points), 1.0)
+            targets += points
+            self._options.pop(interaction)
+        best_values = max(run_values, key=lambda values: values[0])[1]
+        return Selected(test, product, tuple(combinations), tuple(targets), best_values)
+
+    def _run_values(self, product: str, combination: Combination, outcomes: Sequence[Outcome]) -> Iterator[RunValues]:
+        """The parameters of runs in which interventions of a combination led to outcomes."""
+        values = self._models[product].run_values
+        keys = ((intervention, outcome) for outcome in outcomes for intervention in combination)
+        return (values[key] for key in keys if key in values)
