@@ -37,7 +37,7 @@ VOCABULARY = Vocabulary(
         "table_done": {"released": float, "duration_s": float, "on_time": bool},
     },
 )
-# The four requirements in rtamt's words, a tick being a step: a hysteresis only merges violations of one attempt.
+# The four requirements in rtamt's words, a tick being a step: a hysteresis only merges violations of one trigger.
 READY = "(reading > 0) and (gaze > 0) and (pressure > 0) and (location > 0)"
 NOT_READY = "(reading > 0) and not((gaze > 0) and (pressure > 0) and (location > 0))"
 RELEASED = "(fall(leg_held > 0) and not(leg_torn > 0) and (leg_offset < 0.15))"

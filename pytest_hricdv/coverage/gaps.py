@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pytest_hricdv.coverage.code_map import Arc, Bits, CodeMap, SourceFile
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.cross_records import ExplorationRecord, ProductDeclaration
-from pytest_hricdv.coverage.records import Gap, GapKind, RequirementResult
+from pytest_hricdv.coverage.records import Gap, GapKind
 from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage, unused_alternatives
+from pytest_hricdv.monitor import RequirementResult
 
 MODULE = "the module"
 

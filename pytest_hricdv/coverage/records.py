@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from msgspec import UNSET, Meta, UnsetType
+from msgspec import Meta
 
-from pytest_hricdv._base.record import Count, Names, NotNegative, Number, Percent, PlainRecord
+from pytest_hricdv._base.record import Count, Names, NotNegative, Percent, PlainRecord
 
 Bits = Annotated[str, Meta(pattern=r"^0x(0|[1-9a-f][0-9a-f]*)\Z")]
 """A set of bits as a hexadecimal number."""
@@ -117,64 +117,14 @@ class PlanCoverage(PlainRecord, frozen=True, kw_only=True):
 # Requirements
 
 
-class ReportedViolation(PlainRecord, frozen=True, kw_only=True):
-    """One violation of a requirement: when it was triggered and violated (s), with the values at that time.
-
-    `outside`: violations of the requirement are known, but under a condition that did not hold then.
-    `text` says what was expected and observed, where the values do not.
-    """
-
-    trigger_s: Number | None
-    time_s: Number | None
-    values: Mapping[str, bool | int | float | str]
-    margin: Number | None
-    outside: bool = False
-    text: str = ""
-
-
-class ReportedNearMiss(PlainRecord, frozen=True, kw_only=True):
-    """When the antecedent of a requirement came nearest to holding (s), and which conjuncts were false.
-
-    `distance` says how far the only false one was from holding; None where it compares nothing.
-    """
-
-    time_s: Number
-    missing: Names
-    distance: Number | None
-
-
-class RequirementResult(PlainRecord, frozen=True, kw_only=True):
-    """The verdict on one requirement in one test, with the numbers of attempts.
-
-    `margin_time_s` and `nearest_miss` are UNSET where no run came to an end. `unused` are the alternatives `f`, `g` of
-    a response `f | g` by which it never held, if it was triggered.
-    """
-
-    verdict: Literal["Passed", "Failed", "NC"]
-    triggers: Count
-    passes: Count
-    failures: Count
-    vacuous: Count
-    pending: Count
-    violations: tuple[ReportedViolation, ...]
-    margin: Number | None
-    margin_time_s: Number | UnsetType | None = UNSET
-    nearest_miss: ReportedNearMiss | UnsetType | None = UNSET
-    unused: Names = ()
-
-    @property
-    def outside(self) -> bool:
-        """Whether a violation is outside of the condition under which violations of the requirement are known."""
-        return any(violation.outside for violation in self.violations)
-
-
 class RequirementTally(PlainRecord, frozen=True, kw_only=True):
     """One requirement over the tests of a suite.
 
-    `passed`, `failed`, `nc` count tests by verdict; one that was not run has none. `triggers` counts attempts:
-    `passes`, `failures` and `pending` ones. `vacuous` counts runs in which the antecedent never held. `outside` counts
-    the failed tests with a violation outside of the condition under which violations of the requirement are known.
-    `unused` are the alternatives of its response by which it held in no test, if one triggered it.
+    `passed`, `failed`, `nc` count tests by verdict; one that was not run has none. `triggers` counts how often the
+    antecedent was triggered: `passes`, `failures` and `pending` ones. `vacuous` counts runs in which the antecedent
+    never held. `outside` counts the failed tests with a violation outside of the condition under which violations of
+    the requirement are known. `unused` are the alternatives of its response by which it held in no test, if one
+    triggered it.
     """
 
     passed: Count

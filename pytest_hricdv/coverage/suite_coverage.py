@@ -16,10 +16,10 @@ from pytest_hricdv.coverage.records import (
     FileCoverage,
     PlanCoverage,
     PlanReach,
-    RequirementResult,
     RequirementTally,
     SuiteCode,
 )
+from pytest_hricdv.monitor import RequirementResult
 
 
 @dataclass(frozen=True)

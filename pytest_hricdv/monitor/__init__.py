@@ -86,11 +86,10 @@ from pytest_hricdv.monitor.log import Log
 from pytest_hricdv.monitor.logged import evaluate, explained, watched
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.requirement import Criterion, FormulaSource, Requirement, RequirementError
-from pytest_hricdv.monitor.verdict import Attempt, NearestMiss, Verdict, Violation
+from pytest_hricdv.monitor.verdict import NearestMiss, RequirementResult, Trigger, Verdict, Violation
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 __all__ = [
-    "Attempt",
     "ConditionMonitor",
     "Criterion",
     "Formula",
@@ -102,6 +101,8 @@ __all__ = [
     "PastFormula",
     "Requirement",
     "RequirementError",
+    "RequirementResult",
+    "Trigger",
     "Value",
     "Verdict",
     "Violation",

@@ -62,7 +62,7 @@ class HysteresisScope(Enum):
     """Since when a comparison with hysteresis remembers that it was violated."""
 
     RUN = auto()
-    ATTEMPT = auto()
+    TRIGGER = auto()
     NEVER = auto()
 
 
@@ -83,17 +83,17 @@ class ExpressionCompiler:
     """Writes expressions, and collects the operators whose outputs they read by number.
 
     Attributes:
-        run_operators, attempt_operators: as of `RequirementProgram`.
+        run_operators, trigger_operators: as of `RequirementProgram`.
         past_numbers: the text of each count and time between -> the number of its operator.
-        run_sources, attempt_sources: the sources whose updates can change the operands of these operators.
+        run_sources, trigger_sources: the sources whose updates can change the operands of these operators.
     """
 
     def __init__(self) -> None:
         self.run_operators: list[Callable[[], Operator]] = []
-        self.attempt_operators: list[Callable[[], HysteresisOperator]] = []
+        self.trigger_operators: list[Callable[[], HysteresisOperator]] = []
         self.past_numbers: dict[str, int] = {}
         self.run_sources: list[frozenset[str]] = []
-        self.attempt_sources: list[frozenset[str]] = []
+        self.trigger_sources: list[frozenset[str]] = []
         self._compiled: dict[_Stateful, str] = {}  # equal subformulas share one operator
 
     def condition(self, formula: PastFormula, scope: HysteresisScope) -> str:
@@ -153,8 +153,8 @@ class ExpressionCompiler:
             return self._stateful(formula)
         bounds = self._both_bounds(formula)
         index = self._next_index()
-        self.attempt_operators.append(partial(HysteresisOperator, index, *bounds))
-        self.attempt_sources.append(sources(formula))
+        self.trigger_operators.append(partial(HysteresisOperator, index, *bounds))
+        self.trigger_sources.append(sources(formula))
         return f"o[{index}]"
 
     def _stateful(self, formula: _Stateful) -> str:
@@ -219,7 +219,7 @@ class ExpressionCompiler:
         return f"o[{index}]"
 
     def _next_index(self) -> int:
-        return len(self.run_operators) + len(self.attempt_operators)
+        return len(self.run_operators) + len(self.trigger_operators)
 
     # --- comparisons
 

@@ -82,7 +82,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Holds(Node):
-    """State response: true while the antecedent is true; an attempt is an episode of the antecedent."""
+    """State response: true while the antecedent is true; a trigger is an episode of the antecedent."""
 
     condition: PastFormula
 
@@ -92,7 +92,7 @@ class Holds(Node):
 
 @dataclass(frozen=True)
 class _WindowedResponse(Node):
-    """A response in [trigger + start_s, trigger + end_s]; an attempt starts when the antecedent becomes true."""
+    """A response in [trigger + start_s, trigger + end_s]; a trigger starts when the antecedent becomes true."""
 
     WORD: ClassVar[str]
     condition: PastFormula

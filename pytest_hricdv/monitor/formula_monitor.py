@@ -26,7 +26,7 @@ class FormulaMonitor(ABC):
         program: the compiled formula.
         shows: signals that only violations report.
         kinds: signals and fields whose values are needed -> type.
-        active: an attempt is open, so updates of `attempt_sources` require an evaluation.
+        active: a trigger is open, so updates of `trigger_sources` require an evaluation.
         wake_ns: the next time at which an evaluation is needed without an update.
     """
 
@@ -46,7 +46,7 @@ class FormulaMonitor(ABC):
         """Judge the instant `now_ns`, after all its updates, and the time right after it unless it is the `last`.
 
         `first`: the run starts at this instant, and nothing that this formula reads was updated at it. Past operators
-        start here all the same, and so does an attempt if the antecedent is known and true.
+        start here all the same, and so does a trigger if the antecedent is known and true.
         """
         state = self._state
         for operator in self._run_operators:
@@ -69,7 +69,7 @@ class FormulaMonitor(ABC):
         """Judge one instant, or the time right after it."""
 
     def _response_wake_ns(self, now_ns: Nanoseconds) -> Nanoseconds:
-        """The next time at which an open attempt has to be judged without an update."""
+        """The next time at which an open trigger has to be judged without an update."""
         return math.inf
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from numbers import Real
+
+from msgspec.structs import replace
 
 from pytest_hricdv.monitor.analysis import names_of, names_read, topics_of, topics_read
 from pytest_hricdv.monitor.antecedent import nearest_miss

@@ -57,7 +57,7 @@ class MonitorSet:
         self._monitors: dict[FormulaMonitor, str] = {}  # -> what errors call it
         self._kinds: dict[str, Kind] = {}
         self._fields: dict[str, dict[str, bool]] = {}  # topic -> what is read of it (`analysis.fields_read`)
-        # Source -> monitors to evaluate on its updates; with False, only while an attempt of the monitor is open.
+        # Source -> monitors to evaluate on its updates; with False, only while a trigger of the monitor is open.
         self._monitors_by_source: dict[str, list[tuple[FormulaMonitor, bool]]] = {}
         self._dirty: dict[FormulaMonitor, None] = {}  # used as an ordered set
         self._now_s = -math.inf
@@ -115,7 +115,7 @@ class MonitorSet:
         for topic in sorted(monitor.program.topics):
             self._fields[topic] = fields_read(self._kinds, topic)
         always = monitor.program.always_sources
-        for source in sorted(always.union(monitor.program.attempt_sources, monitor.shows)):
+        for source in sorted(always.union(monitor.program.trigger_sources, monitor.shows)):
             self._monitors_by_source.setdefault(source, []).append((monitor, source in always))
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, object]) -> None:
@@ -181,16 +181,16 @@ class MonitorSet:
             self._advance(time_s)
 
     def next_deadline_s(self) -> float | None:
-        """The latest deadline (s) of the open `eventually` attempts; None if there is none.
+        """The latest deadline (s) of the open `eventually` triggers; None if there is none.
 
-        An attempt that begins at the present instant is included only after the next `advance`, and a deadline is
+        A trigger that begins at the present instant is included only after the next `advance`, and a deadline is
         decided once time has passed it. So a run is over when this is None or not later than the present.
         """
         deadlines = [deadline for monitor in self._requirements if (deadline := monitor.deadline_ns()) is not None]
         return seconds(max(deadlines)) if deadlines else None
 
     def so_far(self) -> dict[str, Outcome]:
-        """Requirement id -> its verdict if all open attempts remained undecided. Judges nothing."""
+        """Requirement id -> its verdict if all open triggers remained undecided. Judges nothing."""
         return {requirement: monitor.outcome_so_far() for monitor, requirement in self._requirements.items()}
 
     def finish(self, time_s: float) -> tuple[Verdict, ...]:

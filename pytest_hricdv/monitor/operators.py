@@ -245,7 +245,7 @@ class HysteresisOperator(Operator):
         self._violated = False
 
     def reset(self) -> None:
-        """Forget past violations: a new attempt is judged by the bound itself."""
+        """Forget past violations: a new trigger is judged by the bound itself."""
         self._violated = False
 
     def step(self, now_ns: Nanoseconds, state: EvaluationState) -> None:

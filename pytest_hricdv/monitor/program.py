@@ -35,7 +35,7 @@ class Program:
         kinds: signals and fields read -> type.
         topics: topics whose messages are read.
         always_sources: sources whose updates always require an evaluation.
-        attempt_sources: sources whose updates require an evaluation only while an attempt is open.
+        trigger_sources: sources whose updates require an evaluation only while a trigger is open.
     """
 
     condition: Condition
@@ -44,7 +44,7 @@ class Program:
     kinds: Mapping[str, Kind]
     topics: frozenset[str]
     always_sources: frozenset[str]
-    attempt_sources: frozenset[str] = frozenset()
+    trigger_sources: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +56,7 @@ class RequirementProgram(Program):
         release: the right side of `until`.
         robustness: the signed distance of `condition` to its bounds; None if it compares nothing, or for `eventually`.
         past_numbers: the text of each count and time between in the formula -> the number of its operator.
-        attempt_operators: constructors of the comparisons with hysteresis that are reset at the start of each attempt.
+        trigger_operators: constructors of the comparisons with hysteresis that are reset at the start of each trigger.
         alternatives: the text of each disjunct of `condition` -> the disjunct; empty if there is only one.
     """
 
@@ -64,7 +64,7 @@ class RequirementProgram(Program):
     release: Condition | None
     past_numbers: Mapping[str, int]
     robustness: Measure | None
-    attempt_operators: tuple[Callable[[], HysteresisOperator], ...]
+    trigger_operators: tuple[Callable[[], HysteresisOperator], ...]
     alternatives: Mapping[str, Condition]
 
 
@@ -89,13 +89,13 @@ def compile_formula(formula: Formula, names: tuple[tuple[PastFormula, str], ...]
         robustness=None if robustness is None else function_of(robustness),
         past_numbers=compiler.past_numbers,
         run_operators=tuple(compiler.run_operators),
-        attempt_operators=tuple(compiler.attempt_operators),
+        trigger_operators=tuple(compiler.trigger_operators),
         alternatives={text: function_of(part) for text, part in alternatives.items() if len(alternatives) > 1},
         right_continuous=is_right_continuous(formula.antecedent) and all(map(is_right_continuous, parts)),
         kinds=names_read(formula),
         topics=topics_read(formula),
         always_sources=sources(formula.antecedent).union(*compiler.run_sources),
-        attempt_sources=frozenset().union(*map(sources, parts), *compiler.attempt_sources),
+        trigger_sources=frozenset().union(*map(sources, parts), *compiler.trigger_sources),
     )
 
 
@@ -115,14 +115,14 @@ def compile_condition(condition: PastFormula) -> Program:
 
 
 def _hysteresis_scope(formula: Formula) -> HysteresisScope:
-    """The scope of the hystereses in the response, so that no attempt fails because of an earlier violation.
+    """The scope of the hystereses in the response, so that no trigger fails because of an earlier violation.
 
-    A state response resets them at the start of each attempt. An attempt of `always[a:b]` or of `until` ends with its
+    A state response resets them at the start of each trigger. A trigger of `always[a:b]` or of `until` ends with its
     first violation, which is decided at the bound itself, so hysteresis has no effect there.
     """
     match formula.response:
         case Holds():
-            return HysteresisScope.ATTEMPT
+            return HysteresisScope.TRIGGER
         case AlwaysWithin() | HoldsUntil():
             return HysteresisScope.NEVER
         case Eventually():

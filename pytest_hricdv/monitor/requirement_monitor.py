@@ -1,4 +1,4 @@
-"""The monitor of one requirement: when its attempts begin, and what decides them, for each kind of response."""
+"""The monitor of one requirement: when its triggers begin, and what decides them, for each kind of response."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Holds, Holds
 from pytest_hricdv.monitor.formula_monitor import FormulaMonitor
 from pytest_hricdv.monitor.program import RequirementProgram, compile_formula
 from pytest_hricdv.monitor.requirement import Requirement
-from pytest_hricdv.monitor.verdict import Outcome, Tally, Verdict
+from pytest_hricdv.monitor.verdict import Outcome, Verdict, VerdictBuilder
 
 
 def monitor_of(requirement: Requirement, values: Values, arrived: Mapping[str, int]) -> RequirementMonitor:
@@ -46,10 +46,10 @@ class RequirementMonitor(FormulaMonitor):
 
     def __init__(self, program: RequirementProgram, state: EvaluationState, shows: Sequence[str]) -> None:
         super().__init__(program, state, shows)
-        self._attempt_operators = [make() for make in program.attempt_operators]
+        self._trigger_operators = [make() for make in program.trigger_operators]
         self._antecedent = program.antecedent
         self._robustness = program.robustness
-        self._tally = Tally(program.alternatives)
+        self._verdict = VerdictBuilder(program.alternatives)
 
     def _can_start(self) -> bool:
         try:
@@ -59,12 +59,12 @@ class RequirementMonitor(FormulaMonitor):
         return True
 
     def deadline_ns(self) -> Nanoseconds | None:
-        """The latest deadline of an open `eventually` attempt."""
+        """The latest deadline of an open `eventually` trigger."""
         return None
 
     def outcome_so_far(self) -> Outcome:
-        """The verdict if all open attempts remained undecided."""
-        return self._tally.outcome
+        """The verdict if all open triggers remained undecided."""
+        return self._verdict.outcome
 
     @abstractmethod
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
@@ -74,7 +74,7 @@ class RequirementMonitor(FormulaMonitor):
         """The response holds: strike off the first of its alternatives that does, which is the one that decides."""
         values = self._state.values
         holding = (text for text, holds in self.program.alternatives.items() if holds(values, arrived, outputs))
-        self._tally.unused.pop(next(holding), None)
+        self._verdict.unused.pop(next(holding), None)
 
     def _margin(self, arrived: Mapping[str, int], outputs: Outputs) -> float:
         """The signed distance to the bound; infinite if there is none, or if it is unknown or undefined.
@@ -107,7 +107,7 @@ class _OpenViolation:
 
 
 class EpisodeMonitor(RequirementMonitor):
-    """State response: an attempt is an episode, in which the antecedent is true without a break."""
+    """State response: a trigger is an episode, in which the antecedent is true without a break."""
 
     def __init__(self, program: RequirementProgram, state: EvaluationState, shows: Sequence[str]) -> None:
         super().__init__(program, state, shows)
@@ -123,16 +123,16 @@ class EpisodeMonitor(RequirementMonitor):
             return
         if not self.active:
             self._begin_episode(now_ns)
-        for operator in self._attempt_operators:
+        for operator in self._trigger_operators:
             operator.step(now_ns, state)
         holds = self._condition(state.values, arrived, outputs)
         margin = self._margin(arrived, outputs)
-        if margin < self._tally.margin:
-            self._tally.add_margin(margin, now_ns)
+        if margin < self._verdict.margin:
+            self._verdict.add_margin(margin, now_ns)
         if not holds:
             self._violate(now_ns, margin, outputs)
             return
-        if self._tally.unused:
+        if self._verdict.unused:
             self._note_alternative(arrived, outputs)
         if self._violation is not None:
             self._end_violation()
@@ -141,8 +141,8 @@ class EpisodeMonitor(RequirementMonitor):
         self.active = True
         self._trigger_ns = now_ns
         self._failed = False
-        self._tally.attempts += 1
-        for operator in self._attempt_operators:
+        self._verdict.triggers += 1
+        for operator in self._trigger_operators:
             operator.reset()
 
     def _violate(self, now_ns: Nanoseconds, margin: float, outputs: Outputs) -> None:
@@ -158,23 +158,23 @@ class EpisodeMonitor(RequirementMonitor):
         violation = self._violation
         if violation is not None:
             self._failed = True
-            self._tally.add_violation(self._trigger_ns, violation.time_ns, violation.values, violation.margin)
+            self._verdict.add_violation(self._trigger_ns, violation.time_ns, violation.values, violation.margin)
             self._violation = None
 
     def _end_episode(self, now_ns: Nanoseconds) -> None:
         self.active = False
         self._end_violation()
-        self._tally.decide(self._trigger_ns, now_ns, passed=not self._failed)
+        self._verdict.decide(self._trigger_ns, now_ns, passed=not self._failed)
 
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
         if self.active:
             self._end_episode(now_ns)
-        return self._tally.verdict(requirement, pending=0)
+        return self._verdict.verdict(requirement, pending=0)
 
 
 @dataclass(slots=True)
 class _Obligation:
-    """An open attempt: the response is due from `start_ns` to `end_ns`, both included."""
+    """An open trigger: the response is due from `start_ns` to `end_ns`, both included."""
 
     trigger_ns: Nanoseconds
     start_ns: Nanoseconds
@@ -182,7 +182,7 @@ class _Obligation:
 
 
 class ObligationMonitor(RequirementMonitor):
-    """A response in a window after the trigger: an attempt begins whenever the antecedent becomes true."""
+    """A response in a window that counts from the trigger, which begins whenever the antecedent becomes true."""
 
     def __init__(
         self, program: RequirementProgram, state: EvaluationState, shows: Sequence[str], start_s: float, end_s: float
@@ -196,7 +196,7 @@ class ObligationMonitor(RequirementMonitor):
     def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
         holds = self._antecedent(self._state.values, arrived, outputs)
         if holds and not self._triggered:
-            self._tally.attempts += 1
+            self._verdict.triggers += 1
             self._open.append(_Obligation(now_ns, now_ns + self._start_ns, now_ns + self._end_ns))
         self._triggered = holds
         if self._open:
@@ -212,11 +212,11 @@ class ObligationMonitor(RequirementMonitor):
     def _judge_due(
         self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs
     ) -> None:
-        """Judge the open attempts whose windows have started, and close those that are decided."""
+        """Judge the open triggers whose windows have started, and close those that are decided."""
 
     def _close(self, obligation: _Obligation, now_ns: Nanoseconds, *, passed: bool) -> None:
         self._open.remove(obligation)
-        self._tally.decide(obligation.trigger_ns, now_ns, passed=passed)
+        self._verdict.decide(obligation.trigger_ns, now_ns, passed=passed)
 
     def _response_wake_ns(self, now_ns: Nanoseconds) -> Nanoseconds:
         times = (time for each in self._open for time in (each.start_ns, each.end_ns) if time > now_ns)
@@ -224,8 +224,8 @@ class ObligationMonitor(RequirementMonitor):
 
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
         for obligation in self._open:
-            self._tally.add_pending(obligation.trigger_ns, now_ns)
-        return self._tally.verdict(requirement, pending=len(self._open))
+            self._verdict.add_pending(obligation.trigger_ns, now_ns)
+        return self._verdict.verdict(requirement, pending=len(self._open))
 
 
 class EventuallyMonitor(ObligationMonitor):
@@ -250,23 +250,23 @@ class EventuallyMonitor(ObligationMonitor):
 
     def _settle(self, now_ns: Nanoseconds) -> None:
         for number, deadline_ns in self._missed:
-            self._tally.came_late(number, now_ns - deadline_ns, now_ns)
+            self._verdict.came_late(number, now_ns - deadline_ns, now_ns)
         self._missed.clear()
 
     def _judge_due(
         self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs
     ) -> None:
         if self._condition(self._state.values, arrived, outputs):
-            if self._tally.unused:
+            if self._verdict.unused:
                 self._note_alternative(arrived, outputs)
             for obligation in due:
-                self._tally.add_margin((obligation.end_ns - now_ns) / NS_PER_S, now_ns)
+                self._verdict.add_margin((obligation.end_ns - now_ns) / NS_PER_S, now_ns)
                 self._close(obligation, now_ns, passed=True)
             return
         for obligation in due:
             if now_ns >= obligation.end_ns:
-                self._missed.append((self._tally.violations, obligation.end_ns))
-                self._tally.add_violation(obligation.trigger_ns, now_ns, self._current_values(outputs), 0.0)
+                self._missed.append((self._verdict.violations, obligation.end_ns))
+                self._verdict.add_violation(obligation.trigger_ns, now_ns, self._current_values(outputs), 0.0)
                 self._close(obligation, now_ns, passed=False)
 
     def deadline_ns(self) -> Nanoseconds | None:
@@ -290,12 +290,12 @@ class SafetyMonitor(ObligationMonitor):
             return
         holds = self._condition(self._state.values, arrived, outputs)
         margin = self._margin(arrived, outputs)
-        self._tally.add_margin(margin, now_ns)
-        if holds and self._tally.unused:
+        self._verdict.add_margin(margin, now_ns)
+        if holds and self._verdict.unused:
             self._note_alternative(arrived, outputs)
         for obligation in due:
             if not holds:
-                self._tally.add_violation(obligation.trigger_ns, now_ns, self._current_values(outputs), margin)
+                self._verdict.add_violation(obligation.trigger_ns, now_ns, self._current_values(outputs), margin)
                 self._close(obligation, now_ns, passed=False)
             elif now_ns >= obligation.end_ns:
                 self._close(obligation, now_ns, passed=True)

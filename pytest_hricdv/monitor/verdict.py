@@ -1,23 +1,28 @@
-"""The verdict of a requirement on a run: attempts, violations, margin, nearest miss; and the tally that leads to it."""
+"""The verdict of a requirement on a run: triggers, violations, margin, nearest miss; and what it is built from.
+
+Verdicts are plain records, so a report has them as the monitors gave them.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
+from msgspec import UNSET, UnsetType
+from msgspec.structs import replace
+
+from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
 from pytest_hricdv.monitor.evaluation_state import NS_PER_S, Nanoseconds, Value, seconds
 
 Outcome = Literal["Passed", "Failed", "NC"]
 
 
-@dataclass(frozen=True)
-class Violation:
+class Violation(PlainRecord, frozen=True):
     """One violation.
 
     Attributes:
-        trigger_s: when the attempt began (s).
+        trigger_s: when the trigger began (s).
         time_s: when it was violated: the first instant of a violation that lasts; the deadline of a missed
             `eventually` (s).
         values: the last values, at `time_s`, of the signals and fields in the requirement that had a value.
@@ -27,21 +32,17 @@ class Violation:
         outside: violations of this requirement are known under a condition that did not hold at `time_s` (added by
             whoever knows of such conditions).
         text: what was expected and observed, for people, if the values do not say it.
-        signature: what was violated, without times and values, if no formula says it: violations with the same one
-            are of one kind.
     """
 
-    trigger_s: float
-    time_s: float
-    values: Mapping[str, Value]
-    margin: float | None
+    trigger_s: Number
+    time_s: Number
+    values: Mapping[str, bool | int | float | str]
+    margin: Number | None
     outside: bool = False
     text: str = ""
-    signature: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class NearestMiss:
+class NearestMiss(PlainRecord, frozen=True):
     """The time at which the antecedent of a requirement that was never triggered was nearest to being true.
 
     Attributes:
@@ -52,20 +53,19 @@ class NearestMiss:
             hysteresis; None if several were false or it compares nothing.
     """
 
-    time_s: float
-    missing: tuple[str, ...]
-    distance: float | None
+    time_s: Number
+    missing: Names
+    distance: Number | None
 
 
-@dataclass(frozen=True)
-class Attempt:
-    """One attempt: the requirement's antecedent was triggered, and its response had to follow.
+class Trigger(PlainRecord, frozen=True):
+    """One time that the requirement's antecedent asked for its response.
 
     Attributes:
-        begin_s: the time of the trigger (s).
-        end_s: when it was decided: for a state response, when the antecedent became false or the run ended; for a
-            pending attempt, the end of the run (s).
-        outcome: its result.
+        begin_s: when (s).
+        end_s: when the response was decided: for a state response, when the antecedent became false or the run ended;
+            for a pending one, the end of the run (s).
+        outcome: what was decided.
     """
 
     begin_s: float
@@ -73,65 +73,72 @@ class Attempt:
     outcome: Literal["passed", "failed", "pending"]
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """One requirement's verdict on a run.
+class RequirementResult(PlainRecord, frozen=True, kw_only=True):
+    """The verdict on one requirement in one run, as a report has it.
 
-    `attempts == passes + failures + pending`. Failed: at least one attempt failed. Passed: no attempt failed, and at
-    least one was discharged. NC, not checked: no attempt was discharged or failed.
+    `triggers == passes + failures + pending`. Failed: at least one trigger failed. Passed: no trigger failed, and at
+    least one was discharged. NC, not checked: no trigger was discharged or failed.
 
     Attributes:
-        requirement: its id.
         verdict: `Passed`, `Failed` or `NC`.
-        attempts: how often the antecedent was triggered.
-        passes: attempts that were discharged. The end of the run discharges an open safety obligation that is not
+        triggers: how often the antecedent was triggered.
+        passes: triggers that were discharged. The end of the run discharges an open safety obligation that is not
             violated: a state response, `until`, or `always[a:b]` if its window has started.
-        failures: attempts with a violation; one attempt of a state response may have several.
+        failures: triggers with a violation; one trigger of a state response may have several.
         vacuous: 1 if the antecedent was never true in this run, else 0; summed over runs, the number of vacuous runs.
-        pending: attempts that were undecided at the end of the run.
+        pending: triggers that were undecided at the end of the run.
         violations: in the order of their times.
-        margin: least signed distance to the bound over all attempts, in the unit of the comparison; for `eventually`,
+        margin: least signed distance to the bound over all triggers, in the unit of the comparison; for `eventually`,
             least time left to the deadline when it was satisfied (s), negative if that was too late, or never: then the
             time from the deadline to the end of the run. None if nothing was compared.
             It does not decide the verdict: at 0.0, `<` fails and `<=` passes.
-        margin_time_s: when the margin first occurred (s).
+        margin_time_s: when the margin first occurred (s); UNSET where no run came to an end, as is `nearest_miss`.
         nearest_miss: if the antecedent was never true: when it was nearest to it (added by `logged.explained`).
-        history: the attempts in the order of their triggers.
         unused: if it was triggered: the alternatives `f`, `g` of a response `f | g` by which it never held.
     """
 
-    requirement: str
     verdict: Outcome
-    attempts: int
-    passes: int
-    failures: int
-    vacuous: int
-    pending: int
+    triggers: Count
+    passes: Count
+    failures: Count
+    vacuous: Count
+    pending: Count
     violations: tuple[Violation, ...]
-    margin: float | None
-    margin_time_s: float | None
-    nearest_miss: NearestMiss | None = None
-    history: tuple[Attempt, ...] = ()
-    unused: tuple[str, ...] = ()
+    margin: Number | None
+    margin_time_s: Number | UnsetType | None = UNSET
+    nearest_miss: NearestMiss | UnsetType | None = UNSET
+    unused: Names = ()
 
     @property
     def outside(self) -> bool:
         """Whether a violation is outside of the condition under which violations of the requirement are known."""
         return any(violation.outside for violation in self.violations)
 
-    def to_json(self) -> dict[str, Any]:
-        """The verdict as plain data for JSON: dicts, lists, numbers, strings."""
-        plain = asdict(self)
-        plain["violations"] = [each | {"signature": list(each["signature"])} for each in plain["violations"]]
-        plain["history"] = list(plain["history"])
-        plain["unused"] = list(plain["unused"])
-        if self.nearest_miss is not None:
-            plain["nearest_miss"]["missing"] = list(self.nearest_miss.missing)
-        return plain
+
+class Verdict(RequirementResult, frozen=True, kw_only=True):
+    """A monitor's verdict: the result, of which requirement, and each trigger.
+
+    Attributes:
+        requirement: its id.
+        history: the triggers in the order in which they began.
+        signature: what was violated, without times and values, if no formula says it: failures with the same one are
+            of one kind.
+    """
+
+    requirement: str
+    margin_time_s: Number | None
+    nearest_miss: NearestMiss | None = None
+    history: tuple[Trigger, ...] = ()
+    signature: Names = ()
+
+    @property
+    def result(self) -> RequirementResult:
+        """What a report has of it: the fields of a result, no more."""
+        return RequirementResult(**{name: getattr(self, name) for name in RequirementResult.__struct_fields__})
 
 
-class Tally:
-    """Counts the attempts of one requirement during a run.
+class VerdictBuilder:
+    """Collects what happens to one requirement during a run, and gives the verdict.
 
     Args:
         alternatives: the texts of the response's disjuncts; none where it is no disjunction.
@@ -139,13 +146,13 @@ class Tally:
 
     def __init__(self, alternatives: Iterable[str] = ()) -> None:
         self.unused = dict.fromkeys(alternatives)  # used as an ordered set
-        self.attempts = 0
+        self.triggers = 0
         self.passes = 0
         self.failures = 0
         self.margin = math.inf
         self._margin_ns: Nanoseconds = 0
         self._violations: list[Violation] = []
-        self._history: list[Attempt] = []
+        self._history: list[Trigger] = []
 
     def add_margin(self, margin: float, now_ns: Nanoseconds) -> None:
         """Keep a margin if it is the least one so far."""
@@ -156,7 +163,7 @@ class Tally:
     def add_violation(
         self, trigger_ns: Nanoseconds, time_ns: Nanoseconds, values: Mapping[str, Value], margin: float
     ) -> None:
-        """Record one violation. (`failures` counts attempts; one attempt may have several violations.)"""
+        """Record one violation. (`failures` counts triggers; one trigger may have several violations.)"""
         self._violations.append(Violation(seconds(trigger_ns), seconds(time_ns), values, _finite_or_none(margin)))
 
     @property
@@ -171,38 +178,38 @@ class Tally:
         self._violations[number] = replace(self._violations[number], margin=_finite_or_none(margin))
 
     def decide(self, begin_ns: Nanoseconds, end_ns: Nanoseconds, *, passed: bool) -> None:
-        """Count an attempt that was discharged or failed."""
+        """Count a trigger that was discharged or failed."""
         if passed:
             self.passes += 1
         else:
             self.failures += 1
-        self._history.append(Attempt(seconds(begin_ns), seconds(end_ns), "passed" if passed else "failed"))
+        self._history.append(Trigger(seconds(begin_ns), seconds(end_ns), "passed" if passed else "failed"))
 
     def add_pending(self, begin_ns: Nanoseconds, end_ns: Nanoseconds) -> None:
-        """Record an attempt that is undecided at the end of the run."""
-        self._history.append(Attempt(seconds(begin_ns), seconds(end_ns), "pending"))
+        """Record a trigger that is undecided at the end of the run."""
+        self._history.append(Trigger(seconds(begin_ns), seconds(end_ns), "pending"))
 
     @property
     def outcome(self) -> Outcome:
-        """The verdict by the attempts that are decided."""
+        """The verdict by the triggers that are decided."""
         return "Failed" if self.failures else "Passed" if self.passes else "NC"
 
     def verdict(self, requirement: str, pending: int) -> Verdict:
-        """The verdict, with `pending` attempts undecided."""
+        """The verdict, with `pending` triggers undecided."""
         margin = _finite_or_none(self.margin)
         return Verdict(
             requirement=requirement,
             verdict=self.outcome,
-            attempts=self.attempts,
+            triggers=self.triggers,
             passes=self.passes,
             failures=self.failures,
-            vacuous=int(self.attempts == 0),
+            vacuous=int(self.triggers == 0),
             pending=pending,
             violations=tuple(self._violations),
             margin=margin,
             margin_time_s=None if margin is None else seconds(self._margin_ns),
-            history=tuple(sorted(self._history, key=lambda attempt: attempt.begin_s)),
-            unused=tuple(self.unused) if self.attempts else (),
+            history=tuple(sorted(self._history, key=lambda trigger: trigger.begin_s)),
+            unused=tuple(self.unused) if self.triggers else (),
         )
 
 

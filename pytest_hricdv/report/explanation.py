@@ -4,7 +4,7 @@ import shlex
 from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.coverage.records import ReportedNearMiss, ReportedViolation, RequirementResult
+from pytest_hricdv.monitor import NearestMiss, RequirementResult, Violation
 from pytest_hricdv.report.formatting import by_requirement, natural, plural, quantity, seconds
 from pytest_hricdv.report.margin import margin_text, unit_of
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
@@ -89,7 +89,7 @@ def course(test: TestResult) -> str:
     return "\n".join(visible(line) for line in [*lines, *_course(test), "", *_actions(test)])
 
 
-def violation(found: ReportedViolation, units: Mapping[str, str], unit: str = "") -> str:
+def violation(found: Violation, units: Mapping[str, str], unit: str = "") -> str:
     """One violation in a line: `triggered at 41.2 s, violated at 51.2 s: hand_distance = 0.03 m (margin -0.02 m)`.
 
     Args:
@@ -128,7 +128,7 @@ def counts(result: RequirementResult) -> str:
     return f"{triggers}: {text}" if text else triggers
 
 
-def nearest_miss(found: ReportedNearMiss) -> str:
+def nearest_miss(found: NearestMiss) -> str:
     """Why nothing was checked, in a line: `nearest at 41.2 s: only reading.pressure was missing`."""
     shown = ", ".join(found.missing[:_MAX_MISSING])
     if len(found.missing) > _MAX_MISSING:

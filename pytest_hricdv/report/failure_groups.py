@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from pytest_hricdv.coverage.records import ReportedViolation
+from pytest_hricdv.monitor import Violation
 from pytest_hricdv.report.formatting import by_requirement
 from pytest_hricdv.results.model import Report, TestResult
 
@@ -50,7 +50,7 @@ def _violations(report: Report, test: TestResult) -> Iterator[tuple[str, str, fl
             yield name, _situation(each), margin, known and not each.outside
 
 
-def _situation(violation: ReportedViolation) -> str:
+def _situation(violation: Violation) -> str:
     """What was the case; numbers differ from test to test."""
     plain = ((name, value) for name, value in sorted(violation.values.items()) if isinstance(value, bool | str))
     words = [f"{name} {value}" if isinstance(value, str) else name if value else f"not {name}" for name, value in plain]

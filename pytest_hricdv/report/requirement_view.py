@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pytest_hricdv.coverage.records import ReportedNearMiss, RequirementResult
 from pytest_hricdv.extra.search.records import SearchResult
+from pytest_hricdv.monitor import NearestMiss, RequirementResult
 from pytest_hricdv.report.formatting import by_requirement
 from pytest_hricdv.report.margin import NO_TEXT, margin_unit
 from pytest_hricdv.report.totals import known
@@ -18,7 +18,7 @@ SHOWN = 25
 _SPANS_S = (0.1, 0.5, 1, 2, 5, 10, 20, 60, 300, 1800, 86400)
 
 Judged = tuple[TestResult, RequirementResult]
-Missed = tuple[TestResult, ReportedNearMiss]
+Missed = tuple[TestResult, NearestMiss]
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from typing import Any
 
 from msgspec import to_builtins
 
-from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.extra.search.records import ShrunkTest
+from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.report import behaviour_view, explanation
 from pytest_hricdv.report.formatting import by_requirement, natural, quantity, seconds
 from pytest_hricdv.report.margin import margin_text, margin_unit

@@ -14,7 +14,8 @@ from itertools import product
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.cross_records import ProductCoverage, ProductDeclaration
-from pytest_hricdv.coverage.records import PlanCoverage, RequirementResult
+from pytest_hricdv.coverage.records import PlanCoverage
+from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.report.code_formats import FileHits, hits
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
@@ -111,7 +112,7 @@ def _suite(instance: ET.Element, suite: SuiteResult, report: Report) -> None:
 
 
 def _assertion(parent: ET.Element, name: str, results: Iterable[RequirementResult]) -> None:
-    """A requirement: an attempt is each time that it was triggered."""
+    """A requirement; a trigger is what UCIS calls an attempt."""
     found = list(results)
     element = ET.SubElement(parent, "assertion", name=name, assertionKind="assert")
     _bin(element, "passBin", sum(each.passes for each in found))

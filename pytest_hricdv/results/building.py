@@ -8,13 +8,13 @@ from typing import TypedDict
 
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.reachability import Reachability
-from pytest_hricdv.coverage.records import CodeUnderTest, ReportedNearMiss, ReportedViolation, RequirementResult
+from pytest_hricdv.coverage.records import CodeUnderTest
 from pytest_hricdv.execution.case import CaseResult, HriCase
 from pytest_hricdv.extra.closing.records import ClosingResult
 from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.suite import Suite, diagnose
-from pytest_hricdv.monitor import Criterion, Verdict, Violation
+from pytest_hricdv.monitor import Criterion, RequirementResult
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite
 from pytest_hricdv.results.gates import Exemption
@@ -103,45 +103,13 @@ def build_result(
 def _requirements(result: CaseResult | None, requirements: Sequence[Criterion]) -> dict[str, RequirementResult]:
     if result is None:
         return {requirement.id: UNCHECKED for requirement in requirements}
-    return {verdict.requirement: requirement_result(verdict) for verdict in result.verdicts}
+    return {verdict.requirement: verdict.result for verdict in result.verdicts}
 
 
 UNCHECKED = RequirementResult(
     verdict="NC", triggers=0, passes=0, failures=0, vacuous=0, pending=0, violations=(), margin=None
 )
 """Of a test without a run."""
-
-
-def requirement_result(verdict: Verdict) -> RequirementResult:
-    """The record of a monitor's verdict."""
-    miss = verdict.nearest_miss
-    return RequirementResult(
-        verdict=verdict.verdict,
-        triggers=verdict.attempts,
-        passes=verdict.passes,
-        failures=verdict.failures,
-        vacuous=verdict.vacuous,
-        pending=verdict.pending,
-        margin=verdict.margin,
-        margin_time_s=verdict.margin_time_s,
-        nearest_miss=None
-        if miss is None
-        else ReportedNearMiss(time_s=miss.time_s, missing=tuple(miss.missing), distance=miss.distance),
-        unused=verdict.unused,
-        violations=tuple(reported_violation(each) for each in verdict.violations),
-    )
-
-
-def reported_violation(violation: Violation) -> ReportedViolation:
-    """A violation as reports have it."""
-    return ReportedViolation(
-        trigger_s=violation.trigger_s,
-        time_s=violation.time_s,
-        values=dict(violation.values),
-        margin=violation.margin,
-        outside=violation.outside,
-        text=violation.text,
-    )
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,6 @@ from pytest_hricdv.coverage.records import (
     CodeUnderTest,
     CurvePoint,
     PlanCoverage,
-    RequirementResult,
     RequirementTally,
     SuiteCode,
 )
@@ -37,6 +36,7 @@ from pytest_hricdv.extra.mutation.records import MutationResult
 from pytest_hricdv.extra.search.records import SearchResult, ShrunkTest
 from pytest_hricdv.extra.trend.records import HistoryEntry
 from pytest_hricdv.extra.verification_plan.records import PlanPart
+from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.difference import Difference
 from pytest_hricdv.results.generation import GenerationResult

@@ -1,4 +1,4 @@
-"""The timeline of a run: messages, signals and attempts of monitors, as short text that can be drawn.
+"""The timeline of a run: messages, signals and triggers of monitors, as short text that can be drawn.
 
 A record holds thousands of changes of each signal; what a picture can show of them is kept, extremes included.
 """
@@ -10,7 +10,7 @@ from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
 from zlib import crc32
 
-from pytest_hricdv.monitor import Attempt, Verdict
+from pytest_hricdv.monitor import Trigger, Verdict
 from pytest_hricdv.results.model import Timeline
 from pytest_hricdv.runtime import Record, RecordedMessage
 
@@ -32,7 +32,7 @@ def timeline(record: Record, verdicts: Iterable[Verdict], end_s: float) -> Timel
         end_s=round(end_s, 3),
         messages=tuple(map(_message, record.messages)),
         signals={name: _signal(*series, end_s) for name, series in sorted(record.signals.items())},
-        triggers={each.requirement: " ".join(map(_attempt, each.history)) for each in verdicts if each.history},
+        triggers={each.requirement: " ".join(map(_trigger, each.history)) for each in verdicts if each.history},
         checksums=dict(sorted(_checksums(record))),
         texts={
             name: tuple((round(time_s, 3), text) for time_s, text in zip(*series, strict=True))
@@ -46,8 +46,8 @@ def _message(message: RecordedMessage) -> str:
     return "\t".join([_time(message.time_s), message.sender.replace("\t", " "), message.topic, fields])
 
 
-def _attempt(attempt: Attempt) -> str:
-    return f"{_time(attempt.begin_s)}-{_time(attempt.end_s)}{_MARKS[attempt.outcome]}"
+def _trigger(trigger: Trigger) -> str:
+    return f"{_time(trigger.begin_s)}-{_time(trigger.end_s)}{_MARKS[trigger.outcome]}"
 
 
 def _signal(times: Sequence[float], values: Sequence[float], end_s: float) -> str:

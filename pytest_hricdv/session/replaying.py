@@ -17,7 +17,6 @@ from msgspec import to_builtins
 
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.measurement import NoMeasurement
-from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.extra.search.replay import Origin, Replay, ReplayError, differences, read, write
 from pytest_hricdv.generate.abstract import slug
@@ -25,7 +24,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest, values_of
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.generate.suite import Generation, Suite
-from pytest_hricdv.monitor import Criterion, PastFormula, Verdict
+from pytest_hricdv.monitor import Criterion, PastFormula, RequirementResult
 from pytest_hricdv.results.building import GeneratedSuite, build_result
 from pytest_hricdv.results.model import ReplayComparison, TestResult
 from pytest_hricdv.session.suites import check_commands
@@ -246,7 +245,7 @@ class Rerunning:
         except Exception:
             return None
 
-    def is_violated(self, requirement: str, result: RequirementResult | Verdict) -> bool:
+    def is_violated(self, requirement: str, result: RequirementResult) -> bool:
         """Whether it is, and, where its violations are known under a condition only, outside of that."""
         return result.verdict == "Failed" and (requirement not in self.known_while or result.outside)
 

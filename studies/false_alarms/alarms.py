@@ -34,14 +34,14 @@ class Judged:
 
     Args:
         runs: that triggered it.
-        attempts: how often they did.
+        triggers: how often they did.
         known_violations: runs in which all its violations are known.
         margin: the least one; None where it has none.
         test: the id of the test that had it.
     """
 
     runs: int
-    attempts: int
+    triggers: int
     known_violations: int
     margin: float | None
     test: str
@@ -103,7 +103,7 @@ def _judged(name: str, report: Report) -> Judged:
     margin, where = min(margins, default=(None, ""))
     return Judged(
         runs=sum(result.triggers > 0 for _, result in results),
-        attempts=sum(result.triggers for _, result in results),
+        triggers=sum(result.triggers for _, result in results),
         known_violations=sum(
             test.violates(name) and _is_known(name, test, report.known_violations) for test, _ in results
         ),

@@ -48,7 +48,7 @@ def requirements(sessions: Sequence[Found]) -> str:
     rows: list[list[object]] = []
     for name in sorted(sessions[0].titles, key=by_requirement):
         judged = [entry.requirements[name] for entry in sessions]
-        sums = [sum(result.runs for result in judged), sum(result.attempts for result in judged)]
+        sums = [sum(result.runs for result in judged), sum(result.triggers for result in judged)]
         violating = sum(result.known_violations for result in judged)
         margin, test = min(
             ((result.margin, result.test) for result in judged if result.margin is not None), default=(None, "")
@@ -56,7 +56,7 @@ def requirements(sessions: Sequence[Found]) -> str:
         worst = "-" if margin is None else f"{margin:.3g} in {test}"
         rows.append([name, sessions[0].titles[name], *map(page.thousands, sums), violating, alarms[name], worst])
     rows += [[name, "", "", "", "", alarms[name], ""] for name in (RUN, SESSION)]
-    head = ["requirement", "", "runs that triggered it", "attempts", "known violations", "false alarms", "worst margin"]
+    head = ["requirement", "", "runs that triggered it", "triggers", "known violations", "false alarms", "worst margin"]
     return page.table(head, rows)
 
 

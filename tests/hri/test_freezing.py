@@ -31,8 +31,8 @@ def assert_equal(tests: Iterable[ConcreteTest], monkeypatch: pytest.MonkeyPatch)
 
 
 def observed(result: CaseResult) -> tuple[object, ...]:
-    """Messages with their times, outcomes, end of the run, and each requirement's verdict and number of attempts."""
-    verdicts = [(each.requirement, each.verdict, each.attempts, each.failures) for each in result.verdicts]
+    """Messages with their times, outcomes, end of the run, and each requirement's verdict and number of triggers."""
+    verdicts = [(each.requirement, each.verdict, each.triggers, each.failures) for each in result.verdicts]
     messages = [str(message) for message in result.record.messages]
     return messages, verdicts, result.outcome.outcomes, result.outcome.ended, result.sim_s
 

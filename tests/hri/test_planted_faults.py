@@ -33,7 +33,7 @@ def failed(result: CaseResult, requirement: str) -> Verdict:
     """The verdict of a requirement that failed."""
     verdict = result.verdict(requirement)
     assert verdict.verdict == "Failed"
-    assert verdict.attempts == verdict.passes + verdict.failures + verdict.pending
+    assert verdict.triggers == verdict.passes + verdict.failures + verdict.pending
     return verdict
 
 
@@ -41,7 +41,7 @@ def failed(result: CaseResult, requirement: str) -> Verdict:
 def test_the_controller_as_it_is_passes_what_its_variants_fail(pose: str) -> None:
     result = bench.run(bench.concrete(bench.leg(pose)))
     assert verdicts(result) == ("Passed NC Passed Passed" if pose == "111" else "NC Passed Passed Passed")
-    assert result.verdict("R3").attempts == 1
+    assert result.verdict("R3").triggers == 1
     assert result.verdict("R4").margin == pytest.approx(0.0, abs=0.01)
 
 
@@ -50,7 +50,7 @@ def test_a_release_without_pressure_fails_r2(monkeypatch: pytest.MonkeyPatch) ->
     result = bench.run(bench.concrete(bench.leg("101")))
     verdict = failed(result, "R2")
     (violation,) = verdict.violations
-    assert (verdict.attempts, verdict.failures) == (1, 1)
+    assert (verdict.triggers, verdict.failures) == (1, 1)
     assert violation.values["reading.gaze"]
     assert violation.values["reading.location"]
     assert not violation.values["reading.pressure"]
@@ -65,7 +65,7 @@ def test_a_robot_that_never_releases_fails_r1_at_the_deadline(monkeypatch: pytes
     result = bench.run(bench.concrete(bench.leg()))
     verdict = failed(result, "R1")
     (violation,) = verdict.violations
-    assert (verdict.attempts, verdict.failures) == (1, 1)
+    assert (verdict.triggers, verdict.failures) == (1, 1)
     assert violation.margin is not None
     assert violation.margin < 0.0  # the run went on without it
     assert [violation.trigger_s] == bench.times(result, "reading", gaze=True, pressure=True, location=True)
@@ -91,7 +91,7 @@ def test_planning_at_0_30_rad_s_fails_r4_with_the_speed_measured(monkeypatch: py
         assert violation.margin is not None
         assert 0.25 - PLANNED_TOO_FAST_RAD_S <= violation.margin <= 0.0
     assert verdict.margin == pytest.approx(0.25 - PLANNED_TOO_FAST_RAD_S, abs=0.015)
-    assert verdict.attempts == motions(result)
+    assert verdict.triggers == motions(result)
     assert verdicts(result) == "Passed NC Passed Failed"
 
 
@@ -103,7 +103,7 @@ def test_a_good_table_that_is_called_late_too_early_fails_r5(
     result = bench.run(bench.concrete(bench.leg() * 4, seed=4))
     r5 = result.verdict("R5")
     assert result.outcome.outcomes == ("released",) * 4
-    assert (r5.verdict, r5.attempts) == (verdict, 1)
+    assert (r5.verdict, r5.triggers) == (verdict, 1)
     if verdict == "Failed":
         (violation,) = r5.violations
         assert violation.values["table_done.on_time"] is False
@@ -138,7 +138,7 @@ def test_a_person_who_grips_hand_and_leg_for_long_makes_a_release_miss_its_deadl
 ) -> None:
     result = bench.run(bench.concrete(bench.leg(), grip_s=grip_s))
     r1 = result.verdict("R1")
-    assert (r1.verdict, r1.attempts) == (verdict, 1)
+    assert (r1.verdict, r1.triggers) == (verdict, 1)
     (sensed_s,) = bench.times(result, "reading")
     falls = [at for at, held in zip(*result.record.signals["leg_held"], strict=True) if not held and at > sensed_s]
     assert falls[0] - sensed_s == pytest.approx(grip_s, abs=0.5)
@@ -189,7 +189,7 @@ def test_with_crush_prevention_r3_does_not_fail_where_it_fails_without(
     for result in without:
         careful = bench.run(result.test)
         assert careful.verdict("R3").verdict in ("Passed", "NC")
-        assert careful.verdict("R3").attempts <= result.verdict("R3").attempts
+        assert careful.verdict("R3").triggers <= result.verdict("R3").triggers
 
 
 def assert_the_hand_was_too_close(result: CaseResult) -> None:
@@ -197,7 +197,7 @@ def assert_the_hand_was_too_close(result: CaseResult) -> None:
     verdict = failed(result, "R3")
     closing = result.record.signals["hand_closing"]
     starts = [at for at, closes in zip(*closing, strict=True) if closes]
-    assert verdict.attempts == len(starts)
+    assert verdict.triggers == len(starts)
     for violation in verdict.violations:
         assert violation.trigger_s in starts
         assert 0.0 <= violation.time_s - violation.trigger_s < 1.5

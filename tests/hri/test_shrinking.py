@@ -17,7 +17,8 @@ def test_a_crushed_hand_in_a_table_of_four_legs_takes_no_more_than_asking_for_on
     (test,) = [each for each in bench.suite("rl") if each.id == CRUSHED]
     assert [action.command for action in test.actions].count("tell leg") == 4
     (requirement,) = [each for each in bench.requirements() if each.id == "R3"]
-    wanted = failure_signature(requirement, bench.run(test).verdict("R3").violations[0])
+    verdict = bench.run(test).verdict("R3")
+    wanted = failure_signature(requirement, verdict, verdict.violations[0])
 
     def fails(candidate: ConcreteTest) -> bool:
         return has_signature(requirement, wanted, bench.run(candidate).verdict("R3"))

@@ -15,7 +15,7 @@ def test_a_leg_that_is_swung_along_the_table_fails_r29(monkeypatch: pytest.Monke
     monkeypatch.setattr(fetching, "TO_HANDOVER", brings)
     verdict = bench.run(bench.concrete(bench.leg())).verdict("R29")
     (violation,) = verdict.violations
-    assert (verdict.verdict, verdict.attempts) == ("Failed", 1)
+    assert (verdict.verdict, verdict.triggers) == ("Failed", 1)
     assert violation.values["leg_height"] < 0.65
     assert violation.values["leg_offset"] == pytest.approx(0.45, abs=0.02)
 
@@ -31,6 +31,6 @@ def test_a_table_whose_reported_duration_is_not_the_observed_one_fails_r30(monke
 
     monkeypatch.setitem(machine.STATES, "Move_hand", begins_at_the_first_request)
     verdict = bench.run(four).verdict("R30")
-    assert (verdict.verdict, verdict.attempts) == ("Failed", 1)
+    assert (verdict.verdict, verdict.triggers) == ("Failed", 1)
     assert verdict.margin is not None
     assert -5.0 < verdict.margin < -2.0  # a person asks after 3 to 5 s

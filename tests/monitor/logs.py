@@ -56,17 +56,17 @@ def feed_trace(monitors: MonitorSet, trace: Trace, shift_s: float = 0.0) -> tupl
 
 def summary(verdict: Verdict) -> Summary:
     """What the reference evaluator has to agree with; the rest of the verdict has to be consistent with it."""
-    assert verdict.attempts == verdict.passes + verdict.failures + verdict.pending
-    assert verdict.vacuous == (verdict.attempts == 0)
-    outcomes = [attempt.outcome for attempt in verdict.history]
+    assert verdict.triggers == verdict.passes + verdict.failures + verdict.pending
+    assert verdict.vacuous == (verdict.triggers == 0)
+    outcomes = [trigger.outcome for trigger in verdict.history]
     counted = {"passed": verdict.passes, "failed": verdict.failures, "pending": verdict.pending}
     assert {outcome: outcomes.count(outcome) for outcome in counted} == counted
-    assert all(attempt.begin_s <= attempt.end_s for attempt in verdict.history)
+    assert all(trigger.begin_s <= trigger.end_s for trigger in verdict.history)
     times = [violation.time_s for violation in verdict.violations]
     assert times == sorted(times)
     return Summary(
         verdict.verdict,
-        verdict.attempts,
+        verdict.triggers,
         verdict.passes,
         verdict.failures,
         verdict.pending,

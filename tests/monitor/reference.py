@@ -34,7 +34,7 @@ class Summary:
     """The part of a verdict that is compared."""
 
     verdict: str
-    attempts: int
+    triggers: int
     passes: int
     failures: int
     pending: int
@@ -45,7 +45,7 @@ class Summary:
 
 @dataclass(frozen=True)
 class Judged:
-    """One attempt: its violations, whether it is undecided, and its margins as (margin, tick)."""
+    """One trigger: its violations, whether it is undecided, and its margins as (margin, tick)."""
 
     violations: list[Violation]
     undecided: bool
@@ -122,28 +122,28 @@ class ReferenceEvaluator(PastEvaluator):
             case _:
                 return self.distance(f, p)
 
-    # --- attempts
+    # --- triggers
 
     def judge(self, formula: Formula, shows: tuple[str, ...] = ()) -> Summary:
         antecedent = [False, *self.truth(formula.antecedent)[1:]]  # nothing triggers before the run
         rising = [p for p in range(1, self.end + 1) if antecedent[p] and not antecedent[p - 1]]
-        attempts = [self.attempt(formula, shows, antecedent, p) for p in rising]
-        failures = sum(bool(attempt.violations) for attempt in attempts)
-        pending = sum(attempt.undecided for attempt in attempts)
-        passes = len(attempts) - failures - pending
-        margin, tick = min((each for attempt in attempts for each in attempt.margins), default=(math.inf, 0))
+        triggers = [self.trigger(formula, shows, antecedent, p) for p in rising]
+        failures = sum(bool(trigger.violations) for trigger in triggers)
+        pending = sum(trigger.undecided for trigger in triggers)
+        passes = len(triggers) - failures - pending
+        margin, tick = min((each for trigger in triggers for each in trigger.margins), default=(math.inf, 0))
         return Summary(
             verdict="Failed" if failures else "Passed" if passes else "NC",
-            attempts=len(attempts),
+            triggers=len(triggers),
             passes=passes,
             failures=failures,
             pending=pending,
-            violations=sorted((each for attempt in attempts for each in attempt.violations), key=in_order),
+            violations=sorted((each for trigger in triggers for each in trigger.violations), key=in_order),
             margin=finite(margin),
             margin_time_s=tick * TICK_S if math.isfinite(margin) else None,
         )
 
-    def attempt(self, formula: Formula, shows: tuple[str, ...], antecedent: list[bool], start: int) -> Judged:
+    def trigger(self, formula: Formula, shows: tuple[str, ...], antecedent: list[bool], start: int) -> Judged:
         response, last = formula.response, self.end
         match response:
             case Holds():

@@ -4,7 +4,7 @@ D. Nickovic and T. Yamaguchi, "RTAMT: Online Robustness Monitors from STL", ATVA
 
 A run is sampled once per tick. Signals change only at ticks, so a formula over signals keeps its value until the next
 tick; messages and edges are true only at the tick. What rtamt does not have is expressed by what it has: hysteresis by
-`since`, a minimum duration by `historically`, an attempt by a tick at which an antecedent becomes true.
+`since`, a minimum duration by `historically`, a trigger by a tick at which an antecedent becomes true.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Counts:
     """The part of a verdict that rtamt can give."""
 
     verdict: str
-    attempts: int
+    triggers: int
     passes: int
     failures: int
     pending: int
@@ -92,9 +92,9 @@ def _is_undecided(response: Response, trigger: int, holds: bool, last: int) -> b
             return False
 
 
-def _counts(attempts: int, failures: int, pending: int) -> Counts:
-    passes = attempts - failures - pending
-    return Counts("Failed" if failures else "Passed" if passes else "NC", attempts, passes, failures, pending)
+def _counts(triggers: int, failures: int, pending: int) -> Counts:
+    passes = triggers - failures - pending
+    return Counts("Failed" if failures else "Passed" if passes else "NC", triggers, passes, failures, pending)
 
 
 # --- a run as samples

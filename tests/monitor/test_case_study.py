@@ -11,7 +11,7 @@ HELD: list[Update] = [(0.0, "leg_held", True), (0.0, "leg_torn", False), (0.0, "
 
 
 def outcome(verdict: Verdict) -> tuple[str, int]:
-    return verdict.verdict, verdict.attempts
+    return verdict.verdict, verdict.triggers
 
 
 def test_r1_asks_for_a_release_within_ten_seconds_of_a_ready_reading() -> None:
@@ -63,7 +63,7 @@ def test_r3_forbids_closing_near_a_human_hand() -> None:
     assert outcome(closing(0.049)) == ("Failed", 1)
 
 
-def test_r4_has_an_attempt_for_each_motion_and_none_at_rest() -> None:
+def test_r4_has_a_trigger_for_each_motion_and_none_at_rest() -> None:
     def moving(*speeds: float) -> Verdict:
         return judge(R4, [(float(i), "arm_speed", speed) for i, speed in enumerate(speeds)], 20.0)
 

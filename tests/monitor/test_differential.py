@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.monitor.formula import Formula
@@ -63,8 +62,8 @@ def test_a_run_shifted_in_time_has_the_same_verdict(formula: Formula, trace: Tra
             for v in here.violations
         ),
         history=tuple(
-            replace(attempt, begin_s=round(attempt.begin_s + shift_s, 9), end_s=round(attempt.end_s + shift_s, 9))
-            for attempt in here.history
+            replace(trigger, begin_s=round(trigger.begin_s + shift_s, 9), end_s=round(trigger.end_s + shift_s, 9))
+            for trigger in here.history
         ),
     )
 

@@ -135,7 +135,7 @@ def test_an_invalid_log_is_refused(series: Series, says: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "signals", "messages", "attempts"),
+    ("text", "signals", "messages", "triggers"),
     [
         ("always(p -> x < 1)", {"p": ([0.0, 2.0], [0.0, 1.0]), "x": ([1.0], [2.0])}, [], [(2.0, 3.0, "failed")]),
         ("always(on(m) & m.level < 1 -> p)", {"p": P_TRUE}, [M_LOW], [(1.0, 1.0, "passed")]),
@@ -163,11 +163,11 @@ def test_an_invalid_log_is_refused(series: Series, says: str) -> None:
     ],
 )
 def test_a_value_may_be_unknown_where_it_is_not_needed(
-    text: str, signals: dict[str, Series], messages: list[Logged], attempts: list[tuple[float, float, str]]
+    text: str, signals: dict[str, Series], messages: list[Logged], triggers: list[tuple[float, float, str]]
 ) -> None:
     watched, log = [requirement(text)], Log(signals, messages, 3.0)
     [verdict] = evaluate(watched, log)
-    assert [(each.begin_s, each.end_s, each.outcome) for each in verdict.history] == attempts
+    assert [(each.begin_s, each.end_s, each.outcome) for each in verdict.history] == triggers
     assert (verdict,) == explained([fed(text, log)], watched, log)
 
 

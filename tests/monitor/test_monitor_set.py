@@ -6,9 +6,10 @@ import json
 import math
 from dataclasses import replace
 
+import msgspec
 import pytest
 
-from pytest_hricdv.monitor import MonitorError, MonitorSet
+from pytest_hricdv.monitor import MonitorError, MonitorSet, RequirementResult, Trigger
 from tests.monitor.vocabulary import R1, R3, SMALL, Update, judge, requirement
 
 RESPOND = requirement("always(on(a) -> eventually[0:3](p))")
@@ -79,7 +80,7 @@ def test_an_edge_of_what_has_no_value_yet_is_unknown_too() -> None:
     guarded = MonitorSet([requirement("always(on(m) & rise(m.ok) -> m.level < 1)")])
     for time_s, ok in enumerate([False, True, True, False, True]):
         guarded.message(float(time_s), "m", {"ok": ok, "level": 0.5})
-    assert guarded.finish(9.0)[0].attempts == 2
+    assert guarded.finish(9.0)[0].triggers == 2
 
 
 def test_conditions_are_evaluated_from_left_to_right_until_the_result_is_known() -> None:
@@ -106,13 +107,13 @@ def test_a_monitor_set_is_for_one_run() -> None:
         monitors.finish(1.0)
 
 
-def test_the_next_deadline_is_the_latest_of_the_open_attempts() -> None:
+def test_the_next_deadline_is_the_latest_of_the_open_triggers() -> None:
     monitors = MonitorSet([RESPOND, requirement("always(on(b) -> eventually[0:10](p))")])
     monitors.signal(0.0, "p", False)
     assert monitors.next_deadline_s() is None
     monitors.message(1.0, "a", {})
     monitors.message(2.0, "b", {})
-    assert monitors.next_deadline_s() == 4.0  # an attempt of the present instant counts after the next advance
+    assert monitors.next_deadline_s() == 4.0  # a trigger of the present instant counts after the next advance
     monitors.advance(2.5)
     assert monitors.next_deadline_s() == 12.0
     monitors.signal(3.0, "p", True)
@@ -131,18 +132,18 @@ def test_a_deadline_is_decided_once_time_has_passed_it() -> None:
     assert monitors.next_deadline_s() is None
 
 
-def test_a_verdict_is_plain_data_in_json() -> None:
+def test_the_result_of_a_verdict_is_what_reports_have() -> None:
     monitors = MonitorSet([R1])
     for name, value in [("leg_held", True), ("leg_torn", False), ("leg_offset", 0.5)]:
         monitors.signal(0.0, name, value)
     monitors.message(1.0, "reading", {"gaze": True, "pressure": True, "location": True, "extra": "ignored"})
     verdict = monitors.finish(20.0)[0]
-    plain = verdict.to_json()
-    assert json.loads(json.dumps(plain)) == plain
-    assert plain == {
-        "requirement": "R1",
+    assert (verdict.requirement, verdict.history) == ("R1", (Trigger(1.0, 11.0, "failed"),))
+    text = msgspec.json.encode(verdict.result)
+    assert msgspec.json.decode(text, type=RequirementResult) == verdict.result
+    assert json.loads(text) == {
         "verdict": "Failed",
-        "attempts": 1,
+        "triggers": 1,
         "passes": 0,
         "failures": 1,
         "vacuous": 0,
@@ -160,16 +161,11 @@ def test_a_verdict_is_plain_data_in_json() -> None:
                     "leg_offset": 0.5,
                 },
                 "margin": -9.0,
-                "outside": False,
-                "text": "",
-                "signature": [],
             }
         ],
         "margin": -9.0,
         "margin_time_s": 20.0,
         "nearest_miss": None,
-        "history": [{"begin_s": 1.0, "end_s": 11.0, "outcome": "failed"}],
-        "unused": [],
     }
 
 
@@ -179,7 +175,7 @@ def test_equal_formulas_share_one_program_and_runs_share_nothing() -> None:
         monitors.signal(0.0, "p", False)
     first.message(1.0, "a", {})
     assert first.finish(9.0)[0].failures == 1
-    assert second.finish(9.0)[0].attempts == 0
+    assert second.finish(9.0)[0].triggers == 0
 
 
 def test_the_vocabulary_refuses_names_and_types_that_a_formula_cannot_have() -> None:

@@ -93,7 +93,7 @@ def test_two_messages_at_one_instant_are_counted_as_two() -> None:
         ]
     assert judge("always(on(a) -> count(on(a)) <= 1)", updates, 3.0).margin == -2.0
     # A condition that holds at the instant becomes true once, however many messages there are.
-    assert judge("always(count(on(a) & !p) > 2 -> p)", updates, 3.0).attempts == 0
+    assert judge("always(count(on(a) & !p) > 2 -> p)", updates, 3.0).triggers == 0
 
 
 def level(time_s: float, value: float, ok: bool = True) -> Update:
@@ -202,9 +202,9 @@ def test_a_comparison_of_texts_has_no_margin_and_its_values_are_reported() -> No
 
 
 def test_the_first_value_of_a_signal_is_not_an_edge_and_a_first_message_is() -> None:
-    assert judge("always(rise(q) -> p)", [NO_P, (0.0, "q", True)], 1.0).attempts == 0
-    assert judge("always(rise(once[0:1](on(a))) -> p)", [NO_P, *at("a", 0.0)], 1.0).attempts == 1
+    assert judge("always(rise(q) -> p)", [NO_P, (0.0, "q", True)], 1.0).triggers == 0
+    assert judge("always(rise(once[0:1](on(a))) -> p)", [NO_P, *at("a", 0.0)], 1.0).triggers == 1
 
 
-def test_an_antecedent_true_from_the_start_is_an_attempt() -> None:
+def test_an_antecedent_true_from_the_start_is_a_trigger() -> None:
     assert counts(judge("always(!on(a) -> q)", [(0.0, "q", True)], 3.0)) == ("Passed", 1, 1, 0, 0)

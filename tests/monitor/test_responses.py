@@ -47,8 +47,8 @@ def test_hysteresis_is_reset_at_the_start_of_an_episode() -> None:
 def test_hysteresis_keeps_noise_from_splitting_an_episode() -> None:
     noise = [0.0, 0.1, 0.002, 0.0009, 0.002, 0.0009, 0.1, 0.0]
     updates: list[Update] = [(float(i), "x", value) for i, value in enumerate(noise)]
-    assert judge("always(x > 0.001 [hysteresis 0.004] -> x < 0.25)", updates, 9.0).attempts == 2
-    assert judge("always(x > 0.001 -> x < 0.25)", updates, 9.0).attempts == 3
+    assert judge("always(x > 0.001 [hysteresis 0.004] -> x < 0.25)", updates, 9.0).triggers == 2
+    assert judge("always(x > 0.001 -> x < 0.25)", updates, 9.0).triggers == 3
 
 
 def test_a_boolean_response_has_no_margin() -> None:
@@ -116,7 +116,7 @@ def test_a_deadline_at_the_very_end_is_decided_and_one_after_it_is_pending() -> 
     assert counts(judge(RESPOND, at("a", 10.0), 12.999)) == ("NC", 1, 0, 0, 1)
 
 
-def test_a_pass_and_a_pending_attempt_are_passed() -> None:
+def test_a_pass_and_a_pending_trigger_are_passed() -> None:
     assert counts(judge(RESPOND, in_time(at("a", 1.0, 10.0), at("b", 2.0)), 11.0)) == ("Passed", 2, 1, 0, 1)
 
 
@@ -130,7 +130,7 @@ def test_a_state_that_holds_when_the_window_opens_discharges_then() -> None:
     assert (verdict.margin, verdict.margin_time_s) == (2.0, 11.0)
 
 
-def test_one_event_discharges_all_open_attempts() -> None:
+def test_one_event_discharges_all_open_triggers() -> None:
     assert counts(judge(RESPOND, in_time(at("a", 1.0, 1.5, 2.0), at("b", 3.5)), 9.0)) == ("Passed", 3, 3, 0, 0)
 
 
@@ -174,7 +174,7 @@ def test_until(breach_s: float, release_s: float, expected: tuple[str, int, int,
     assert counts(judge(UNTIL, updates, 20.0)) == expected
 
 
-def test_each_open_attempt_of_an_until_fails_by_itself() -> None:
+def test_each_open_trigger_of_an_until_fails_by_itself() -> None:
     verdict = judge(UNTIL, in_time(during("p", (5.0, 6.0)), at("a", 1.0, 2.0)), 9.0)
     assert [(violation.trigger_s, violation.time_s) for violation in verdict.violations] == [(1.0, 5.0), (2.0, 5.0)]
 
@@ -182,16 +182,16 @@ def test_each_open_attempt_of_an_until_fails_by_itself() -> None:
 # --- instants
 
 
-def test_messages_at_two_instants_are_two_attempts_and_at_one_instant_one() -> None:
-    assert judge(RESPOND, at("a", 1.0, 2.0), 9.0).attempts == 2
-    assert judge(RESPOND, at("a", 1.0, 1.0), 9.0).attempts == 1
+def test_messages_at_two_instants_are_two_triggers_and_at_one_instant_one() -> None:
+    assert judge(RESPOND, at("a", 1.0, 2.0), 9.0).triggers == 2
+    assert judge(RESPOND, at("a", 1.0, 1.0), 9.0).triggers == 1
 
 
 def test_of_several_messages_at_one_instant_the_last_counts() -> None:
     text = "always(on(m) & m.ok -> p)"
     bad: dict[str, float | bool] = {"ok": True, "level": 0.0}
     good: dict[str, float | bool] = {"ok": False, "level": 0.0}
-    assert judge(text, [NO_P, (1.0, "m", bad), (1.0, "m", good)], 2.0).attempts == 0
+    assert judge(text, [NO_P, (1.0, "m", bad), (1.0, "m", good)], 2.0).triggers == 0
     assert judge(text, [NO_P, (1.0, "m", good), (1.0, "m", bad)], 2.0).failures == 1
 
 
@@ -205,8 +205,8 @@ def test_a_message_exists_only_at_its_instant() -> None:
     assert judge(UNTIL, updates, 5.0).verdict == "Failed"
 
 
-def test_a_message_counts_at_the_instant_at_which_a_window_starts_an_attempt() -> None:
-    # `a` is not read before the attempt, which the end of a window starts, not an update.
+def test_a_message_counts_at_the_instant_at_which_a_window_starts_a_trigger() -> None:
+    # `a` is not read before the trigger, which the end of a window starts, not an update.
     text = "always(fall(once[0:2](p)) -> on(a))"
     dip = during("p", (1.0, 2.0))
     assert judge(text, in_time(dip, at("a", 4.0), at("b", 5.0)), 9.0).verdict == "Passed"
@@ -216,4 +216,4 @@ def test_a_message_counts_at_the_instant_at_which_a_window_starts_an_attempt() -
 
 def test_nothing_triggered_is_not_checked_and_vacuous() -> None:
     verdict = judge("always(p -> q)", [NO_P, (0.0, "q", False)], 5.0)
-    assert (verdict.verdict, verdict.attempts, verdict.vacuous) == ("NC", 0, 1)
+    assert (verdict.verdict, verdict.triggers, verdict.vacuous) == ("NC", 0, 1)

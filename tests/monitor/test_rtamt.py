@@ -58,7 +58,7 @@ QUICK = settings(suppress_health_check=list(HealthCheck))
 def agrees(formula: Formula, trace: Trace) -> None:
     assume(trace.last > 0)  # rtamt cannot evaluate a single sample
     verdict = run(formula, trace)
-    ours = rtamt_oracle.Counts(verdict.verdict, verdict.attempts, verdict.passes, verdict.failures, verdict.pending)
+    ours = rtamt_oracle.Counts(verdict.verdict, verdict.triggers, verdict.passes, verdict.failures, verdict.pending)
     assert ours == rtamt_oracle.judge(formula, trace)
 
 

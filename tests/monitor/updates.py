@@ -30,4 +30,4 @@ def times(verdict: Verdict) -> list[float]:
 
 
 def counts(verdict: Verdict) -> tuple[str, int, int, int, int]:
-    return verdict.verdict, verdict.attempts, verdict.passes, verdict.failures, verdict.pending
+    return verdict.verdict, verdict.triggers, verdict.passes, verdict.failures, verdict.pending

@@ -7,7 +7,7 @@ import pytest
 from msgspec import convert
 from msgspec.structs import replace
 
-from pytest_hricdv.coverage.records import ReportedNearMiss
+from pytest_hricdv.monitor import NearestMiss
 from pytest_hricdv.report.explanation import failure, generate_command, nearest_miss
 from pytest_hricdv.results.model import TestResult
 from tests.report import sample, sample_tests
@@ -91,7 +91,7 @@ def test_an_unchecked_requirement_is_explained() -> None:
 def test_a_nearest_miss_says_what_was_missing_and_by_how_much(
     missing: list[str], distance: float | None, shown: str
 ) -> None:
-    found = ReportedNearMiss(time_s=5.0, missing=tuple(missing), distance=distance)
+    found = NearestMiss(time_s=5.0, missing=tuple(missing), distance=distance)
     assert nearest_miss(found) == shown
 
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.coverage.cross_records import Coordinate, ExplorationRecord, ImpossibleBin, ProductDeclaration, Proof
-from pytest_hricdv.coverage.records import CodeUnderTest, MappedFile, RequirementResult, WaiverRecord
+from pytest_hricdv.coverage.records import CodeUnderTest, MappedFile, WaiverRecord
+from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
 from pytest_hricdv.results.generation import Diagnosis, GenerationResult, LastNewPlan
 from pytest_hricdv.results.model import (

@@ -1,4 +1,4 @@
-"""What the report keeps of a run: few places of a signal, but every extreme; messages and attempts in full."""
+"""What the report keeps of a run: few places of a signal, but every extreme; messages and triggers in full."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from array import array
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.monitor import Attempt, Verdict
+from pytest_hricdv.monitor import Trigger, Verdict
 from pytest_hricdv.results.timeline import SPANS, thinned, timeline
 from pytest_hricdv.runtime import Recorder
 
@@ -37,8 +37,22 @@ def test_a_timeline_is_plain_text_by_the_second() -> None:
     recorder.signal(1 / 3, "speed", 2.0)
     recorder.signal(0.0, "mode", "manual \t")
     recorder.signal(1 / 3, "mode", "auto")
-    history = (Attempt(0.5, 1.25, "passed"), Attempt(1.0, 2.0, "failed"), Attempt(3.0, 4.0, "pending"))
-    verdicts = [Verdict("R1", "Failed", 3, 1, 1, 0, 1, (), None, None, history=history)]
+    history = (Trigger(0.5, 1.25, "passed"), Trigger(1.0, 2.0, "failed"), Trigger(3.0, 4.0, "pending"))
+    verdicts = [
+        Verdict(
+            requirement="R1",
+            verdict="Failed",
+            triggers=3,
+            passes=1,
+            failures=1,
+            vacuous=0,
+            pending=1,
+            violations=(),
+            margin=None,
+            margin_time_s=None,
+            history=history,
+        )
+    ]
     made = timeline(recorder.finish(), verdicts, 4.0)
     assert made.signals == {"speed": "0 0.1235 0.333 2"}
     assert made.texts == {"mode": ((0.0, "manual \t"), (0.333, "auto"))}

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from pytest_hricdv.coverage.records import ReportedViolation
+from pytest_hricdv.monitor import Violation
 from pytest_hricdv.report.files import write
 from pytest_hricdv.results.model import GateResult, Report, TestResult
 from studies import session
@@ -35,7 +35,7 @@ def _passed(test: TestResult) -> TestResult:
 def _violating(name: str, *, outside: bool = False) -> dict[str, Any]:
     """Changes of a test that violates a requirement."""
     verdicts = dict(_report().tests[0].requirements)
-    violation = ReportedViolation(trigger_s=1.0, time_s=2.0, values={"x": 3.0}, margin=-7.0, outside=outside)
+    violation = Violation(trigger_s=1.0, time_s=2.0, values={"x": 3.0}, margin=-7.0, outside=outside)
     verdicts[name] = replace(verdicts[name], verdict="Failed", violations=(violation,), margin=-7.0)
     return {"requirements": verdicts}
 

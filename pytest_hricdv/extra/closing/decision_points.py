@@ -32,7 +32,7 @@ class DecisionPoint(msgspec.Struct, frozen=True):
         taken: the number of actions before.
         time_s: when it was (s of simulated time).
         state: of the code under test; empty where it names none.
-        awaited: the requirements with an attempt that was not decided yet.
+        awaited: the requirements with a trigger that was not decided yet.
     """
 
     taken: int
@@ -62,7 +62,7 @@ def decision_points(result: CaseResult, state: str = "") -> tuple[DecisionPoint,
 
 def _awaited(result: CaseResult, time_s: float) -> Iterator[str]:
     for verdict in result.verdicts:
-        if any(attempt.begin_s <= time_s < attempt.end_s for attempt in verdict.history):
+        if any(trigger.begin_s <= time_s < trigger.end_s for trigger in verdict.history):
             yield verdict.requirement
 
 

@@ -133,7 +133,7 @@ def _bin_points(result: CaseResult, cross: Mapping[str, CrossProduct]) -> Iterat
 def _requirement_points(result: CaseResult) -> Iterator[Point]:
     for verdict in result.verdicts:
         name = verdict.requirement
-        yield "antecedent", name, "true" if verdict.attempts else "false"
+        yield "antecedent", name, "true" if verdict.triggers else "false"
         if verdict.verdict != "NC":
             yield "verdict", name, verdict.verdict
 

@@ -46,7 +46,7 @@ def violation_points(
     for verdict in result.verdicts:
         for violation in verdict.violations:
             kind = KNOWN if verdict.requirement in known and not violation.outside else NEW
-            part = " & ".join(failure_signature(by_id[verdict.requirement], violation))
+            part = " & ".join(failure_signature(by_id[verdict.requirement], verdict, violation))
             outcome = _interaction(lines, result, violation.time_s, cross)
             yield kind, verdict.requirement, part, _state(result, violation.time_s, state), outcome
     yield from ((FAULT, _NUMBER.sub("#", fault)) for fault in result.faults)

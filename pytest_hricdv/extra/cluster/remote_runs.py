@@ -11,7 +11,6 @@ from pathlib import Path
 
 import msgspec
 
-from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
@@ -20,6 +19,7 @@ from pytest_hricdv.extra.cluster.service import Service
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, values_of
 from pytest_hricdv.generate.rng import digest
+from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.session import run_process
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.run_process import Job, Order, RunTold, Task

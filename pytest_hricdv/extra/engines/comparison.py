@@ -36,7 +36,7 @@ def compare(result: CaseResult, other: CaseResult, testbench: Testbench) -> Engi
         outcomes=tuple(other.outcome.outcomes),
         record_sha256=other.record.sha256,
         requirements={
-            each.requirement: OtherVerdict(verdict=each.verdict, margin=each.margin, triggers=each.attempts)
+            each.requirement: OtherVerdict(verdict=each.verdict, margin=each.margin, triggers=each.triggers)
             for each in other.verdicts
         },
         faults=other.faults,

@@ -21,7 +21,6 @@ from pytest_hricdv.extra.film.video import FRAMES_PER_S, Video, video
 from pytest_hricdv.monitor import Criterion, MonitorSet, Verdict
 from pytest_hricdv.report.explanation import violation
 from pytest_hricdv.report.formatting import plural
-from pytest_hricdv.results.building import reported_violation
 from pytest_hricdv.results.model import FilmResult
 from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
 from pytest_hricdv.testbench import Run, Testbench, TestbenchError
@@ -177,7 +176,7 @@ def _alarms(verdicts: Sequence[Verdict]) -> list[Alarm]:
         Alarm(
             violated.time_s,
             verdict.requirement,
-            f"{verdict.requirement} {violation(reported_violation(violated), {})}",
+            f"{verdict.requirement} {violation(violated, {})}",
         )
         for verdict in verdicts
         for violated in verdict.violations

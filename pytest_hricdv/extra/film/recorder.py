@@ -287,7 +287,7 @@ class FilmRecorder:
     def _captions(self, time_us: int) -> Caption:
         now_s = time_us / US_PER_S
         messages = self._view.messages()
-        # A monitor reports a violation at the end of the attempt; the film shows it when it happens.
+        # A monitor reports a violation at the end of the trigger; the film shows it when it happens.
         violated = {alarm.requirement: "Failed" for alarm in self._alarms if alarm.time_s <= now_s}
         alarms = [alarm.text for alarm in self._alarms if now_s - ALARM_S <= alarm.time_s <= now_s]
         others = (message for message in reversed(messages) if message.topic != self._state_topic)

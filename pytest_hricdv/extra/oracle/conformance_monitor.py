@@ -12,7 +12,7 @@ from pytest_hricdv.coupling.hears import CouplingError
 from pytest_hricdv.extra.oracle.declaration import MODEL, ConformanceError
 from pytest_hricdv.extra.oracle.oracle import Oracle
 from pytest_hricdv.extra.oracle.product import NOTHING, Deviation, Heard, Observation, Product
-from pytest_hricdv.monitor import Attempt, Value, Verdict, Violation
+from pytest_hricdv.monitor import Trigger, Value, Verdict, Violation
 
 
 class ConformanceMonitor:
@@ -133,29 +133,33 @@ class ConformanceMonitor:
 
     def _verdict(self, time_s: float) -> Verdict:
         product = self._product
-        attempts, deviation = product.attempts, self._deviation()
+        triggers, deviation = product.triggers, self._deviation()
         open_acts = product.follower.agent.ready_acts
-        history = [*attempts]
+        history = [*triggers]
         if deviation is None:
-            history += (Attempt(act.ready_s, time_s, "pending") for act in open_acts)
+            history += (Trigger(act.ready_s, time_s, "pending") for act in open_acts)
         else:
-            history.append(Attempt(deviation.since_s, deviation.time_s, "failed"))
+            history.append(Trigger(deviation.since_s, deviation.time_s, "failed"))
         return Verdict(
             requirement=MODEL,
-            verdict="Failed" if deviation else "Passed" if attempts else "NC",
-            attempts=len(history),
-            passes=len(attempts),
+            verdict="Failed" if deviation else "Passed" if triggers else "NC",
+            triggers=len(history),
+            passes=len(triggers),
             failures=int(deviation is not None),
             vacuous=int(not history),
             pending=0 if deviation else len(open_acts),
             violations=() if deviation is None else (_violation(deviation),),
+            signature=() if deviation is None else _signature(deviation),
             margin=None,
             margin_time_s=None,
-            history=tuple(sorted(history, key=lambda attempt: attempt.begin_s)),
+            history=tuple(sorted(history, key=lambda trigger: trigger.begin_s)),
         )
 
 
 def _violation(deviation: Deviation) -> Violation:
     text = f"expected {deviation.expected}; observed {deviation.observed}"
-    signature = (f"expected {' or '.join(deviation.acts) or NOTHING}", f"observed {deviation.event}")
-    return Violation(deviation.since_s, deviation.time_s, {}, None, text=text, signature=signature)
+    return Violation(deviation.since_s, deviation.time_s, {}, None, text=text)
+
+
+def _signature(deviation: Deviation) -> tuple[str, ...]:
+    return (f"expected {' or '.join(deviation.acts) or NOTHING}", f"observed {deviation.event}")

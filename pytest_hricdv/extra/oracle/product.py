@@ -13,7 +13,7 @@ from pytest_hricdv.coupling.coupled_agent import ReadyAct
 from pytest_hricdv.coupling.event_pattern import Bindings
 from pytest_hricdv.extra.oracle.follower import Follower
 from pytest_hricdv.extra.oracle.oracle import Oracle
-from pytest_hricdv.monitor import Attempt
+from pytest_hricdv.monitor import Trigger
 
 NOTHING = "nothing"
 
@@ -90,7 +90,7 @@ class Product:
         self._end_s = math.inf
         self.follower = Follower(oracle, limits)
         self.deviation: Deviation | None = None
-        self.attempts: list[Attempt] = []
+        self.triggers: list[Trigger] = []
         """The acts that have been observed, in order."""
         self.races: list[int] = []
         """The numbers of the observations that were heard at most the tolerance before a time-out of the agent."""
@@ -154,7 +154,7 @@ class Product:
             if succeeded and wait_s < self._does[number].within_s[0]:
                 self._deviate(observation.time_s, [act], f"{observation.text} after {wait_s:.1f} s", observation.event)
                 return True
-            self.attempts.append(Attempt(act.ready_s, act.ready_s + wait_s, "passed"))
+            self.triggers.append(Trigger(act.ready_s, act.ready_s + wait_s, "passed"))
             self.follower.observe(act, succeeded)
             matched = True
         return matched

@@ -83,7 +83,7 @@ class Shrinking:
         verdict = result and result.verdict(self.requirement.id)
         if verdict and verdict.violations:
             wanted = next((each for each in verdict.violations if each.outside), verdict.violations[0])
-            self._wanted, self._outside = failure_signature(self.requirement, wanted), wanted.outside
+            self._wanted, self._outside = failure_signature(self.requirement, verdict, wanted), wanted.outside
             self._best = result
 
     def _fails(self, test: ConcreteTest) -> bool:

@@ -9,7 +9,6 @@ from typing import Literal
 
 from msgspec.structs import replace
 
-from pytest_hricdv.coverage.records import RequirementResult
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.extra.search.evolution_strategy import Evaluation, SearchOutcome, search_violation
@@ -17,7 +16,7 @@ from pytest_hricdv.extra.search.records import SearchResult
 from pytest_hricdv.extra.search.replay import Origin
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import make_rng
-from pytest_hricdv.monitor import Criterion, Verdict
+from pytest_hricdv.monitor import Criterion, RequirementResult
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.replaying import Rerunning, named
 
@@ -89,13 +88,13 @@ class Searching:
         rng = make_rng(SEARCH, self.seed, requirement.id)
         return search_violation(tests, cases[0][0].ranges, run, budget, rng)
 
-    def _judged(self, test: ConcreteTest, requirement: str) -> RequirementResult | Verdict | None:
+    def _judged(self, test: ConcreteTest, requirement: str) -> RequirementResult | None:
         if self.judged is not None:
             return self.judged(test, requirement)
         result = self.rerunning.run(test)
         return None if result is None else result.verdict(requirement)
 
-    def _violated(self, requirement: Criterion, result: RequirementResult | Verdict) -> bool:
+    def _violated(self, requirement: Criterion, result: RequirementResult) -> bool:
         return self.rerunning.is_violated(requirement.id, result)
 
     def _kept(

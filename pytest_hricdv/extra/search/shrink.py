@@ -263,15 +263,15 @@ def _rounded(value: float, sampler: Sampler) -> Iterator[float]:
             yield rounded
 
 
-def failure_signature(requirement: Criterion, violation: Violation) -> FailureSignature:
+def failure_signature(requirement: Criterion, verdict: Verdict, violation: Violation) -> FailureSignature:
     """The conjuncts of the requirement's condition that were false when it was violated.
 
     They are evaluated on the values of the violation. A conjunct that depends on more than these (on an event or on
     the past) counts as false only if no other one is. A missed deadline has the whole condition as its signature. A
-    violation of what is no requirement has its own signature.
+    verdict of what is no requirement has its own signature.
     """
     if not isinstance(requirement, Requirement):
-        return violation.signature
+        return verdict.signature
     response = requirement.formula.response
     parts = tuple(conjuncts(response.condition))
     if isinstance(response, Eventually):
@@ -285,8 +285,9 @@ def has_signature(
     requirement: Criterion, signature: FailureSignature, verdict: Verdict, *, outside: bool = False
 ) -> bool:
     """Whether the verdict is a failure with a violation of this signature that is, or is not, `Violation.outside`."""
+    violations = (each for each in verdict.violations if each.outside == outside)
     return verdict.verdict == "Failed" and any(
-        each.outside == outside and failure_signature(requirement, each) == signature for each in verdict.violations
+        failure_signature(requirement, verdict, violation) == signature for violation in violations
     )
 
 

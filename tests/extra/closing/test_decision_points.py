@@ -23,7 +23,7 @@ from pytest_hricdv.extra.closing.decision_points import (
 )
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import weighted
-from pytest_hricdv.monitor.verdict import Attempt, Verdict
+from pytest_hricdv.monitor.verdict import Trigger, Verdict
 from pytest_hricdv.runtime import Record, RecordedMessage
 from pytest_hricdv.testbench import Outcome
 
@@ -49,12 +49,24 @@ def cell(
     return Cell(state, interaction, (("handover", planned),), awaited)
 
 
-def _verdict(requirement: str, *attempts: tuple[float, float]) -> Verdict:
-    history = tuple(Attempt(begin_s, end_s, "passed") for begin_s, end_s in attempts)
-    return Verdict(requirement, "Passed", len(history), len(history), 0, 0, 0, (), None, None, history=history)
+def _verdict(requirement: str, *triggers: tuple[float, float]) -> Verdict:
+    history = tuple(Trigger(begin_s, end_s, "passed") for begin_s, end_s in triggers)
+    return Verdict(
+        requirement=requirement,
+        verdict="Passed",
+        triggers=len(history),
+        passes=len(history),
+        failures=0,
+        vacuous=0,
+        pending=0,
+        violations=(),
+        margin=None,
+        margin_time_s=None,
+        history=history,
+    )
 
 
-def test_a_decision_point_has_the_state_and_the_open_attempts_of_its_time() -> None:
+def test_a_decision_point_has_the_state_and_the_open_triggers_of_its_time() -> None:
     states = [(0.0, "Idle"), (2.0, "Fetch"), (2.5, "Offer"), (7.0, "Idle")]
     messages = [RecordedMessage(time_s, "robot", "state", {"name": name}) for time_s, name in states]
     messages.insert(2, RecordedMessage(2.1, "robot", "leg_ready", {"turn": 1}))
@@ -95,7 +107,7 @@ def test_without_cross_products_and_a_state_all_is_one_cell() -> None:
     assert {cell_of(DecisionPoint(taken, 1.0), ("ask", "wait"), {}) for taken in range(3)} == {Cell("", 0, (), ())}
 
 
-def test_open_points_are_near_to_a_state_a_plan_and_an_open_attempt() -> None:
+def test_open_points_are_near_to_a_state_a_plan_and_an_open_trigger() -> None:
     near = Neighbourhood(
         [
             ("transition", "Idle", "Fetch"),

@@ -19,7 +19,7 @@ def toy(tmp_path: Path) -> Toy:
 def test_a_run_that_does_what_the_agent_does_passes(toy: Toy) -> None:
     verdict = toy.follow(*HANDED_OVER)
     assert (verdict.requirement, verdict.verdict) == ("MODEL", "Passed")
-    assert (verdict.attempts, verdict.passes, verdict.pending) == (3, 3, 0)
+    assert (verdict.triggers, verdict.passes, verdict.pending) == (3, 3, 0)
     assert [(each.begin_s, each.end_s) for each in verdict.history] == [(1.0, 4.0), (4.0, 5.0), (7.0, 7.5)]
 
 

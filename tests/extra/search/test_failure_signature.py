@@ -43,7 +43,7 @@ def test_the_signature_has_the_conjuncts_that_were_false(
 ) -> None:
     requirement, verdict = judged(text, moving=True, **signals)
     assert verdict.verdict == "Failed"
-    found = failure_signature(requirement, verdict.violations[0])
+    found = failure_signature(requirement, verdict, verdict.violations[0])
     assert " & ".join(found) == " & ".join(expected or (str(requirement.formula.response.condition),))
 
 
@@ -51,7 +51,7 @@ def test_another_violated_conjunct_is_another_failure() -> None:
     requirement, fast = judged(BOTH, moving=True, speed=3.0)
     _, near = judged(BOTH, moving=True, near=True)
     _, passed = judged(BOTH, moving=True)
-    wanted = failure_signature(requirement, fast.violations[0])
+    wanted = failure_signature(requirement, fast, fast.violations[0])
     assert has_signature(requirement, wanted, fast)
     assert not has_signature(requirement, wanted, near)
     assert not has_signature(requirement, wanted, passed)
