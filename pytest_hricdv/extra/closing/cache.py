@@ -48,8 +48,8 @@ class KeptSuite:
             self._cache.set(self._key, {"files": digests, "suite": suite.to_json(), "closing": evidence})
 
     def _digests(self, files: Mapping[str, str]) -> dict[str, str]:
-        found = {}
+        digests = {}
         for name in files:
             path = self._root / name
-            found[name] = hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
-        return found
+            digests[name] = hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+        return digests

@@ -68,20 +68,20 @@ class Closing:
         self._context = context
         self._options = collection.options.closing
 
-    def suite(self, given: Sequence[GeneratedSuite]) -> GeneratedSuite:
+    def suite(self, others: Sequence[GeneratedSuite]) -> GeneratedSuite:
         """The suite: from the cache, or of a new loop.
 
         Args:
-            given: the other suites of the session.
+            others: the other suites of the session.
 
         Raises:
             pytest.UsageError: there can be no loop, or every run errs.
         """
-        tests = [test for each in given for test in each.suite.tests] if self._options.given else []
+        tests = [test for other in others for test in other.suite.tests] if self._options.given else []
         kept = KeptSuite(self._collection, self._key(tests))
-        found = kept.read()
-        if found is not None:
-            return found
+        suite_before = kept.read()
+        if suite_before is not None:
+            return suite_before
         began_s = time.perf_counter()
         try:
             with self._runs() as runs:
@@ -103,11 +103,11 @@ class Closing:
         here = identity(Path(config.rootpath), self._context.provenance.code)
         return RunsOnCluster(self._collection, here.project)
 
-    def _closed(self, runs: ClosingRuns, given: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
+    def _closed(self, runs: ClosingRuns, others: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
         archive, progress = Archive(self._wanted), ClosingProgress(self._collection, self._options.runs)
         seed = self._collection.options.seed
         self._collection.say(f"hricdv: closing {listed(archive)}, at most {self._options.runs} runs (seed {seed}) ...")
-        self._run_given(archive, runs, given)
+        self._run_others(archive, runs, others)
         budget = Budget(self._options.runs, self._options.seconds)
         ended = Loop(archive, self._used_ways(), runs.run, seed, budget, progress.show, UntriedWay(self._pool)).run()
         suite, result = self._suite(archive, ended, runs)
@@ -126,7 +126,7 @@ class Closing:
     def _ways(self) -> tuple[Way, ...]:
         testbench, pool = self._collection.testbench, self._pool
         experience = Experience(pool, lambda test: concretize(test, testbench.commands).run)
-        disturbances = {name: each.parameters for name, each in testbench.disturbances.items()}
+        disturbances = {name: disturbance.parameters for name, disturbance in testbench.disturbances.items()}
         role = role_of(testbench)
         return (
             ModelWay(pool, experience),
@@ -136,11 +136,11 @@ class Closing:
             *([] if role is None else [OnlineWay(role, pool.planned)]),
         )
 
-    def _run_given(self, archive: Archive, runs: ClosingRuns, given: Sequence[AbstractTest]) -> None:
+    def _run_others(self, archive: Archive, runs: ClosingRuns, tests: Sequence[AbstractTest]) -> None:
         """What the other suites hit is not open. They are no part of the budget."""
-        if given:
-            self._collection.say(f"hricdv: running the {len(given)} tests of the other suites first ...")
-        observed = dict(runs.run(given, {})) if given else {}
+        if tests:
+            self._collection.say(f"hricdv: running the {len(tests)} tests of the other suites first ...")
+        observed = dict(runs.run(tests, {})) if tests else {}
         for number in sorted(observed):
             archive.add(observed[number], GIVEN)
 
@@ -206,7 +206,7 @@ class Closing:
             plans[agent] = (*plans.get(agent, ()), label)
         return plans
 
-    def _key(self, given: Sequence[AbstractTest]) -> str:
+    def _key(self, others: Sequence[AbstractTest]) -> str:
         """Of what a suite depends on, but for the files that runs load."""
         options, testbench = self._collection.options, self._collection.testbench
         requirements = testbench.requirements
@@ -223,7 +223,7 @@ class Closing:
             testbench.fidelity,
             testbench.engine,
             testbench.transitions,
-            [test.id for test in given],
+            [test.id for test in others],
         )
 
 

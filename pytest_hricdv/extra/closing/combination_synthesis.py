@@ -245,8 +245,8 @@ class CombinationSynthesis:
         conditions = missing_conditions(deviation.effect, wanted)
         if len(conditions) > MAX_INTERVENTIONS:
             return 0.0
-        chances = (self._effects.chances(condition, commands) for condition in conditions)
-        chance = deviation.chance * prod(max(each.values(), default=0.0) for each in chances)
+        best = (max(self._effects.chances(condition, commands).values(), default=0.0) for condition in conditions)
+        chance = deviation.chance * prod(best)
         chance *= DROPPED_FACTOR ** max(0, len(deviation.combination) + len(conditions) - MAX_INTERVENTIONS)
         return chance * HALVING_TRIES / (HALVING_TRIES + vain.get(deviation.effect, 0))
 

@@ -11,7 +11,7 @@ from collections.abc import Container, Iterable, Mapping, Sequence
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import GIVEN, Archive, Entry
-from pytest_hricdv.extra.closing.open_points import Surroundings, lacking, nearest, waiver
+from pytest_hricdv.extra.closing.open_points import Surroundings, missing, nearest, waiver
 from pytest_hricdv.extra.closing.records import (
     ClosingEnd,
     ClosingResult,
@@ -36,7 +36,7 @@ def evidence(
     archive: Archive,
     tests: Iterable[Entry],
     impossible: Sequence[ImpossiblePoint],
-    known: Surroundings,
+    surroundings: Surroundings,
     *,
     suite: str,
     ended: ClosingEnd,
@@ -49,7 +49,7 @@ def evidence(
         archive: all runs.
         tests: those whose tests are handed over.
         impossible: points that cannot be hit. One that was hit nevertheless counts as hit.
-        known: of what is tested.
+        surroundings: what is tested.
         suite: the name of the suite.
         ended: why the loop ended.
         budget: so many runs were allowed.
@@ -59,8 +59,10 @@ def evidence(
     handed = (*(entry for entry in archive.entries if entry.way == GIVEN), *tests)
     runs = [entry for entry in archive.entries if entry.way != GIVEN]
     hit = tuple(seen.hit(handed))
-    closed = tuple(each for each in impossible if each.point not in seen.first)
-    left, others = _open([each for each in archive.targets if each not in seen.first], archive, handed, known)
+    closed = tuple(point for point in impossible if point.point not in seen.first)
+    left, others = _open(
+        [target for target in archive.targets if target not in seen.first], archive, handed, surroundings
+    )
     return ClosingResult(
         suite=suite,
         ended=ended,
@@ -88,20 +90,20 @@ def rule_of_three(trials: int) -> float | None:
 
 
 class _Seen:
-    """What runs hit of the points that are wanted or that were thought impossible."""
+    """What runs hit of the targets and of the points that were thought impossible."""
 
     def __init__(self, archive: Archive, impossible: Iterable[ImpossiblePoint], without: Container[int]) -> None:
-        points = dict.fromkeys([*archive.targets, *(each.point for each in impossible)])
+        points = dict.fromkeys([*archive.targets, *(point.point for point in impossible)])
         self._archive = archive
         self._given = sum(entry.way == GIVEN for entry in archive.entries)
         self._times: Counter[Point] = Counter()
         self.first: dict[Point, Entry] = {}
         self.new: dict[int, Counter[str]] = {}
         """Number of a run -> kind -> points that no earlier run had hit; without runs that hit no such point."""
-        for entry in (each for each in archive.entries if each.number not in without):
-            found = [point for point in entry.observation.points if point in points]
-            fresh = [point for point in found if point not in self.first]
-            self._times.update(found)
+        for entry in (run for run in archive.entries if run.number not in without):
+            hit = [point for point in entry.observation.points if point in points]
+            fresh = [point for point in hit if point not in self.first]
+            self._times.update(hit)
             self.first.update(dict.fromkeys(fresh, entry))
             if fresh:
                 self.new[entry.number] = by_kind(fresh)
@@ -138,37 +140,37 @@ def _violations(archive: Archive, handed: Sequence[Entry], without: Container[in
         if point[0] in KINDS
     )
     tests = _tests(archive, handed)
-    found = [described(point, counts[point], tests[point]) for point in sorted(counts)]
-    return tuple(sorted(found, key=lambda each: each.known))
+    violations = [described(point, counts[point], tests[point]) for point in sorted(counts)]
+    return tuple(sorted(violations, key=lambda violation: violation.known))
 
 
 def _open(
-    points: Iterable[Point], archive: Archive, handed: Sequence[Entry], known: Surroundings
+    points: Iterable[Point], archive: Archive, handed: Sequence[Entry], surroundings: Surroundings
 ) -> tuple[tuple[OpenPoint, ...], dict[str, str]]:
     """The open points; and the tests that came nearest and are not handed over, with their texts."""
     preferred = {entry.number for entry in handed}
-    found, others = [], {}
+    open_points, others = [], {}
     for point in points:
         entry = nearest(point, archive, preferred)
         if entry is not None and entry.number not in preferred:
             others[entry.test.id] = dump_tests([entry.test])
-        found.append(
+        open_points.append(
             OpenPoint(
                 point=point,
                 tries=archive.tries[point],
                 bound=rule_of_three(archive.tries[point]),
                 test=entry.test.id if entry is not None else "",
-                lacking=lacking(point, entry, archive, known),
+                lacking=missing(point, entry, archive, surroundings),
                 waiver=waiver(point, archive),
             )
         )
-    return tuple(found), others
+    return tuple(open_points), others
 
 
 def _kinds(
     hit: Iterable[HitPoint], impossible: Iterable[ImpossiblePoint], left: Iterable[OpenPoint]
 ) -> dict[str, KindCount]:
-    counts = [by_kind(each.point for each in points) for points in (hit, impossible, left)]
+    counts = [by_kind(point.point for point in points) for points in (hit, impossible, left)]
     kinds = dict.fromkeys(kind for count in counts for kind in count)
     return {kind: KindCount(hit=counts[0][kind], impossible=counts[1][kind], open=counts[2][kind]) for kind in kinds}
 

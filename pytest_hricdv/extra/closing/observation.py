@@ -67,7 +67,7 @@ def observe(
     code: CodeMap,
     cross: Mapping[str, CrossProduct],
     requirements: Sequence[Criterion],
-    known: Container[str],
+    known_violations: Container[str],
     state: str = "",
     choices: Sequence[Choice] = (),
 ) -> Observation:
@@ -78,7 +78,7 @@ def observe(
         code: under test.
         cross: the cross products of the testbench.
         requirements: that the run was judged by.
-        known: requirements that are known to fail.
+        known_violations: the requirements that are known to fail.
         state: the field that names the state of the code under test (see `Testbench`).
         choices: of a person who decided during the run.
     """
@@ -87,17 +87,21 @@ def observe(
     points.update(_condition_points(result, requirements))
     points.update(_transition_points(result, state))
     points.update(
-        violation_points(test.lines, result, cross=cross, requirements=requirements, known=known, state=state)
+        violation_points(
+            test.lines, result, cross=cross, requirements=requirements, known_violations=known_violations, state=state
+        )
     )
     return Observation(
         test=test.to_data(),
         points=tuple(sorted(points)),
-        hits={name: tuple(tuple(each) for each in hits) for name, hits in result.outcome.cross.items()},
+        hits={name: tuple(tuple(bin_) for bin_ in hits) for name, hits in result.outcome.cross.items()},
         distances=tuple(_distances(result.verdicts)),
-        missing={each.requirement: each.nearest_miss.missing for each in result.verdicts if each.nearest_miss},
+        missing={
+            verdict.requirement: verdict.nearest_miss.missing for verdict in result.verdicts if verdict.nearest_miss
+        },
         sim_s=result.sim_s,
         record_sha256=result.record.sha256,
-        failed=(*result.unknown(known), *result.faults),
+        failed=(*result.unknown(known_violations), *result.faults),
         decisions=decision_points(result, state),
         choices=tuple(choices),
     )
@@ -148,8 +152,8 @@ def _condition_points(result: CaseResult, requirements: Iterable[Criterion]) -> 
 
 def _transition_points(result: CaseResult, state: str) -> Iterator[Point]:
     topic, _, name = state.partition(".")
-    states = [str(each.fields[name]) for each in result.record.messages if each.topic == topic]
-    yield from (("transition", *each) for each in pairwise(states))
+    states = [str(message.fields[name]) for message in result.record.messages if message.topic == topic]
+    yield from (("transition", *step) for step in pairwise(states))
 
 
 def _distances(verdicts: Sequence[Verdict]) -> Iterator[tuple[Point, float]]:

@@ -1,4 +1,4 @@
-"""Points that no run has hit: which run came nearest, what it lacked, and how a person declares a point impossible."""
+"""Points that no run has hit: which run came nearest, what it missed, and how a person declares a point impossible."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Surroundings:
 
     def text(self, file: str, line: str) -> str:
         """The text of a line of the code, as ` (`...`)`; empty where it is not known."""
-        for each in self.code.files if self.code is not None else ():
-            lines = each.text.splitlines()
-            if each.name == file and 0 < int(line) <= len(lines):
+        for source in self.code.files if self.code is not None else ():
+            lines = source.text.splitlines()
+            if source.name == file and 0 < int(line) <= len(lines):
                 return f" (`{lines[int(line) - 1].strip()}`)"
         return ""
 
@@ -50,26 +50,26 @@ def nearest(point: Point, archive: Archive, preferred: Container[int]) -> Entry 
 
 def _nearest_bin(point: Point, archive: Archive, preferred: Container[int]) -> Entry | None:
     """The run that hit a bin which is nearest to this one; of equally near ones, a run that was aimed at it."""
-    found = [
+    candidates = [
         (_distance(point[2:], hit), point not in entry.targets, entry.number not in preferred, entry.number)
         for entry in archive.entries
         for hit in entry.observation.hits.get(point[1], ())
     ]
-    return archive.entries[min(found)[3]] if found else None
+    return archive.entries[min(candidates)[3]] if candidates else None
 
 
-def _distance(one: Bin, other: Bin) -> tuple[int, tuple[bool, ...]]:
+def _distance(bin_: Bin, other: Bin) -> tuple[int, tuple[bool, ...]]:
     """In how many coordinates bins differ, and in which: in late ones rather than in those that are planned."""
-    differing = tuple(a != b for a, b in zip(one, other, strict=True))
+    differing = tuple(a != b for a, b in zip(bin_, other, strict=True))
     return sum(differing), differing
 
 
-def lacking(point: Point, entry: Entry | None, archive: Archive, known: Surroundings) -> str:
-    """What a run lacked to hit a point, or what else is known of the point; may be empty."""
+def missing(point: Point, entry: Entry | None, archive: Archive, surroundings: Surroundings) -> str:
+    """What a run missed to hit a point, or what else is known of the point; may be empty."""
     match point:
         case ("bin", product, *wanted) if entry is not None:
-            hit = min(entry.observation.hits[product], key=lambda each: _distance(tuple(wanted), each))
-            names = known.coordinates[product]
+            hit = min(entry.observation.hits[product], key=lambda seen: _distance(tuple(wanted), seen))
+            names = surroundings.coordinates[product]
             parts = zip(names, wanted, hit, strict=True)
             return ", ".join(f"{name} {there} instead of {mine}" for name, mine, there in parts if mine != there)
         case ("verdict", requirement, "Passed") if entry is not None:
@@ -77,24 +77,24 @@ def lacking(point: Point, entry: Entry | None, archive: Archive, known: Surround
         case ("condition", *names, "false") if ("condition", *names, "true") in archive.best:
             return "it was always true: the antecedent may do without it"
         case ("statement", file, line):
-            return _before(file, line, archive, known)
+            return _before(file, line, archive, surroundings)
         case ("branch", file, begin, end) if entry is not None:
             goes = "the exit" if int(end) < 0 else f"line {end}"
-            return f"line {begin}{known.text(file, begin)} has to go on to {goes}"
+            return f"line {begin}{surroundings.text(file, begin)} has to go on to {goes}"
         case ("plan", agent, label):
-            beliefs = known.plans.get(agent, {}).get(label, ())
+            beliefs = surroundings.plans.get(agent, {}).get(label, ())
             return f"the beliefs {' '.join(beliefs)} reach it" if beliefs else ""
     return ""
 
 
-def _before(file: str, line: str, archive: Archive, known: Surroundings) -> str:
+def _before(file: str, line: str, archive: Archive, surroundings: Surroundings) -> str:
     """The statement at which the code has to go on to a line that was not executed, as far as that is known."""
     for point in archive.open:
         if point[:2] == ("branch", file) and point[3] == line and ("statement", file, point[2]) in archive.best:
-            return f"line {point[2]}{known.text(file, point[2])} has to go on to it"
-    executed = [int(each[2]) for each in archive.best if each[:2] == ("statement", file) and int(each[2]) < int(line)]
-    last = str(max(executed, default=0))
-    return f"executed up to line {last}{known.text(file, last)}" if executed else ""
+            return f"line {point[2]}{surroundings.text(file, point[2])} has to go on to it"
+    statements = (int(hit[2]) for hit in archive.best if hit[:2] == ("statement", file))
+    last = str(max((executed for executed in statements if executed < int(line)), default=0))
+    return f"executed up to line {last}{surroundings.text(file, last)}" if int(last) else ""
 
 
 def waiver(point: Point, archive: Archive) -> str:

@@ -111,10 +111,10 @@ class _Serving:
         introduce(self._context, self._write)
         for line in messages:
             generation = msgspec.json.decode(line, type=Generation)
-            tests = [AbstractTest.from_data(each) for each in generation.tests]
+            tests = [AbstractTest.from_data(test) for test in generation.tests]
             self._online = {tests[number].id: weights for number, weights in generation.online.items()}
-            for told in self._run(tests, from_the_start=generation.from_the_start):
-                self._write(encode(told).encode())
+            for answer in self._run(tests, from_the_start=generation.from_the_start):
+                self._write(encode(answer).encode())
             self._write(msgspec.json.encode(Done(self._files())))
             self._write(END)
 
@@ -160,7 +160,7 @@ class _Serving:
             code=self._context.code,
             cross=self._collection.testbench.cross,
             requirements=self._context.requirements,
-            known=self._context.known,
+            known_violations=self._context.known,
             state=self._collection.testbench.state,
             choices=() if lived is None else lived.agent.choices,
         )
@@ -173,9 +173,9 @@ class _Serving:
 
     def _files(self) -> tuple[str, ...]:
         root = self._collection.config.rootpath
-        found = {str(getattr(module, "__file__", None) or "") for module in [*sys.modules.values()]}
+        loaded = {str(getattr(module, "__file__", None) or "") for module in [*sys.modules.values()]}
         installed = ("site-packages", "dist-packages")
-        own = (Path(name) for name in found if name.endswith(".py"))
+        own = (Path(name) for name in loaded if name.endswith(".py"))
         return tuple(
             sorted(
                 path.relative_to(root).as_posix()

@@ -46,7 +46,7 @@ class OpenPoint(PlainRecord, frozen=True, kw_only=True):
         tries: so many runs were aimed at it.
         bound: upper bound of the probability that such a run hits it; None where no run was aimed at it.
         test: the id of the test that came nearest; empty where nothing is known.
-        lacking: what this test lacked, or what else is known.
+        lacking: what this test missed, or what else is known.
         waiver: a line that declares the point impossible; empty where there is none.
     """
 

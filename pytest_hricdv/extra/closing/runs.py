@@ -68,11 +68,11 @@ class ClosingRuns(ABC):
     def _told(self, lines: Iterable[bytes], numbers: Sequence[int]) -> Iterator[tuple[int, Observation]]:
         """What an answer says of the tests with these numbers."""
         for line in lines:
-            told = msgspec.json.decode(line, type=Told | Done)
-            if isinstance(told, Done):
-                self.files = tuple(sorted({*self.files, *told.files}))
+            answer = msgspec.json.decode(line, type=Told | Done)
+            if isinstance(answer, Done):
+                self.files = tuple(sorted({*self.files, *answer.files}))
             else:
-                yield numbers[told.number], told.observation
+                yield numbers[answer.number], answer.observation
 
 
 class RunsHere(ClosingRuns):

@@ -45,23 +45,23 @@ def smallest_suite(archive: Archive, without: Container[int] = ()) -> tuple[Entr
         archive: all runs.
         without: the numbers of runs that are left out.
     """
-    given = set[Point]()
+    hit_before = set[Point]()
     for entry in archive.entries:
         if entry.way == GIVEN:
-            given.update(entry.observation.points)
+            hit_before.update(entry.observation.points)
     numbers: dict[Point, int] = {}
     usable = [entry for entry in archive.entries if entry.way != GIVEN and entry.number not in without]
     runs = {str(entry.number): entry for entry in usable}
     measured = [
-        MeasuredTest(name, _bits(entry.observation.points, given, numbers), entry.observation.sim_s)
+        MeasuredTest(name, _bits(entry.observation.points, hit_before, numbers), entry.observation.sim_s)
         for name, entry in runs.items()
     ]
     return tuple(runs[step.name] for step in minimal_suite(measured))
 
 
-def _bits(points: Iterable[Point], given: set[Point], numbers: dict[Point, int]) -> int:
+def _bits(points: Iterable[Point], hit_before: set[Point], numbers: dict[Point, int]) -> int:
     bits = 0
     for point in points:
-        if point[0] not in UNCOUNTED and point not in given:
+        if point[0] not in UNCOUNTED and point not in hit_before:
             bits |= 1 << numbers.setdefault(point, len(numbers))
     return bits

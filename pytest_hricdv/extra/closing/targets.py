@@ -39,7 +39,7 @@ def target_points(
         *(_of_code(code) if code is not None else ()),
         *_of_plans(plans, reachability),
         *_of_requirements(tuple(requirements)),
-        *(("transition", *each) for each in transitions),
+        *(("transition", *transition) for transition in transitions),
         *_of_cross(cross, reachability),
     )
 
@@ -67,11 +67,11 @@ def _of_code(code: CodeMap) -> Iterator[Point]:
 
 
 def _of_requirements(requirements: Sequence[Criterion]) -> Iterator[Point]:
-    yield from (("verdict", each.id, "Passed") for each in requirements)
-    for each in requirements:
-        if isinstance(each, Requirement):
-            for conjunct in dict.fromkeys(map(str, conjuncts(each.formula.antecedent))):
-                yield from (("condition", each.id, conjunct, outcome) for outcome in ("true", "false"))
+    yield from (("verdict", requirement.id, "Passed") for requirement in requirements)
+    for requirement in requirements:
+        if isinstance(requirement, Requirement):
+            for conjunct in dict.fromkeys(map(str, conjuncts(requirement.formula.antecedent))):
+                yield from (("condition", requirement.id, conjunct, outcome) for outcome in ("true", "false"))
 
 
 def _of_plans(plans: Plans, reachability: Reachability) -> Iterator[Point]:
@@ -83,7 +83,7 @@ def _of_plans(plans: Plans, reachability: Reachability) -> Iterator[Point]:
 
 
 def _waived(code: CodeMap) -> Iterator[ImpossiblePoint]:
-    reasons = {(each.file, str(each.line)): each.reason for each in code.waivers}
+    reasons = {(waiver.file, str(waiver.line)): waiver.reason for waiver in code.waivers}
     for point in code_points(code, code.waived()):
         lines = [(point[1], line) for line in point[2:] if (point[1], line) in reasons]
         yield ImpossiblePoint(point=point, reason=reasons[lines[0]], by="waived")
@@ -100,14 +100,14 @@ def _unreachable_plans(plans: Plans, reachability: Reachability) -> Iterator[Imp
 
 def _impossible_bins(cross: Mapping[str, CrossProduct], reachability: Reachability) -> Iterator[ImpossiblePoint]:
     for name, product in cross.items():
-        for each in reachability.products[name].impossible:
-            if each.bin not in product.forbidden:
-                yield ImpossiblePoint(point=("bin", name, *each.bin), reason=each.reason, by=each.by)
+        for excluded in reachability.products[name].impossible:
+            if excluded.bin not in product.forbidden:
+                yield ImpossiblePoint(point=("bin", name, *excluded.bin), reason=excluded.reason, by=excluded.by)
 
 
 def _of_cross(cross: Mapping[str, CrossProduct], reachability: Reachability) -> Iterator[Point]:
     for name, product in cross.items():
-        impossible = {each.bin for each in reachability.products[name].impossible}
-        for each in product.bins():
-            if each not in impossible and each not in product.forbidden:
-                yield ("bin", name, *each)
+        impossible = {excluded.bin for excluded in reachability.products[name].impossible}
+        for bin_ in product.bins():
+            if bin_ not in impossible and bin_ not in product.forbidden:
+                yield ("bin", name, *bin_)

@@ -46,7 +46,7 @@ def lines(report: Report) -> Iterator[Line]:
 
 def _shown(points: Sequence[OpenPoint]) -> list[OpenPoint]:
     """Some points of each kind, those that most runs were aimed at."""
-    most_tried = sorted(points, key=lambda each: -each.tries)
+    most_tried = sorted(points, key=lambda point: -point.tries)
     places: Counter[str] = Counter()
     ranked = []
     for number, point in enumerate(most_tried):
@@ -55,25 +55,25 @@ def _shown(points: Sequence[OpenPoint]) -> list[OpenPoint]:
     chosen = {number for _, number in sorted(ranked)[:_MAX_OPEN]}
     kinds = list(dict.fromkeys(point.point[0] for point in points))
     shown = [point for number, point in enumerate(most_tried) if number in chosen]
-    return sorted(shown, key=lambda each: kinds.index(each.point[0]))
+    return sorted(shown, key=lambda point: kinds.index(point.point[0]))
 
 
 def _violations(result: ClosingResult) -> Iterator[Line]:
-    new = [each for each in result.violations if not each.known]
-    for each in new[:_MAX_VIOLATIONS]:
-        text = f"  violated: {violation_text(each)}: {plural(each.runs, 'run')} ({each.test})"
+    new = [violation for violation in result.violations if not violation.known]
+    for violation in new[:_MAX_VIOLATIONS]:
+        text = f"  violated: {violation_text(violation)}: {plural(violation.runs, 'run')} ({violation.test})"
         yield Line(visible(text), "bad")
     more = plural(len(new[_MAX_VIOLATIONS:]), "more kind") if len(new) > _MAX_VIOLATIONS else ""
-    known = f"{len(result.violations) - len(new)} known" if len(result.violations) > len(new) else ""
-    if more or known:
-        yield Line(f"  kinds of violations: {', '.join(filter(None, (more, known)))}, see the report", "dim")
+    others = f"{len(result.violations) - len(new)} known" if len(result.violations) > len(new) else ""
+    if more or others:
+        yield Line(f"  kinds of violations: {', '.join(filter(None, (more, others)))}, see the report", "dim")
 
 
 def violation_text(violation: ViolationKind) -> str:
     """`R4 (arm_speed < 0.25) in Reset, released`: what is violated, in which state, and how the interaction ended."""
-    what = f"{violation.requirement} ({violation.part})" if violation.requirement else violation.part
+    violated = f"{violation.requirement} ({violation.part})" if violation.requirement else violation.part
     where = f" in {violation.state}" if violation.state else ""
-    return what + where + (f", {violation.outcome}" if violation.outcome else "")
+    return violated + where + (f", {violation.outcome}" if violation.outcome else "")
 
 
 def headline(result: ClosingResult) -> str:
@@ -154,7 +154,7 @@ def page(report: Report) -> dict[str, Any] | None:
 
 def _reasons(result: ClosingResult) -> list[tuple[str, str, str, int]]:
     """Kind, by what, why, and how many points are impossible for this reason."""
-    counts = Counter((kind_text(each.point[0]), each.by, each.reason) for each in result.impossible)
+    counts = Counter((kind_text(point.point[0]), point.by, point.reason) for point in result.impossible)
     return [(kind, by, reason, count) for (kind, by, reason), count in counts.items()]
 
 

@@ -33,19 +33,19 @@ def violation_points(
     *,
     cross: Mapping[str, CrossProduct],
     requirements: Sequence[Criterion],
-    known: Container[str],
+    known_violations: Container[str],
     state: str = "",
 ) -> Iterator[Point]:
     """The kinds of a run's violations and faults.
 
     Args:
         lines: of the test that was run.
-        cross, requirements, known, state: as of `pytest_hricdv.extra.closing.observation.observe`.
+        cross, requirements, known_violations, state: as of `pytest_hricdv.extra.closing.observation.observe`.
     """
-    by_id = {each.id: each for each in requirements}
+    by_id = {requirement.id: requirement for requirement in requirements}
     for verdict in result.verdicts:
         for violation in verdict.violations:
-            kind = KNOWN if verdict.requirement in known and not violation.outside else NEW
+            kind = KNOWN if verdict.requirement in known_violations and not violation.outside else NEW
             part = " & ".join(failure_signature(by_id[verdict.requirement], verdict, violation))
             outcome = _interaction(lines, result, violation.time_s, cross)
             yield kind, verdict.requirement, part, _state(result, violation.time_s, state), outcome
@@ -55,7 +55,7 @@ def violation_points(
 def _state(result: CaseResult, time_s: float, state: str) -> str:
     """What the code had last named as its state; empty where it names none."""
     topic, _, name = state.partition(".")
-    said = [each for each in result.record.messages if each.topic == topic and each.time_s <= time_s]
+    said = [message for message in result.record.messages if message.topic == topic and message.time_s <= time_s]
     return str(said[-1].fields[name]) if said else ""
 
 

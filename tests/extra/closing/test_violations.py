@@ -41,7 +41,10 @@ def violation(time_s: float, speed: float = 2.0, force: float = 0.0, *, outside:
 
 
 def points(
-    *violations: Violation, known: Container[str] = (), state: str = "state.name", faults: tuple[str, ...] = ()
+    *violations: Violation,
+    known_violations: Container[str] = (),
+    state: str = "state.name",
+    faults: tuple[str, ...] = (),
 ) -> list[Point]:
     """The kinds of the violations of a run with two interactions: the first was given, the second kept."""
     count = len(violations)
@@ -72,7 +75,10 @@ def points(
         acted_s=ACTED_S,
         ending_faults=faults,
     )
-    return list(violation_points(LINES, result, cross=CROSS, requirements=(R1,), known=known, state=state))
+    kinds = violation_points(
+        LINES, result, cross=CROSS, requirements=(R1,), known_violations=known_violations, state=state
+    )
+    return list(kinds)
 
 
 def test_parts_of_a_requirement_states_and_outcomes_of_interactions_are_kept_apart() -> None:
@@ -94,7 +100,7 @@ def test_times_and_values_do_not_tell_violations_apart() -> None:
 
 
 def test_a_known_violation_is_of_its_own_kind_unless_it_is_outside_of_its_condition() -> None:
-    kinds = [point[0] for point in points(violation(3.5), violation(3.5, outside=True), known={"R1"})]
+    kinds = [point[0] for point in points(violation(3.5), violation(3.5, outside=True), known_violations={"R1"})]
     assert kinds == ["known violation", "violation"]
 
 
