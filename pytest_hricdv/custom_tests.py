@@ -12,6 +12,7 @@ import pytest
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.coverage.measurement import NoMeasurement
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
+from pytest_hricdv.execution.judge import judge_run
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, concretize
@@ -22,6 +23,7 @@ from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.options import read_options
 from pytest_hricdv.session.run_context import CONTEXT, RunContext
+from pytest_hricdv.session.running import raise_for
 from pytest_hricdv.testbench import TestbenchError
 
 if TYPE_CHECKING:
@@ -91,14 +93,12 @@ class HriRun:
         built = next((built for known, built in self._results if known is result), None)
         if built is None:
             raise ValueError(f"hri_run.check: expected what hri_run returned in this test, got {result!r:.60}")
-        known = self._context.known
-        if result.failed and not result.faults and not result.unknown(known):
-            pytest.xfail("known violation of " + "; ".join(f"{each} ({known[each]})" for each in result.failed))
-        if result.failed or result.faults:
-            units = self._context.collection.testbench.units
-            texts = self._context.texts
-            text = explanation.failure(built, texts, seed=None, known=known, units=units)
-            pytest.fail(text, pytrace=False)
+        context, units = self._context, self._context.collection.testbench.units
+        raise_for(
+            judge_run(result, context.known),
+            result,
+            lambda: explanation.failure(built, context.texts, seed=None, known=context.known, units=units),
+        )
 
     def __repr__(self) -> str:
         return "<hri_run>"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,6 +17,7 @@ from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.measurement import Measurement, debugger
 from pytest_hricdv.execution import faults
 from pytest_hricdv.execution.faults import CodeUnderTest
+from pytest_hricdv.execution.outcome import Judgement
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, Concretization, concretize
 from pytest_hricdv.monitor import (
@@ -127,10 +128,6 @@ class CaseResult:
     def failed(self) -> tuple[str, ...]:
         """The requirements that the run violated."""
         return tuple(verdict.requirement for verdict in self.verdicts if verdict.verdict == "Failed")
-
-    def unknown(self, known: Container[str]) -> tuple[str, ...]:
-        """The requirements that the run violated and that are not known to fail, or not under the condition then."""
-        return tuple(each for each in self.failed if each not in known or self.verdict(each).outside)
 
     def verdict(self, requirement: str) -> Verdict:
         """The verdict of one requirement. Raises KeyError for one that does not exist."""
@@ -302,11 +299,15 @@ class HriCase:
     fixed: ConcreteTest | None = None
     """The concrete test to run, of a test that is repeated: nothing is sampled then."""
     result: CaseResult | None = None
-    checked: bool = False
+    """Of the last run."""
+    checked: CaseResult | None = None
+    """What was checked last."""
+    judgement: Judgement | None = None
+    """Of what was checked last."""
+    raised: BaseException | None = None
+    """What was raised for the judgement: where this ended the test, the judgement did."""
     runner: Callable[[HriCase], CaseResult] | None = None
-    judge: Callable[[HriCase, CaseResult], None] | None = None
-    xfailed: BaseException | None = field(default=None, repr=False)
-    """What the judge ended the test with where it is expected to fail; any other xfail is the author's own."""
+    checker: Callable[[HriCase, CaseResult], None] | None = None
 
     @cached_property
     def concrete(self) -> ConcreteTest:
@@ -324,13 +325,13 @@ class HriCase:
 
         If a test does not call this, it is done after the test, so that no violation is missed.
         """
-        assert self.judge is not None, "hri_case can be checked only inside its own test"
-        self.checked = True
-        self.judge(self, result)
+        assert self.checker is not None, "hri_case can be checked only inside its own test"
+        self.checked = result
+        self.checker(self, result)
 
     def forget(self) -> None:
         """Release the run, and parameters that can be sampled again."""
-        self.result = self.xfailed = None
+        self.result = self.checked = self.judgement = self.raised = None
         self.__dict__.pop("concrete", None)
 
     def __repr__(self) -> str:

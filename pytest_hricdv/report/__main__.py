@@ -143,7 +143,7 @@ def _rebuild(options: argparse.Namespace) -> int:
     failed = [problem] if problem else []
     if report.not_run:
         failed.append(f"{report.not_run} of {report.selected} tests have no result: totals are lower bounds")
-    failed += [f"{test.id}: {test.outcome}" for test in report.tests if test.outcome in ("failed", "error")]
+    failed += [f"{test.id}: {test.outcome}" for test in report.tests if test.fails]
     for text in failed:
         print(visible(f"FAILED {text}"))
     return FAILED if failed else OK
@@ -194,7 +194,7 @@ def _judged(report: Report, options: argparse.Namespace) -> tuple[Report, Judgem
     failed = [f"shard {shard} is missing" for shard in missing_shards(report)]
     if missing > 0:
         failed.append(f"{missing} of {expected(report)} tests have no result: totals are lower bounds")
-    failed += [f"{test.id}: {test.outcome}" for test in report.tests if test.outcome in ("failed", "error")]
+    failed += [f"{test.id}: {test.outcome}" for test in report.tests if test.fails]
     failed += report.problems
     old = _baseline(report, options)
     compared = None if options.update_baseline else old

@@ -113,9 +113,9 @@ def junit_suite_properties(report: Report) -> tuple[tuple[str, str], ...]:
 
 
 def _head(report: Report) -> Iterator[str]:
-    counts, time = totals.outcomes(report), totals.duration(report)
+    time = totals.duration(report)
     loss, failed = totals.loss(report), totals.failed_gates(report)
-    bad = counts["failed"] or counts["error"] or failed or loss
+    bad = totals.has_failed(report) or failed or loss
     yield f"## Human-robot interaction: {_escaped(report.testbench)}, {'failed' if bad else 'passed'}"
     yield ""
     lost = f" **{loss}.**" if loss else ""
@@ -177,7 +177,7 @@ def _cross(cross: CrossCoverage) -> str:
 
 
 def _failures(report: Report) -> Iterator[str]:
-    failed = [test for test in report.tests if test.outcome in ("failed", "error")]
+    failed = [test for test in report.tests if test.fails]
     if not failed:
         return
     yield f"### {plural(len(failed), 'failure')}"
@@ -239,7 +239,7 @@ def _escaped(text: str) -> str:
 
 def _violation_annotations(report: Report, places: Mapping[str, Place]) -> Iterator[str]:
     for name in sorted(report.requirements, key=by_requirement):
-        failed = [test for test in report.tests if test.outcome == "failed" and test.violates(name)]
+        failed = [test for test in report.tests if test.fails and test.violates(name)]
         failed = [test for test in failed if not totals.is_tolerated(report, name, test)]
         if not failed:
             continue

@@ -14,6 +14,7 @@ from markupsafe import Markup
 from msgspec import to_builtins
 
 from pytest_hricdv._base.message import visible
+from pytest_hricdv.execution.outcome import OUTCOMES
 from pytest_hricdv.extra.campaign import view as campaign_view
 from pytest_hricdv.extra.closing import view as closing_view
 from pytest_hricdv.extra.mutation import view as mutation_view
@@ -49,16 +50,6 @@ _SCRIPTS = (
     "main",
 )
 _STYLES = ("theme", "layout", "parts", "views")
-_OUTCOME_WORDS = {
-    "passed": "passed",
-    "failed": "failed",
-    "known-violation": "known violation",
-    "engine-sensitive": "engine-sensitive",
-    "expected-failure": "xfailed by the test function",
-    "error": "error",
-    "not-run": "not run",
-}
-
 COLUMNS = 400
 Kind = Literal["statements", "branches", "plans"]
 KINDS: tuple[Kind, ...] = ("statements", "branches", "plans")
@@ -98,7 +89,8 @@ def _environment() -> jinja2.Environment:
         anchor=tests_view.anchor,
         address=_address,
         speedup=formatting.speedup,
-        outcome=_OUTCOME_WORDS.__getitem__,
+        outcome=totals.outcome_word,
+        outcome_style=totals.outcome_style,
         coded=_coded,
     )
     return environment
@@ -144,7 +136,7 @@ def _context(report: Report) -> dict[str, Any]:
         "requirements": [requirement_view(report, name) for name in names],
         "no_tally": Tally(),
         "sources": {"code": code_sources(report), "plans": model_sources(report)},
-        "failing": [test for test in report.tests if test.outcome in ("failed", "error", "not-run")],
+        "failing": [test for test in report.tests if test.fails or test.outcome == "not-run"],
         "behaviour": behaviour_view.examples(report),
         "headline": headline,
         "mutation": mutation_view.page(report),
@@ -168,7 +160,8 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
     """Plain data for the page's scripts."""
     curves = [{"closure": closure_curves(suite), "learning": learning_curve(suite)} for suite in report.suites]
     return tests_view.index(report) | {
-        "outcomeWords": _OUTCOME_WORDS,
+        "outcomeWords": {outcome: totals.outcome_word(outcome) for outcome in OUTCOMES},
+        "outcomeStyles": {outcome: totals.outcome_style(outcome) for outcome in OUTCOMES},
         "outcomeLabel": report.outcome_label,
         "packSize": tests_view.TESTS_PER_PACK,
         "curves": curves,

@@ -204,7 +204,7 @@ def _gaps(report: Report, columns: int) -> Iterator[Line]:
 
 def _totals(report: Report, columns: int) -> Iterator[Line]:
     counts = totals.outcomes(report)
-    bad = counts["failed"] or counts["error"]
+    bad = totals.has_failed(report)
     what = "runs to keep" if report.campaign and not report.campaign.is_listed else "tests"
     yield Line(f"{what}: {totals.outcomes_text(report)}", "bad" if bad else "ok" if counts["passed"] else "warn")
     lost = totals.loss(report)

@@ -1,13 +1,14 @@
 """Totals over a report, and what no test covers: computed in one place, so that the views cannot disagree."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
 from operator import attrgetter
 
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import WaiverRecord
+from pytest_hricdv.execution.outcome import FAILING, XFAILED, TestOutcome
 from pytest_hricdv.report import holes_view
 from pytest_hricdv.report.formatting import branches, by_requirement, line_ranges, natural, plural, share
 from pytest_hricdv.report.margin import margin_unit
@@ -15,15 +16,17 @@ from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.results.gates import known_text
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
-OUTCOMES = ("passed", "failed", "known-violation", "engine-sensitive", "expected-failure", "error", "not-run")
-_OUTCOME_WORDS = {
-    "passed": "passed",
-    "failed": "failed",
-    "known-violation": "known to fail",
-    "engine-sensitive": "engine-sensitive",
-    "expected-failure": "xfailed by the test function",
-    "error": "in error",
+_OUTCOME_WORDS: Mapping[TestOutcome, tuple[str, str]] = {
+    "passed": ("passed", "passed"),
+    "failed": ("failed", "failed"),
+    "known-violation": ("known violation", "known to fail"),
+    "engine-sensitive": ("engine-sensitive", "engine-sensitive"),
+    "expected-failure": ("xfailed by the test function", "xfailed by the test function"),
+    "error": ("error", "in error"),
+    "not-run": ("not run", "not run"),
 }
+"""In the order in which they are listed: what one test is called, and a number of tests."""
+
 _WAIVED = "waived as unreachable"
 
 
@@ -93,20 +96,37 @@ class GapRow:
     test: tuple[str, str] | None = None
 
 
-def outcomes(report: Report) -> dict[str, int]:
+def outcomes(report: Report) -> dict[TestOutcome, int]:
     """Number of tests by outcome, with every outcome.
 
     A test without a result counts as `not-run` whether or not the report lists it as a test.
     """
-    counts: Counter[str] = Counter(test.outcome for test in report.tests)
+    counts: Counter[TestOutcome] = Counter(test.outcome for test in report.tests)
     counts["not-run"] = max(counts["not-run"], report.not_run)
-    return {name: counts[name] for name in OUTCOMES}
+    return {name: counts[name] for name in _OUTCOME_WORDS}
+
+
+def outcome_word(outcome: TestOutcome) -> str:
+    """What a test with this outcome is called."""
+    return _OUTCOME_WORDS[outcome][0]
+
+
+def outcome_style(outcome: TestOutcome) -> str:
+    """How good it is, as views colour it: `ok`, `warn`, `bad`, or nothing."""
+    if outcome in FAILING:
+        return "bad"
+    return "warn" if outcome in XFAILED else "ok" if outcome == "passed" else ""
+
+
+def has_failed(report: Report) -> bool:
+    """Whether a test failed."""
+    return any(test.fails for test in report.tests)
 
 
 def outcomes_text(report: Report) -> str:
     """`120 passed, 14 known to fail`: the outcomes of all tests that ran."""
-    counts = outcomes(report)
-    return ", ".join(f"{counts[name]} {word}" for name, word in _OUTCOME_WORDS.items() if counts[name]) or "nothing run"
+    counts = [(count, _OUTCOME_WORDS[name][1]) for name, count in outcomes(report).items() if name != "not-run"]
+    return ", ".join(f"{count} {word}" for count, word in counts if count) or "nothing run"
 
 
 def loss(report: Report) -> str:

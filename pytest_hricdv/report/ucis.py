@@ -15,6 +15,7 @@ from itertools import product
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.cross_records import ProductCoverage, ProductDeclaration
 from pytest_hricdv.coverage.records import PlanCoverage
+from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.report.code_formats import FileHits, hits
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
@@ -23,7 +24,6 @@ _HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 _VERSION = "1.0"
 _NO_TIME = "1970-01-01T00:00:00"  # equal runs give equal files
 _NAME = "pytest-hricdv"
-_PASSED = ("passed", "known-violation")
 
 
 def ucis(report: Report) -> str:
@@ -51,7 +51,7 @@ def _history_node(root: ET.Element, number: int, test: TestResult | None, report
     node = ET.SubElement(root, "historyNodes", historyNodeId=str(number))
     node.set("logicalName", test.id if test is not None else "no test")
     node.set("kind", "1")  # a test
-    node.set("testStatus", "true" if test is not None and test.outcome in _PASSED else "false")
+    node.set("testStatus", "true" if test is not None and test.outcome in AS_DECLARED else "false")
     if test is not None:
         node.attrib.update(simtime=repr(test.sim_s), timeunit="s", seed=str(test.seed), cmd=test.nodeid)
     node.attrib.update(date=_NO_TIME, toolCategory="UCIS:simulator", ucisVersion=_VERSION)

@@ -10,6 +10,7 @@ from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.reachability import Reachability
 from pytest_hricdv.coverage.records import CodeUnderTest
 from pytest_hricdv.execution.case import CaseResult, HriCase
+from pytest_hricdv.execution.outcome import TestOutcome
 from pytest_hricdv.extra.closing.records import ClosingResult
 from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -30,7 +31,6 @@ from pytest_hricdv.results.model import (
     RequirementText,
     RerunOptions,
     SuiteResult,
-    TestOutcome,
     TestResult,
 )
 from pytest_hricdv.results.timeline import timeline

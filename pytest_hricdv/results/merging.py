@@ -18,6 +18,7 @@ from msgspec.structs import replace
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.records import CodeShare
+from pytest_hricdv.execution.outcome import OUTCOMES
 from pytest_hricdv.extra.search.records import SearchResult
 from pytest_hricdv.extra.verification_plan.evaluation import evaluated
 from pytest_hricdv.results.codec import canonical
@@ -29,7 +30,6 @@ _EQUAL = (
     *("version", "testbench", "requirements", "state", "outcome_label"),
     *("known_violations", "known_while", "known_until", "may_be_nc", "strict"),
 )
-_WORST_FIRST = ("failed", "error", "expected-failure", "engine-sensitive", "known-violation", "passed", "not-run")
 
 
 class MergeError(InputError):
@@ -272,7 +272,7 @@ def _most_measured(one: CodeShare | None, other: CodeShare | None) -> CodeShare 
 def _with_repeats(runs: list[TestResult]) -> TestResult:
     """The worst run, with the others; one that was not run stands for a test only where there is no other."""
     done = [run for run in runs if run.outcome != "not-run"] or runs[:]
-    done.sort(key=lambda run: (_WORST_FIRST.index(run.outcome), _text(run)))
+    done.sort(key=lambda run: (OUTCOMES.index(run.outcome), _text(run)))
     if done[0].outcome == "not-run":
         done = done[:1]
     return replace(done[0], repeats=tuple(done[1:]))

@@ -29,6 +29,7 @@ from pytest_hricdv.coverage.records import (
     RequirementTally,
     SuiteCode,
 )
+from pytest_hricdv.execution.outcome import FAILING, TestOutcome
 from pytest_hricdv.extra.campaign.records import CampaignResult
 from pytest_hricdv.extra.closing.records import ClosingResult
 from pytest_hricdv.extra.engines.records import EngineComparison
@@ -47,8 +48,6 @@ SuiteName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,100}\Z")]
 """Files are named after suites."""
 Shard = Annotated[str, Meta(pattern=r"^([1-9]\d{0,3}/[1-9]\d{0,3})?\Z")]
 """As in 2/3: at most `gates.MAX_SHARDS`; empty for all."""
-TestOutcome = Literal["passed", "failed", "known-violation", "engine-sensitive", "expected-failure", "error", "not-run"]
-"""How a test ended; `expected-failure` is of the xfail that its author wrote, mark or call."""
 
 
 # Tests
@@ -190,6 +189,21 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     def went_wrong(self) -> bool:
         """Whether its run violated a requirement, or had a fault."""
         return bool(self.faults) or any(map(self.violates, self.requirements))
+
+    @property
+    def fails(self) -> bool:
+        """Whether it fails a session, a merge, a campaign."""
+        return self.outcome in FAILING
+
+    @property
+    def leaves_evidence(self) -> bool:
+        """Whether it leaves a file to replay and, where asked for, a film and a trace.
+
+        A run that passed does not, where all that ended its test is an xfail of its author.
+        """
+        if self.outcome in ("passed", "not-run"):
+            return False
+        return self.outcome != "expected-failure" or self.went_wrong
 
     @property
     def engines(self) -> Names:

@@ -16,7 +16,6 @@ from pytest_hricdv.results.journal import Journal
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import Collection, case_of
 from pytest_hricdv.session.journaling import Journaling
-from pytest_hricdv.session.replaying import leaves_a_file
 from pytest_hricdv.session.resuming import DONE
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.running import ATTRIBUTE
@@ -125,7 +124,7 @@ class Aggregation:
             return text
         result = decode(text)
         case = self.chosen.get(result.nodeid)
-        if not leaves_a_file(result) or result.replay is not None or case is None:
+        if not result.leaves_evidence or result.replay is not None or case is None:
             return text
         name = self.context.failures.keep(self.context.provenance.replay(case, result, self.seeds[case.suite]))
         return text if name is None else encode(msgspec.structs.replace(result, replay=name))

@@ -32,7 +32,6 @@ from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench
 
 FOLDER = "failures"
-_LEAVE_A_FILE = ("failed", "known-violation", "engine-sensitive", "error")
 UNMEASURED = NoMeasurement("not a test of the suite")
 
 
@@ -170,11 +169,6 @@ class Provenance:
     def _with_simulation(self, result: TestResult) -> dict[str, str]:
         simulation = {"fidelity": result.fidelity, "engine": result.engine}
         return {**self.made_with, **{name: value for name, value in simulation.items() if value}}
-
-
-def leaves_a_file(result: TestResult) -> bool:
-    """Whether there is something to replay: not where only the author's own xfail ended a run that passed."""
-    return result.outcome in _LEAVE_A_FILE or (result.outcome == "expected-failure" and result.went_wrong)
 
 
 def replay_mismatch(replayed: ReplayComparison | None) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 
 import pytest
 
+from pytest_hricdv.execution.outcome import XFAILED
 from pytest_hricdv.report import ci_formats
 from pytest_hricdv.results.codec import decode
 from pytest_hricdv.results.model import TestResult
@@ -77,10 +78,7 @@ class Restoring:
         if report.when != "call":
             return
         report.duration = result.wall_s or 0.0
-        if result.outcome in ("known-violation", "engine-sensitive"):
-            report.outcome = "skipped"
-            report.wasxfail = result.failure
-        elif result.outcome == "expected-failure":
+        if result.outcome in XFAILED:
             report.outcome = "skipped"
             report.wasxfail, _, report.longrepr = result.failure.partition("\n\n")
         elif result.outcome != "passed":

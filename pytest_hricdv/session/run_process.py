@@ -14,14 +14,15 @@ from typing import Any
 import msgspec
 
 from pytest_hricdv.execution.case import CaseResult, HriCase
+from pytest_hricdv.execution.judge import judge_run
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.report import explanation
 from pytest_hricdv.results.building import Ending, build_result
 from pytest_hricdv.results.codec import encode
-from pytest_hricdv.results.model import TestOutcome, TestResult
+from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.runtime.record import Record
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.running import tolerated, why_unmeasured
+from pytest_hricdv.session.running import why_unmeasured
 from pytest_hricdv.session.serving import END, UNWARNED, in_session, introduce, leave_no_core, preload, session
 
 
@@ -82,8 +83,7 @@ def _told(context: RunContext, order: Order, *, with_record: bool) -> RunTold:
     case = HriCase(order.suite, AbstractTest.from_data(order.data), commands, sampling)
     result, failure = _executed(context, case, order.nodeid)
     built = _built(context, case, order, result, failure)
-    fails = built.outcome in ("failed", "known-violation", "error")
-    replay = context.provenance.replay(case, built, order.suite_seed).to_json() if fails else ""
+    replay = context.provenance.replay(case, built, order.suite_seed).to_json() if built.leaves_evidence else ""
     record = tuple(events(result.record)) if with_record and result is not None else ()
     return RunTold(order.key, built, replay, record)
 
@@ -99,7 +99,8 @@ def _executed(context: RunContext, case: HriCase, nodeid: str) -> tuple[CaseResu
 
 
 def _built(context: RunContext, case: HriCase, order: Order, result: CaseResult | None, failure: str) -> TestResult:
-    ending = Ending(outcome=_outcome(context, result), wall_s=0.0, failure=failure)
+    judgement = judge_run(result, context.known)
+    ending = Ending(outcome=judgement.outcome, wall_s=0.0, failure=failure or judgement.reason)
     built = build_result(
         case,
         order.nodeid,
@@ -110,8 +111,6 @@ def _built(context: RunContext, case: HriCase, order: Order, result: CaseResult 
         ending=ending,
     )
     built = msgspec.structs.replace(built, wall_s=None)  # how long it took is no result
-    if built.outcome == "known-violation" and result is not None:
-        return msgspec.structs.replace(built, failure=tolerated(result.failed, context.known))
     if built.outcome != "failed":
         return built
     text = explanation.failure(
@@ -124,14 +123,6 @@ def _built(context: RunContext, case: HriCase, order: Order, result: CaseResult 
         rerun_options=context.options.again,
     )
     return msgspec.structs.replace(built, failure=text)
-
-
-def _outcome(context: RunContext, result: CaseResult | None) -> TestOutcome:
-    if result is None:
-        return "error"
-    if result.unknown(context.known) or result.faults:
-        return "failed"
-    return "known-violation" if result.failed else "passed"
 
 
 def events(record: Record) -> Iterator[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import TypedDict
 
@@ -13,14 +13,15 @@ from msgspec.structs import replace
 
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
+from pytest_hricdv.execution.judge import FunctionEnd, judge_run, judge_test
+from pytest_hricdv.execution.outcome import XFAILED, Judgement, TestOutcome
 from pytest_hricdv.extra.engines.comparison import compare
-from pytest_hricdv.extra.engines.verdict import ENGINE_SENSITIVE, judge_engines, unknown_on_any
 from pytest_hricdv.extra.film.filming import film_text
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import ci_formats, explanation
 from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.codec import encode
-from pytest_hricdv.results.model import TestOutcome, TestResult
+from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.session.collection import case_of
 from pytest_hricdv.session.replaying import replay_mismatch
@@ -68,14 +69,14 @@ class Running:
         case = case_of(item)
         if case is None:
             return (yield)
-        case.result, case.checked, case.xfailed = None, False, None
+        case.forget()  # of an earlier run of the same item, as pytest-rerunfailures makes them
         case.runner = lambda this: self._run(this, item.nodeid)
-        case.judge = lambda this, result: self._judge_or_xfail(this, result, item.nodeid)
+        case.checker = lambda this, result: self._check(this, result, item.nodeid)
         try:
             yield
             self._require_check(case)
         finally:
-            case.runner = case.judge = None
+            case.runner = case.checker = None
             result, label = self._result(case, item.nodeid), self.collection.testbench.outcome_label
             item.user_properties.extend(ci_formats.junit_properties(result, label))
 
@@ -86,8 +87,11 @@ class Running:
         case = case_of(item)
         skipped = report.skipped and not hasattr(report, "wasxfail")  # then it has no result: it was not run
         if case is not None and call.when == "call" and not skipped:
-            outcome, failure = _outcome(report, call, case), _text(report, call, case)
+            is_judged = call.excinfo is not None and call.excinfo.value is case.raised
+            ending = case.judgement if is_judged else None
+            outcome = judge_test(_end(report), ending, has_run=case.result is not None)
             result = self._result(case, item.nodeid)
+            failure = _failure(report, call, outcome, ending)
             result = replace(result, outcome=outcome, wall_s=call.duration, failure=failure)
             setattr(report, ATTRIBUTE, encode(self._traced(case, self._filmed(case, result, report))))
             self._built = None
@@ -95,7 +99,7 @@ class Running:
 
     def _filmed(self, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
         """The result with its film, if the test failed: its duration is taken already, its patches still hold."""
-        if self.context.filming is None or case.result is None or not _is_filmed(result):
+        if self.context.filming is None or case.result is None or not result.leaves_evidence:
             return result
         film = self.context.filming.film(case.result)
         folder = os.path.relpath(self.options.report, self.collection.config.invocation_params.dir)
@@ -141,35 +145,27 @@ class Running:
     def _require_check(self, case: HriCase) -> None:
         if case.result is None:
             pytest.fail("the test ended without a run: call hri_case.check(hri_case.run())", pytrace=False)
-        if not case.checked:
+        if case.checked is not case.result:
             case.check(case.result)
 
-    def _judge_or_xfail(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
-        """Judges, and keeps what it ends the test with where that is an xfail."""
-        try:
-            self._judge(case, result, nodeid)
-        except pytest.xfail.Exception as xfailed:
-            case.xfailed = xfailed
-            raise
-
-    def _judge(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
-        failed, known = result.failed, self.context.known
+    def _check(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
+        """Judges a run, and ends its test unless it passed."""
         built = self._result(case, nodeid)
         mismatch = replay_mismatch(built.replayed)
-        if built.beside is not None and not (mismatch or result.faults):
-            judge_engines(result, built.beside, known)
-        if not (failed or mismatch or result.faults):
-            return
-        if not (unknown_on_any(result, known) or mismatch or result.faults):
-            pytest.xfail(tolerated(failed, known))
-        shown = replace(self._shown_result(case, nodeid), failure=mismatch)
-        texts, units = self.context.texts, self.collection.testbench.units
-        text = explanation.failure(shown, texts, known=known, units=units, **self._rerun_info(case))
-        raised = result.error.__cause__ if result.error is not None else None
-        if isinstance(raised, Exception):  # with its line it says more than that a node failed
-            raised.add_note("\n" + text)
-            raise raised
-        pytest.fail(text, pytrace=False)
+        differences = built.beside.differences if built.beside is not None else ()
+        judgement = judge_run(result, self.context.known, differences=differences, mismatch=mismatch)
+        case.judgement = judgement
+
+        def explained() -> str:
+            shown = replace(self._shown_result(case, nodeid), failure=mismatch)
+            known, units = self.context.known, self.collection.testbench.units
+            return explanation.failure(shown, self.context.texts, known=known, units=units, **self._rerun_info(case))
+
+        try:
+            raise_for(judgement, result, explained)
+        except BaseException as raised:
+            case.raised = raised
+            raise
 
     def _shown_result(self, case: HriCase, nodeid: str) -> TestResult:
         return replace(self._result(case, nodeid), nodeid=self.context.shown(nodeid))
@@ -213,39 +209,41 @@ def why_unmeasured(run: CaseResult | None, measurement: Measurement) -> str:
     )
 
 
-def tolerated(failed: Iterable[str], known: Mapping[str, str]) -> str:
-    """What is said of a test that only violated what is known to be violated."""
-    return "known violation of " + "; ".join(f"{each} ({known[each]})" for each in failed)
+def raise_for(judgement: Judgement, result: CaseResult, explained: Callable[[], str]) -> None:
+    """End a test as its run was judged; one that passed goes on.
+
+    Args:
+        judgement: of the run.
+        result: of the run.
+        explained: why it failed, in full, for people.
+    """
+    if judgement.outcome in XFAILED:
+        pytest.xfail(judgement.reason)  # with pytest's --runxfail this does nothing, and the test fails
+    if judgement.outcome == "passed":
+        return
+    if judgement.depends_on_engine:
+        pytest.fail(judgement.reason, pytrace=False)
+    cause = result.error.__cause__ if result.error is not None else None
+    if isinstance(cause, Exception):  # with its line it says more than that a node failed
+        cause.add_note("\n" + explained())
+        raise cause
+    pytest.fail(explained(), pytrace=False)
 
 
-def _is_filmed(result: TestResult) -> bool:
-    return result.outcome in ("failed", "known-violation") or (
-        result.outcome == "expected-failure" and result.went_wrong
-    )
-
-
-def _outcome(report: pytest.TestReport, call: pytest.CallInfo[None], case: HriCase) -> TestOutcome:
+def _end(report: pytest.TestReport) -> FunctionEnd:
     if report.outcome == "passed":
-        return "passed" if case.result is not None else "error"
-    if hasattr(report, "wasxfail"):
-        if not _is_ours(call, case):
-            return "expected-failure"
-        return "engine-sensitive" if str(case.xfailed).startswith(ENGINE_SENSITIVE) else "known-violation"
-    return "failed" if case.result is not None else "error"
+        return "returned"
+    return "xfailed" if hasattr(report, "wasxfail") else "raised"
 
 
-def _text(report: pytest.TestReport, call: pytest.CallInfo[None], case: HriCase) -> str:
-    if report.outcome == "passed":
+def _failure(
+    report: pytest.TestReport, call: pytest.CallInfo[None], outcome: TestOutcome, ending: Judgement | None
+) -> str:
+    """The text of a test that did not pass: of the judgement that ended it, or what pytest shows of the author's."""
+    if outcome == "passed":
         return ""
-    if not hasattr(report, "wasxfail"):
-        return report.longreprtext
-    if _is_ours(call, case):
-        return str(case.xfailed)
-    reason = report.wasxfail or NO_REASON
-    is_call = call.excinfo is not None and call.excinfo.errisinstance(pytest.xfail.Exception)
-    return reason if is_call else f"{reason}\n\n{report.longreprtext}"
-
-
-def _is_ours(call: pytest.CallInfo[None], case: HriCase) -> bool:
-    """Whether an xfail is of the judge, and not of the test's author."""
-    return call.excinfo is not None and call.excinfo.value is case.xfailed
+    if outcome == "expected-failure":
+        reason = report.wasxfail or NO_REASON
+        is_call = call.excinfo is not None and call.excinfo.errisinstance(pytest.xfail.Exception)
+        return reason if is_call else f"{reason}\n\n{report.longreprtext}"
+    return ending.reason if ending is not None and outcome in XFAILED else report.longreprtext

@@ -13,6 +13,7 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
+from pytest_hricdv.execution.outcome import FAILING
 from studies import page, plots, session
 from studies.experiment import charts
 from studies.experiment.comparison import Method, methods
@@ -84,7 +85,7 @@ def failures(report: dict[str, Any]) -> list[dict[str, str]]:
     """Tests that failed a requirement not known to fail, with the cause as far as the test's parameters show it."""
     listed = []
     for test in report["tests"]:
-        if test["outcome"] not in ("failed", "error"):
+        if test["outcome"] not in FAILING:
             continue
         failed = [name for name, judged in test["requirements"].items() if judged["verdict"] == "Failed"]
         grips = [action["parameters"].get("grip_s", 0.0) for action in test["concrete"]["actions"]]

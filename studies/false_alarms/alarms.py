@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from pytest_hricdv.execution.outcome import AS_DECLARED, is_declared
 from pytest_hricdv.results.model import Report, TestResult
 
 RUN, SESSION = "the run", "the session"
@@ -79,7 +80,7 @@ def found_in(suite: str, seed: int, report: Report) -> Found:
 
 def _alarms(test: TestResult, seed: int, declared: Mapping[str, str]) -> Iterator[Alarm]:
     """Of a test that failed: the requirements that it violated, or what else was wrong with its run."""
-    if test.outcome in ("passed", "known-violation"):
+    if test.outcome in AS_DECLARED:
         return
     unknown = [name for name in test.requirements if test.violates(name) and not _is_known(name, test, declared)]
     for name in unknown:
@@ -94,7 +95,7 @@ def _alarms(test: TestResult, seed: int, declared: Mapping[str, str]) -> Iterato
 
 def _is_known(name: str, test: TestResult, declared: Mapping[str, str]) -> bool:
     """Whether the violations of a requirement in a test are known."""
-    return name in declared and not test.requirements[name].outside
+    return is_declared(name, declared, outside=test.requirements[name].outside)
 
 
 def _judged(name: str, report: Report) -> Judged:

@@ -18,10 +18,11 @@ from msgspec import structs
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv._base.project_files import differences
+from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.extra.campaign import audit, page
 from pytest_hricdv.extra.campaign.execution import CancelledError, Execution
 from pytest_hricdv.extra.campaign.plan import CampaignError, Plan, plan
-from pytest_hricdv.extra.campaign.progress import FAILED, Progress, outcomes
+from pytest_hricdv.extra.campaign.progress import Progress, outcomes
 from pytest_hricdv.extra.campaign.reporting import campaign_report
 from pytest_hricdv.extra.campaign.row import LOST
 from pytest_hricdv.extra.campaign.store import Counts, Store
@@ -118,7 +119,7 @@ def _ended(state: Path, now: Plan, store: Store, progress: Progress, why: str) -
         progress.say("the same command goes on with it")
         return UNFINISHED
     progress.say(f"its report: python -m pytest_hricdv.campaign report --state={state}")
-    failed = sum(counts.outcomes.get(name, 0) for name in (*FAILED, LOST))
+    failed = sum(counts.outcomes.get(name, 0) for name in (*FAILING, LOST))
     return FAILED_RUNS if failed or counts.differing else OK
 
 
@@ -201,7 +202,7 @@ def _failures(made: Report) -> Iterator[str]:
         yield f"{len(result.lost):,} runs were lost: {_some(run.id for run in result.lost)}"
     if result.differing:
         yield f"{len(result.differing):,} of {result.repeated:,} repeated runs differ elsewhere"
-    for outcome in FAILED:
+    for outcome in FAILING:
         count = result.outcomes.get(outcome, 0)
         if count:
             names = _some(test.id for test in made.tests if test.outcome == outcome)

@@ -111,7 +111,7 @@ def _failures(report: Report, result: CampaignResult) -> Iterator[str]:
     """Runs that failed, and those that were lost."""
     items = [f"- `{run.id}` was lost: {run.reason}" for run in result.lost]
     for test in report.tests:
-        if test.outcome in ("failed", "error"):
+        if test.fails:
             names = [name for name, judged in test.requirements.items() if judged.verdict == "Failed"]
             violated = " and ".join(sorted(names, key=by_requirement)) or test.outcome
             items.append(f"- `{test.id}`: {violated}")

@@ -8,18 +8,18 @@ from collections.abc import Mapping
 from typing import TextIO
 
 from pytest_hricdv._base.message import visible
+from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.extra.campaign.row import LOST
 from pytest_hricdv.extra.campaign.store import Store
 from pytest_hricdv.session.progress import time_left
 
 STEPS = 10
 EVERY_S = 1.0
-FAILED = ("failed", "error")
 
 
 def outcomes(counts: Mapping[str, int]) -> str:
     """`12 failed, 1 lost`."""
-    failed, lost = sum(counts.get(name, 0) for name in FAILED), counts.get(LOST, 0)
+    failed, lost = sum(counts.get(name, 0) for name in FAILING), counts.get(LOST, 0)
     return f"{failed:,} failed, {lost:,} lost"
 
 

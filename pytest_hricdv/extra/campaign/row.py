@@ -62,7 +62,7 @@ def columns(result: TestResult) -> tuple[str, ...]:
 
 def note(result: TestResult) -> str:
     """The first line of why a run failed; empty where it did not."""
-    return result.failure.strip().partition("\n")[0] if result.outcome in ("failed", "error") else ""
+    return result.failure.strip().partition("\n")[0] if result.fails else ""
 
 
 def read_row(fields: tuple[Any, ...]) -> Row:

@@ -21,6 +21,7 @@ from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.execution.case import CaseResult, log_of
+from pytest_hricdv.execution.judge import undeclared_violations
 from pytest_hricdv.extra.closing.decision_points import DecisionPoint, decision_points
 from pytest_hricdv.extra.closing.violations import violation_points
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -101,7 +102,7 @@ def observe(
         },
         sim_s=result.sim_s,
         record_sha256=result.record.sha256,
-        failed=(*result.unknown(known_violations), *result.faults),
+        failed=(*undeclared_violations(result, known_violations), *result.faults),
         decisions=decision_points(result, state),
         choices=tuple(choices),
     )

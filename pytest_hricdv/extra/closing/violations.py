@@ -17,6 +17,7 @@ from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.disturbance import PREFIX
 from pytest_hricdv.execution.case import CaseResult
+from pytest_hricdv.execution.outcome import is_declared
 from pytest_hricdv.extra.closing.records import ViolationKind
 from pytest_hricdv.extra.search.shrink import failure_signature
 from pytest_hricdv.monitor import Criterion
@@ -45,7 +46,7 @@ def violation_points(
     by_id = {requirement.id: requirement for requirement in requirements}
     for verdict in result.verdicts:
         for violation in verdict.violations:
-            kind = KNOWN if verdict.requirement in known_violations and not violation.outside else NEW
+            kind = KNOWN if is_declared(verdict.requirement, known_violations, outside=violation.outside) else NEW
             part = " & ".join(failure_signature(by_id[verdict.requirement], verdict, violation))
             outcome = _interaction(lines, result, violation.time_s, cross)
             yield kind, verdict.requirement, part, _state(result, violation.time_s, state), outcome

@@ -12,6 +12,7 @@ import msgspec
 from pytest_hricdv.coverage.closure import PointIndex
 from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.execution.separate_process import ProcessError, started
 from pytest_hricdv.extra.mutation import process as mutant_process
 from pytest_hricdv.extra.mutation.mutants import Mutant, all_mutants, sample
@@ -216,4 +217,4 @@ def _difference(before: TestResult, now: Behaviour) -> str:
 
 def _takes_part(result: TestResult) -> bool:
     """A test that fails without a fault cannot notice one; of an unmeasured one it is unknown what it executes."""
-    return result.outcome in ("passed", "known-violation") and result.code is not None
+    return result.outcome in AS_DECLARED and result.code is not None

@@ -20,6 +20,7 @@ import msgspec
 
 from pytest_hricdv.coverage.measurement import NoMeasurement
 from pytest_hricdv.execution.case import CaseResult, HriCase
+from pytest_hricdv.execution.judge import undeclared_violations
 from pytest_hricdv.execution.process_pool import Line, ProcessPool, Send
 from pytest_hricdv.extra.mutation.faulty_import import FaultyImport
 from pytest_hricdv.extra.mutation.records import BIN, ENDING, EXCEPTION, MutantRun
@@ -219,7 +220,7 @@ class _Trying:
 
 def _failed(result: CaseResult, known: Container[str]) -> Iterator[str]:
     """The oracles that fail a run."""
-    yield from result.unknown(known)
+    yield from undeclared_violations(result, known)
     if result.ending_faults:
         yield EXCEPTION if result.error is not None else ENDING
     if result.bin_faults:

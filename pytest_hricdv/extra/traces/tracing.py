@@ -18,8 +18,6 @@ from pytest_hricdv.testbench import Run, Testbench, TestbenchError
 
 FOLDER = "traces"
 
-FAILED = ("failed", "known-violation", "engine-sensitive")
-
 UNMEASURED = NoMeasurement("a replay for its trace")
 
 SCENE_PERIOD_US = 50_000
@@ -53,7 +51,7 @@ class Tracing:
 
         Errors are written into its `note`: a failed test must be reported even when the disk is full.
         """
-        if not (self._every or test.outcome in FAILED or (test.outcome == "expected-failure" and test.went_wrong)):
+        if not (self._every or test.leaves_evidence):
             return None
         from pytest_hricdv.extra.traces import mcap_file, ros2_bag  # their library is not needed by all
         from pytest_hricdv.extra.traces.trace import Trace

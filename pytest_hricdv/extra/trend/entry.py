@@ -30,7 +30,7 @@ def entry_of(report: Report, *, is_whole: bool) -> HistoryEntry:
         whole=is_whole,
         tests=report.reported,
         outcomes=dict(sorted(outcomes.items())),
-        failing=tuple(sorted(test.id for test in report.tests if test.outcome in ("failed", "error")))[:MOST_NAMED],
+        failing=tuple(sorted(test.id for test in report.tests if test.fails))[:MOST_NAMED],
         requirements={name: _verdicts(report, name) for name in report.requirements},
         statements=_percent(*code_covered(report, "statements")),
         branches=_percent(*code_covered(report, "branches")),

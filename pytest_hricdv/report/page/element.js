@@ -38,10 +38,8 @@ function seconds(value) {
   return value.toFixed(Math.abs(value) < 10 ? 2 : Math.abs(value) < 1000 ? 1 : 0) + " s";
 }
 
-const OUTCOME_CLASS = { passed: "ok", "known-violation": "warn", "engine-sensitive": "warn", "expected-failure": "warn", failed: "bad", error: "bad" };
-
 function outcomeBadge(outcome) {
-  return h("span", { class: "badge " + (OUTCOME_CLASS[outcome] || "") }, DATA.outcomeWords[outcome]);
+  return h("span", { class: "badge " + DATA.outcomeStyles[outcome] }, DATA.outcomeWords[outcome]);
 }
 
 const VERDICTS = { P: ["✓", "Passed", "positive"], F: ["✗", "Failed", "negative"], N: ["NC", "NC: not checked", "soft"] };

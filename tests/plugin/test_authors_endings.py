@@ -1,4 +1,4 @@
-"""The user's own xfail is the user's: it makes no violation a known one, and no passing run one to replay."""
+"""How a test function ends is its author's: an xfail of its own makes no violation a known one."""
 
 from __future__ import annotations
 
@@ -135,3 +135,146 @@ def test_a_resumed_session_says_the_same_of_it(lamps: pytest.Pytester) -> None:
     assert first.parseoutcomes() == again.parseoutcomes()
     again.stdout.fnmatch_lines([f"tests: 3 failed, 1 {WORDS}", "XFAIL *- flaky rig"])
     assert by_outcome(lamps) == before
+
+
+ENDINGS = """
+import pytest
+
+
+@pytest.fixture
+def broken_rig():
+    raise OSError("no rig")
+
+
+@pytest.fixture
+def rig_that_jams():
+    yield
+    raise OSError("jammed")
+
+
+def checked(case):
+    case.check(case.run())
+
+
+def test_plain(hri_case):
+    checked(hri_case)
+
+
+@pytest.mark.xfail(reason="flaky rig")
+def test_xfail(hri_case):
+    checked(hri_case)
+
+
+@pytest.mark.xfail(reason="flaky rig", strict=True)
+def test_strict_xfail(hri_case):
+    checked(hri_case)
+
+
+@pytest.mark.xfail(reason="flaky rig", run=False)
+def test_xfail_that_does_not_run(hri_case):
+    checked(hri_case)
+
+
+def test_xfail_before(hri_case):
+    pytest.xfail("not yet")
+
+
+def test_xfail_after(hri_case):
+    checked(hri_case)
+    pytest.xfail("not yet")
+
+
+def test_skip_before(hri_case):
+    pytest.skip("rig is busy")
+
+
+def test_skip_after(hri_case):
+    checked(hri_case)
+    pytest.skip("rig is busy")
+
+
+def test_fail_before(hri_case):
+    pytest.fail("my own")
+
+
+def test_fail_after(hri_case):
+    checked(hri_case)
+    pytest.fail("my own")
+
+
+def test_assertion_between(hri_case):
+    result = hri_case.run()
+    assert result.sim_s < 0.0, "my own"
+    hri_case.check(result)
+
+
+def test_fixture_before(hri_case, broken_rig):
+    checked(hri_case)
+
+
+def test_fixture_after(hri_case, rig_that_jams):
+    checked(hri_case)
+
+
+def test_caught(hri_case):
+    with pytest.raises(pytest.fail.Exception):
+        checked(hri_case)
+    assert hri_case.result.failed == ("R2",)
+
+
+def test_another_run_that_nobody_checks(hri_case):
+    try:
+        checked(hri_case)
+    except pytest.fail.Exception:
+        pass
+    hri_case.run()
+"""
+
+HALL_AND_CELLAR = {
+    "plain": ("failed", "passed"),
+    "xfail": ("expected-failure", "passed"),
+    "strict_xfail": ("expected-failure", "failed"),
+    "xfail_that_does_not_run": ("not-run", "not-run"),
+    "xfail_before": ("expected-failure", "expected-failure"),
+    "xfail_after": ("failed", "expected-failure"),
+    "skip_before": ("not-run", "not-run"),
+    "skip_after": ("failed", "not-run"),
+    "fail_before": ("error", "error"),
+    "fail_after": ("failed", "failed"),
+    "assertion_between": ("failed", "failed"),
+    "fixture_before": ("not-run", "not-run"),
+    "fixture_after": ("failed", "passed"),
+    "caught": ("passed", "failed"),
+    "another_run_that_nobody_checks": ("failed", "passed"),
+}
+"""Test function -> what comes of it where R2 is violated, which nobody declared, and where all passes."""
+
+
+TEXTS = {
+    "xfail": "flaky rig\n\nR2 Failed: The lamp shall never glare",
+    "xfail_before": "not yet",
+    "skip_before": "Skipped: rig is busy",
+    "fail_before": "my own",
+    "fixture_before": "OSError: no rig",
+}
+"""What is shown of a test of the hall: its author's text."""
+
+
+@in_each_mode
+def test_the_report_shows_what_the_author_of_a_test_made_of_it(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    declare_nothing(lamps)
+    (lamps.path / "test_lamps.py").write_text(ENDINGS, encoding="utf-8")
+    result = lamps.runpytest_inprocess(SUITE, "-k", "polite", *options)
+    assert result.ret == 1
+    result.assert_outcomes(failed=13, passed=4, skipped=3, xfailed=7, xpassed=1, errors=4)
+    written = report(lamps.path)
+    tests = {(test["nodeid"].split("test_")[-1].split("[")[0], test["beliefs"][0]): test for test in written["tests"]}
+    seen = {name: (tests[name, "hall"]["outcome"], tests[name, "cellar"]["outcome"]) for name in HALL_AND_CELLAR}
+    assert seen == HALL_AND_CELLAR
+    assert not [name for name, text in TEXTS.items() if text not in tests[name, "hall"]["failure"]]
+    late = [problem for problem in written["problems"] if "an error after its result" in problem]
+    assert len(late) == 2
+    assert all("test_fixture_after" in problem and "OSError: jammed" in problem for problem in late)
+    assert "known" not in result.stdout.str()

@@ -1,0 +1,121 @@
+"""The only judge of runs: decides what came of a run, and of the test function that it was part of.
+
+Sessions, custom tests, replays, campaigns, mutants and closing loops ask it. It reads typed results only; what pytest
+then raises or writes is derived from its judgement, and never the other way round.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping, Sequence
+from typing import Literal, Protocol
+
+from pytest_hricdv.execution.case import CaseResult
+from pytest_hricdv.execution.outcome import XFAILED, Judgement, TestOutcome, is_declared
+
+ENGINE_SENSITIVE = "engine-sensitive"
+
+FunctionEnd = Literal["returned", "raised", "xfailed"]
+"""How pytest saw a test function end; xfailed: by a mark or a call of the author, or by what the judge had raised."""
+
+
+class EngineDifference(Protocol):
+    """Something that came out otherwise on a second physics engine."""
+
+    @property
+    def what(self) -> str:
+        """The name of the requirement; another text where it is the course of the run."""
+
+    @property
+    def text(self) -> str:
+        """How it was on which engine, for people."""
+
+    @property
+    def tolerated(self) -> bool:
+        """Whether margins differ by no more than the testbench allows engines to differ."""
+
+
+def judge_run(
+    result: CaseResult | None,
+    known: Mapping[str, str],
+    *,
+    differences: Sequence[EngineDifference] = (),
+    mismatch: str = "",
+) -> Judgement:
+    """Judge a run.
+
+    Args:
+        result: of the run, with that on a second engine where engines check each other; None where it came to no end.
+        known: requirement -> why its violation is known; none in a strict session.
+        differences: what came out otherwise on the second engine.
+        mismatch: that the run of a replay is another one than the recorded one, without a reason for it.
+    """
+    if result is None:
+        return Judgement("error")
+    undeclared = undeclared_violations(result, known)
+    if mismatch or result.faults:
+        return Judgement("failed", undeclared)
+    if result.beside is not None:
+        by_engine = _judge_engines(result.beside, undeclared, known, differences)
+        if by_engine is not None:
+            return by_engine
+    if undeclared:
+        return Judgement("failed", undeclared)
+    if result.failed:
+        declared = "; ".join(f"{name} ({known[name]})" for name in result.failed)
+        return Judgement("known-violation", reason=f"known violation of {declared}")
+    return Judgement("passed")
+
+
+def judge_test(end: FunctionEnd, judgement: Judgement | None, *, has_run: bool) -> TestOutcome:
+    """What came of a test whose function has ended.
+
+    The author has the last word, as everywhere in pytest: a function that returns passes, also where it catches what
+    the check raises, and an xfail of the author stays one, and makes no violation a known one.
+
+    Args:
+        end: how the function ended.
+        judgement: of the run, where what was raised for it is what ended the function; otherwise None.
+        has_run: whether a run came to its end.
+    """
+    if end == "xfailed":
+        return judgement.outcome if judgement is not None and judgement.outcome in XFAILED else "expected-failure"
+    if not has_run:
+        return "error"
+    return "passed" if end == "returned" else "failed"
+
+
+def undeclared_violations(result: CaseResult, known: Container[str]) -> tuple[str, ...]:
+    """The requirements that a run violated, on whichever engine, and whose violation there is not declared as known."""
+    runs = (result,) if result.beside is None else (result, result.beside)
+    names = (
+        verdict.requirement
+        for run in runs
+        for verdict in run.verdicts
+        if verdict.verdict == "Failed" and not is_declared(verdict.requirement, known, outside=verdict.outside)
+    )
+    return tuple(dict.fromkeys(names))
+
+
+def _judge_engines(
+    beside: CaseResult,
+    undeclared: tuple[str, ...],
+    known: Container[str],
+    differences: Sequence[EngineDifference],
+) -> Judgement | None:
+    """The judgement where the engine decides; None where it does not, as where the same violation is on both.
+
+    A test whose verdict depends on the engine is never a pass. Where margins explain it, it is expected to fail. A
+    failure on one engine that they do not explain is one, as are another course of the run and a fault there.
+    """
+    if not (differences or beside.faults):
+        return None
+    depending = {difference.what for difference in differences}
+    if any(name not in depending for name in undeclared):
+        return None
+    texts = [*(difference.text for difference in differences), *(f"{beside.engine}: {text}" for text in beside.faults)]
+    unexplained = any(
+        not difference.tolerated and (difference.what in undeclared or difference.what not in known)
+        for difference in differences
+    )
+    outcome: TestOutcome = "failed" if beside.faults or unexplained else "engine-sensitive"
+    return Judgement(outcome, undeclared, f"{ENGINE_SENSITIVE}: {'; '.join(texts)}", depends_on_engine=True)

@@ -1,0 +1,57 @@
+"""What a test can come to, and what follows from it: which outcomes fail a session, and what there is to look into."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+TestOutcome = Literal[
+    "failed",  # a violation that nobody declared, a fault, another run than the replayed one, or the test's own failure
+    "error",  # no run came to its end, so nothing was checked
+    "expected-failure",  # the test function's own xfail ended it
+    "engine-sensitive",  # on a second engine it came out otherwise, by no more than margins may differ
+    "known-violation",  # it violated only what is declared as known to be violated
+    "passed",
+    "not-run",
+]
+
+OUTCOMES: tuple[TestOutcome, ...] = get_args(TestOutcome)
+"""All of them, the worst first: of runs of the same test that differ, the worst stands for the test."""
+
+FAILING: tuple[TestOutcome, ...] = ("failed", "error")
+"""Those that fail a session, a merge and a campaign."""
+
+XFAILED: tuple[TestOutcome, ...] = ("known-violation", "engine-sensitive", "expected-failure")
+"""Those that pytest reports as xfailed: they fail nothing, and are no pass."""
+
+AS_DECLARED: tuple[TestOutcome, ...] = ("passed", "known-violation")
+"""Those of a run in which nothing came otherwise than the project declares."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What came of one run.
+
+    Args:
+        outcome: of the run, if nothing else ends its test.
+        undeclared: requirements that it violated, on whichever engine, and whose violation is not declared as known.
+        reason: why, in a line, where the outcome is expected to fail or depends on the engine.
+        depends_on_engine: whether that is what decided.
+    """
+
+    outcome: TestOutcome
+    undeclared: tuple[str, ...] = ()
+    reason: str = ""
+    depends_on_engine: bool = False
+
+
+def is_declared(requirement: str, known: Container[str], *, outside: bool) -> bool:
+    """Whether a violation is declared as known.
+
+    Args:
+        requirement: that was violated.
+        known: requirements whose violations are known.
+        outside: it was outside of the condition under which they are.
+    """
+    return requirement in known and not outside
