@@ -7,6 +7,7 @@
 # make engines: docs/engines.md, how far the two physics engines agree (10 minutes; resumable as well).
 # make closure: docs/closure.md, how fast suites and the closing loop reach points (ten seeds: hours; resumable as well).
 # make campaign: docs/campaign.md, 6,560 runs (45 minutes; ended at any time, it goes on where it was).
+# make docs: the documentation as a site, docs/_build/index.html (a minute). make dist: wheel and sdist, checked, in dist/.
 # Each creates the environment in $(VENV) first, from nothing but a Python from 3.11 to 3.14, and make. With 3.11 on Linux
 # (x86-64) the simulated world has both physics engines, otherwise MuJoCo. Without make: pipx run nox -s suite, see
 # noxfile.py.
@@ -19,7 +20,7 @@ PATIENCE = -o faulthandler_exit_on_timeout=true -o faulthandler_timeout
 # Hundreds of processes are started by the tests, and two workers by each suite: none should compile all modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: suite test slow lint bench experiment agreement adequacy false-alarms engines closure campaign pictures clean
+.PHONY: suite test slow lint bench experiment agreement adequacy false-alarms engines closure campaign pictures docs dist clean
 
 suite: $(VENV)/.installed
 	$(BIN)/pytest --hri-suite=rl -n 2
@@ -68,6 +69,15 @@ campaign: $(VENV)/.installed
 pictures: $(VENV)/.installed
 	$(BIN)/python -m studies.screenshots
 
+docs: $(VENV)/.installed
+	$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet docs docs/_build
+
+dist: $(VENV)/.installed
+	rm -rf dist
+	$(BIN)/python -m build
+	$(BIN)/twine check --strict dist/*
+	$(BIN)/pyroma --min=10 .
+
 $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
@@ -75,4 +85,4 @@ $(VENV)/.installed: pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis hri-report hri-campaign hri-campaign.db* hri-experiment hri-agreement hri-adequacy hri-false-alarms hri-engines hri-closure
+	rm -rf $(VENV) docs/_build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis hri-report hri-campaign hri-campaign.db* hri-experiment hri-agreement hri-adequacy hri-false-alarms hri-engines hri-closure

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
+__all__ = ["CaseResult", "HriCase", "HriRun"]
+
 SUITE = "handmade"
 UNMEASURED = NoMeasurement("no test of a suite")
 

@@ -23,6 +23,8 @@ from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.runtime import MessageFault
 
+__all__ = ["PREFIX", "MessageDisturbance"]
+
 Parameters = Mapping[str, float]
 
 PREFIX = "disturb "

@@ -9,6 +9,8 @@ import pytest
 if TYPE_CHECKING:
     from pytest_hricdv.testbench import Testbench
 
+__all__ = ["pytest_hricdv_testbench"]
+
 
 @pytest.hookspec(firstresult=True)
 def pytest_hricdv_testbench(config: pytest.Config) -> Testbench | None:

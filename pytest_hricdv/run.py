@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 
+__all__ = ["Actions", "ConcreteAction", "ConcreteTest", "Ending", "Run"]
+
+
 class TestbenchError(InputError):
     """The testbench is missing, or lacks a part; the text says which and what it is for."""
 

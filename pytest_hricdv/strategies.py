@@ -1,4 +1,4 @@
-"""The declared ranges as Hypothesis strategies, for property tests of a project.
+"""The declared ranges as Hypothesis strategies, for property tests of a project::
 
     from hypothesis import given
     from pytest_hricdv.strategies import concrete_tests
@@ -25,6 +25,8 @@ from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import SEED_LIMIT
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler
+
+__all__ = ["concrete_tests", "parameters", "values"]
 
 NAME = "property"
 

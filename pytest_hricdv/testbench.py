@@ -18,12 +18,13 @@ from pytest_hricdv.extra.film.film import Camera, Film
 from pytest_hricdv.extra.oracle.declaration import Conformance, ConformanceError, Does
 from pytest_hricdv.extra.ros2.declaration import Ros2
 from pytest_hricdv.extra.ros2.launch import RosNode
+from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
 from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
-from pytest_hricdv.generate.sampler import Chance, Constant, Range
+from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler
 from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.monitor.vocabulary import Kind
 from pytest_hricdv.online.declaration import Online, OnlineError
@@ -48,6 +49,7 @@ __all__ = [
     "Doubled",
     "Ending",
     "Film",
+    "GenerateError",
     "Hears",
     "Late",
     "Lost",
@@ -60,6 +62,7 @@ __all__ = [
     "Ros2",
     "RosNode",
     "Run",
+    "Sampler",
     "Testbench",
     "TestbenchError",
 ]

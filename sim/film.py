@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from pytest_hricdv.runtime.body import Body
+from pytest_hricdv.runtime import Body
 from sim.geometry import UPRIGHT, Pose, Vector
 from sim.person import HAND_HALF_M, HEAD_RADIUS_M
 from sim.raycasting import Raycaster

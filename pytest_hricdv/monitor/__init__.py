@@ -38,39 +38,24 @@ The same formulas can be built in Python, see `pytest_hricdv.monitor.build`; `st
 Time is dense: signals are constant between updates, a message exists for one instant, and a deadline is decided at the
 deadline. Verdicts do not depend on how finely a run is sampled, nor on signals and messages that a requirement does not
 read.
-
-Modules, each built on the ones before it:
-
-- `node`, `past_formula`, `formula` (formulas as data, and their text), `units` (units of measurement)
-- `vocabulary` (signals, messages, types), `requirement` (requirement, errors in a text)
-- `analysis` (what a formula reads, and when its value can change)
-- `syntax_tree`, `term_parser`, `number_parser`, `parser` (text to formula); `dsl` and `build` (formulas written in
-  Python); `patterns` (formulas by name), `pattern_parser` (their text); `loading` (TOML files)
-- `evaluation_state` (what compiled formulas read), `verdict` (the result as data)
-- `operators` and `number_operators` (operators with memory), `compiler` (formula to Python functions and operators),
-  `program` (what monitors execute)
-- `formula_monitor` (the monitor of a condition), `requirement_monitor` (that of a requirement), `monitor_set` (the
-  monitors of a run)
-- `log` (logged runs), `antecedent` (why a requirement was not triggered, and outcomes of conjuncts), `logged` (verdicts
-  on logged runs)
-
-A new operator is added in this order; where a `match` has to be complete, mypy reports the missing case.
-
-1. `past_formula`: a frozen dataclass with its fields, `__str__` and `PRECEDENCE`, as part of the union `Term`,
-   `TextTerm` or `PastFormula`; a response in `formula`.
-2. `requirement.lark`: the rule of the syntax; with a new word, `vocabulary.KEYWORDS`; with a new terminal,
-   `syntax_tree._TERMINAL_NAMES`.
-3. `parser`: the rule's entry in `_past_rules`, or `number_parser`: in `_number_rules` (and in
-   `term_parser._NUMERIC_RULES`), with the checks that a user needs.
-4. `analysis`: what it reads (`children`, `leaves`, `names_of`), whether it can be true only at isolated instants
-   (`is_instantaneous`), and whether its value right after an instant can differ (`is_right_continuous`).
-5. `operators`: an `Operator`, if it has memory. `compiler`: its expression, or the operator's constructor. For a
-   response: a monitor in `requirement_monitor`.
-6. `build`: its function.
-7. Tests: the random formulas (`tests/monitor/strategies.py`) and the reference evaluator, with which the monitors are
-   compared; cases in `test_semantics`, `test_requirement_text` and `test_build`; the tables of
-   `docs/requirements.md` and the one above.
 """
+
+# Modules, each built on the ones before it:
+#
+# - `node`, `past_formula`, `formula` (formulas as data, and their text), `units` (units of measurement)
+# - `vocabulary` (signals, messages, types), `requirement` (requirement, errors in a text)
+# - `analysis` (what a formula reads, and when its value can change)
+# - `syntax_tree`, `term_parser`, `number_parser`, `parser` (text to formula); `dsl` and `build` (formulas written in
+#   Python); `patterns` (formulas by name), `pattern_parser` (their text); `loading` (TOML files)
+# - `evaluation_state` (what compiled formulas read), `verdict` (the result as data)
+# - `operators` and `number_operators` (operators with memory), `compiler` (formula to Python functions and operators),
+#   `program` (what monitors execute)
+# - `formula_monitor` (the monitor of a condition), `requirement_monitor` (that of a requirement), `monitor_set` (the
+#   monitors of a run)
+# - `log` (logged runs), `antecedent` (why a requirement was not triggered, and outcomes of conjuncts), `logged`
+#   (verdicts on logged runs)
+#
+# How to add an operator: CONTRIBUTING.md.
 
 from pytest_hricdv.monitor.evaluation_state import Value
 from pytest_hricdv.monitor.formula import Formula, PastFormula

@@ -30,6 +30,7 @@ class UnknownValueError(LookupError):
 
 
 Value = float | bool | str
+"""A value of a signal or of a message's field, as requirements read it."""
 
 
 class Values(dict[str, Value]):

@@ -308,3 +308,4 @@ PastFormula = (
     | Previously
     | Since
 )
+"""A formula about the present and the past: a condition, an antecedent, or what a response is made of."""

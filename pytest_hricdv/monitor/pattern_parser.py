@@ -16,12 +16,15 @@ from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor import formula as ast
 from pytest_hricdv.monitor.dsl import Condition, Quantity
 from pytest_hricdv.monitor.parser import FormulaParser
-from pytest_hricdv.monitor.patterns import PATTERNS, SOURCE_NEEDED, PatternError, argument_types
+from pytest_hricdv.monitor.patterns import PATTERNS, SOURCE_NEEDED, PatternError
+from pytest_hricdv.monitor.patterns.pattern import argument_types
 from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.syntax_tree import syntax_tree
 from pytest_hricdv.monitor.term_parser import Node
 from pytest_hricdv.monitor.units import NO_UNIT, Measured, unit_of
 from pytest_hricdv.monitor.vocabulary import Vocabulary
+
+__all__ = ["parse_pattern"]
 
 # What the end of a parameter's name says about its unit, the longest first. A speed has the unit of its signal.
 _UNITS = {"_n_cm2": "N/cm^2", "_n": "N", "_m": "m", "_s": "s", "distance": "m", "force": "N", "pressure": "N/cm^2"}

@@ -17,19 +17,24 @@ class Criterion(Protocol):
     """What runs are judged by, one verdict each: a requirement, or an agent of the model (`conformance.oracle`)."""
 
     @property
-    def id(self) -> str: ...
+    def id(self) -> str:
+        """Its name in reports, such as `R1`."""
 
     @property
-    def title(self) -> str: ...
+    def title(self) -> str:
+        """What it asks for, in one sentence."""
 
     @property
-    def source(self) -> str: ...
+    def source(self) -> str:
+        """Where it comes from; may be empty."""
 
     @property
-    def text(self) -> str: ...
+    def text(self) -> str:
+        """As written, for reports."""
 
     @property
-    def group(self) -> str: ...
+    def group(self) -> str:
+        """What reports list it under, such as "safety"; may be empty."""
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,12 @@
 """Virtual time for blocking robot nodes, a typed message bus, and the record of a run."""
 
+from pytest_hricdv.runtime.body import Body
 from pytest_hricdv.runtime.bus import Bus, MessageFault, NodeBus, Subscription, text_of, topic_of
 from pytest_hricdv.runtime.kernel import Kernel, KernelError, Node, NodeError, World
 from pytest_hricdv.runtime.record import Record, RecordedMessage, Recorder
 
 __all__ = [
+    "Body",
     "Bus",
     "Kernel",
     "KernelError",

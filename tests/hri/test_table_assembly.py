@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.custom_tests import HriCase
 
 
 def test_table_assembly(hri_case: HriCase) -> None:

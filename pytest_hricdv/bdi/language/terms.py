@@ -256,6 +256,7 @@ class PlanTerm:
 
 
 Term = Number | String | Variable | Structure | ListTerm | Arithmetic | Call | AnnotatedVariable | PlanTerm
+"""A term of AgentSpeak."""
 
 
 def is_ground(term: Term) -> bool:

@@ -21,15 +21,13 @@ from pytest_hricdv.monitor.patterns.collaboration import (
     protective_stop,
     speed_and_separation,
 )
-from pytest_hricdv.monitor.patterns.pattern import PatternError, argument_types
+from pytest_hricdv.monitor.patterns.pattern import PatternError
 from pytest_hricdv.monitor.patterns.temporal import absence, existence, precedence, response, universality
 
 __all__ = [
     "PATTERNS",
-    "SOURCE_NEEDED",
     "PatternError",
     "absence",
-    "argument_types",
     "contact_pressure",
     "existence",
     "hand_guiding",

@@ -1,0 +1,123 @@
+"""What the site's pages are made of: Markdown for Sphinx, sections of docstrings, colours of AgentSpeak."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from pygments.token import Error, Keyword, Name, Token
+
+from studies.site.agentspeak import AgentSpeakLexer, ProjectLexer
+from studies.site.docstrings import field_lists
+from studies.site.pages import ROOT, ROOT_FILES, page_of, root_file, sphinx_source
+from studies.site.public_names import docstring, home
+
+REPOSITORY = "https://example.org/repository"
+MODELS = sorted([*(ROOT / "models_bdi").glob("*.asl"), *(ROOT / "pytest_hricdv" / "skeleton").rglob("*.asl")])
+PROJECTS = sorted([*(ROOT / "models_bdi").glob("*.mas2j"), *(ROOT / "pytest_hricdv" / "skeleton").rglob("*.mas2j")])
+
+
+def read(text: str, page: str = "tutorial") -> str:
+    return sphinx_source(page, text, REPOSITORY)
+
+
+def test_a_block_that_is_a_file_gets_a_caption() -> None:
+    assert read("```toml requirements.toml\n[R1]\n```\n") == (
+        "```{code-block} toml\n:caption: requirements.toml\n\n[R1]\n```\n"
+    )
+    assert read("```console\n$ pytest\n```\n") == "```console\n$ pytest\n```\n"
+
+
+@pytest.mark.parametrize(
+    ("page", "target", "expected"),
+    [
+        ("tutorial", "reference.md#files", "reference.md#files"),
+        ("tutorial", "../CHANGELOG.md", "project/changelog.md"),
+        ("api/run", "../../CHANGELOG.md", "../project/changelog.md"),
+        ("tutorial", "../pytest_hricdv/plugin.py", f"{REPOSITORY}/blob/main/pytest_hricdv/plugin.py"),
+        ("tutorial", "../models_bdi/", f"{REPOSITORY}/tree/main/models_bdi"),
+        ("tutorial", "https://example.com/a.md", "https://example.com/a.md"),
+        ("tutorial", "missing.md", "missing.md"),
+    ],
+)
+def test_where_links_lead(page: str, target: str, expected: str) -> None:
+    assert read(f"[`a`]({target})", page) == f"[`a`]({expected})"
+
+
+def test_links_in_code_stay() -> None:
+    for text in ("`[a](../CHANGELOG.md)`", "```text\n[a](../CHANGELOG.md)\n```"):
+        assert read(text) == text
+
+
+def test_a_file_above_the_documentation_becomes_a_page() -> None:
+    assert root_file("project/readme") == "README.md"
+    text = sphinx_source("project/readme", "whatever the page itself says", REPOSITORY)
+    assert text.startswith("# pytest-hricdv\n")
+    assert "](../tutorial.md)" in text
+    assert "](../pictures/report.png)" in text
+    assert root_file("tutorial") == ""
+
+
+@pytest.mark.parametrize("name", ROOT_FILES)
+def test_the_page_of_a_file_links_to_it_on_github(name: str) -> None:
+    page = ROOT / "docs" / f"{page_of(name)}.md"
+    assert f"](../../{name})" in page.read_text(encoding="utf-8")
+
+
+def test_the_navigation_has_the_pages_of_each_section_of_the_index_in_order() -> None:
+    text = "# Home\n[not here](zero.md)\n## Begin\n- [b](b.md), [a](a.md)\n## Look up\n- [c](api/c.md), [c](api/c.md)\n"
+    trees = [
+        tree.partition("```\n")[0].split() for tree in sphinx_source("index", text, REPOSITORY).split("{toctree}")[1:]
+    ]
+    assert trees == [[":hidden:", ":caption:", "Begin", "b", "a"], [":hidden:", ":caption:", "Look", "up", "api/c"]]
+
+
+def test_sections_of_a_docstring_become_fields() -> None:
+    lines = [
+        "Runs it.",
+        "",
+        "Args:",
+        "    seed: of the test: any",
+        "        number.",
+        "    first, second: both.",
+        "",
+        "Returns:",
+        "    Why it ended: a text.",
+        "Raises:",
+        "    KeyError: no such test.",
+    ]
+    assert [line for line in field_lists(lines) if line] == [
+        "Runs it.",
+        ":param seed: of the test: any",
+        "    number.",
+        ":param first: as `second`",
+        ":param second: both.",
+        ":returns: Why it ended: a text.",
+        ":raises KeyError: no such test.",
+    ]
+
+
+def test_a_plan_has_its_colours() -> None:
+    shown = {
+        text: kind for kind, text in AgentSpeakLexer().get_tokens("@wait +!go(X) : not ready <- .print(X); !go(1).")
+    }
+    assert shown["@wait"] is Name.Label
+    assert shown["+!"] is Keyword
+    assert shown[".print"] is Name.Builtin
+    assert shown["X"] is Name.Variable
+
+
+@pytest.mark.parametrize("path", [*MODELS, *PROJECTS], ids=lambda path: path.name)
+def test_the_lexers_know_all_that_our_models_have(path: Path) -> None:
+    lexer = AgentSpeakLexer() if path.suffix == ".asl" else ProjectLexer()
+    tokens = [*lexer.get_tokens(path.read_text(encoding="utf-8"))]
+    assert len(tokens) > 10
+    assert [text for kind, text in tokens if kind in (Error, Token.Other)] == []
+
+
+def test_a_name_is_followed_home() -> None:
+    assert home("pytest_hricdv.testbench", "Run")[0] == "pytest_hricdv.run"
+    assert docstring("pytest_hricdv.monitor", "Value").startswith("A value of a signal")
+    assert docstring("pytest_hricdv.testbench", "PARTS") == ""
+    with pytest.raises(LookupError, match="nor imports Runn"):
+        home("pytest_hricdv.run", "Runn")
