@@ -49,7 +49,7 @@ def test_runs_that_pass_and_violations_that_are_known_are_no_alarms() -> None:
     known = _report(outcome="known-violation", **_violating("R3"))
     assert alarms(known) == []
     judged = found_in("rl", 0, known).requirements["R3"]
-    assert (judged.known, judged.margin, judged.test) == (1, -7.0, known.tests[0].id)
+    assert (judged.known_violations, judged.margin, judged.test) == (1, -7.0, known.tests[0].id)
 
 
 def test_other_violations_faults_of_a_run_and_gates_are_alarms() -> None:
