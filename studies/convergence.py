@@ -136,7 +136,7 @@ def figures(test: ConcreteTest) -> dict[str, Any]:
 
 
 @dataclass
-class Observation:
+class HandMeasurements:
     """Quantities that are only seen inside the world."""
 
     felt_n: list[float] = field(default_factory=list)
@@ -144,11 +144,11 @@ class Observation:
 
 
 @contextmanager
-def observed() -> Iterator[Observation]:
+def observed() -> Iterator[HandMeasurements]:
     """Observe the leg in the robot's hand at every control tick."""
     from sim.world import World
 
-    seen, tick = Observation(), World._tick
+    seen, tick = HandMeasurements(), World._tick
     grasped: dict[int, Sequence[float]] = {}
 
     def observed_tick(world: World) -> None:

@@ -36,7 +36,7 @@ class TooLongError(BaseException):
 
 
 @dataclass
-class Tally:
+class FuzzCounts:
     """What happened: inputs and refused ones by target, findings by kind with their first input, and the slowest."""
 
     inputs: Counter[str] = field(default_factory=Counter)
@@ -45,7 +45,7 @@ class Tally:
     slowest_s: dict[str, float] = field(default_factory=dict)
 
 
-def fuzz(inputs: int, seed: int, chosen: dict[str, Target], folder: Path, findings: Path) -> Tally:
+def fuzz(inputs: int, seed: int, chosen: dict[str, Target], folder: Path, findings: Path) -> FuzzCounts:
     """Read so many inputs; see the module.
 
     Args:
@@ -55,7 +55,7 @@ def fuzz(inputs: int, seed: int, chosen: dict[str, Target], folder: Path, findin
         folder: for files.
         findings: folder for inputs that led to a finding; created where there is one.
     """
-    tally, names = Tally(), sorted(chosen)
+    tally, names = FuzzCounts(), sorted(chosen)
     for number in range(inputs):
         rng = Random(f"{seed}:{number}")
         name = rng.choice(names)

@@ -18,7 +18,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks.kills.trial import Tally, Trial, whole
+from benchmarks.kills.trial import KillCounts, Trial, whole
 from benchmarks.kills.victim import MODES, make_project
 from pytest_hricdv.results.journal import NAME
 from pytest_hricdv.results.model import Report
@@ -64,10 +64,10 @@ class Run:
         make_project(folder)
         self._folder = folder
         self._seed = seed
-        self._tally = Tally()
+        self._tally = KillCounts()
         self._whole: dict[str, tuple[Report, float]] = {}
 
-    def run(self, kills: int, signals: int, full: int, only: str | None = None) -> Tally:
+    def run(self, kills: int, signals: int, full: int, only: str | None = None) -> KillCounts:
         """Run trials until there were so many kills, sessions ended by each signal, and full disks."""
         whole(self._folder, "plain")  # writes bytecode, and the suite into the cache
         for mode in MODES:

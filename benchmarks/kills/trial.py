@@ -29,7 +29,7 @@ RESUMES = 20
 
 
 @dataclass
-class Tally:
+class KillCounts:
     """What trials have shown."""
 
     killed: Counter[str] = field(default_factory=Counter)
@@ -55,7 +55,7 @@ class Trial:
     whole: Report
     wall_s: float
     seed: str
-    tally: Tally
+    tally: KillCounts
 
     def __post_init__(self) -> None:
         self.report = self.folder / "hri-report"

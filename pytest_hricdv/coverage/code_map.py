@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pytest_hricdv._base.message import InputError
-from pytest_hricdv.coverage.records import CodeShare, CodeUnderTest, MappedFile, WaiverRecord
+from pytest_hricdv.coverage.records import CodeShare, MappedFile, ReportedCode, WaiverRecord
 
 if TYPE_CHECKING:
     from coverage.parser import PythonParser
@@ -85,7 +85,7 @@ class CodeMap:
     sha256: str
 
     @classmethod
-    def of(cls, listed: CodeUnderTest) -> CodeMap | None:
+    def of(cls, listed: ReportedCode) -> CodeMap | None:
         """The code that a report lists, as far as coverage needs it; None where nothing is listed."""
         files = [
             SourceFile(

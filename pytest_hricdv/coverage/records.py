@@ -49,7 +49,7 @@ class FileCoverage(PlainRecord, frozen=True, kw_only=True):
     missing_branches: tuple[ArcRecord, ...]
 
 
-class CodeUnderTest(PlainRecord, frozen=True, kw_only=True):
+class ReportedCode(PlainRecord, frozen=True, kw_only=True):
     """The code under test: what there is to cover, and what all tests covered.
 
     `reason` says why it was not measured, or not completely; empty where it was.

@@ -24,7 +24,7 @@ from pytest_hricdv.report import behaviour_view, explanation, formatting, holes_
 from pytest_hricdv.report.failure_groups import failure_groups
 from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.requirement_view import requirement_view, triggers_over_time
-from pytest_hricdv.report.sources_view import Tally, code_sources, model_sources
+from pytest_hricdv.report.sources_view import CoverageCount, code_sources, model_sources
 from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
@@ -134,7 +134,7 @@ def _context(report: Report) -> dict[str, Any]:
         "share": formatting.share,
         "plural": formatting.plural,
         "requirements": [requirement_view(report, name) for name in names],
-        "no_tally": Tally(),
+        "no_count": CoverageCount(),
         "sources": {"code": code_sources(report), "plans": model_sources(report)},
         "failing": [test for test in report.tests if test.fails or test.outcome == "not-run"],
         "behaviour": behaviour_view.examples(report),

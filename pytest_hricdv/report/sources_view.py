@@ -36,7 +36,7 @@ class SourceLine:
 
 
 @dataclass(frozen=True)
-class Tally:
+class CoverageCount:
     """How many of the points of a file that have to be covered are; waived ones are neither."""
 
     covered: int = 0
@@ -47,8 +47,8 @@ class Tally:
         """How many are not."""
         return self.total - self.covered
 
-    def __add__(self, other: Tally) -> Tally:
-        return Tally(self.covered + other.covered, self.total + other.total)
+    def __add__(self, other: CoverageCount) -> CoverageCount:
+        return CoverageCount(self.covered + other.covered, self.total + other.total)
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,8 @@ class Source:
     title: str
     file: str
     lines: tuple[SourceLine, ...]
-    units: Tally
-    branches: Tally = Tally()
+    units: CoverageCount
+    branches: CoverageCount = CoverageCount()
     waived: int = 0
 
 
@@ -102,8 +102,8 @@ def model_sources(report: Report) -> tuple[Source, ...]:
         lines = {line: label for label, line in model.plans.items() if (agent, label) in numbers}
         units = {line: numbers[agent, label] for line, label in lines.items()}
         notes = {line: _trigger_note(report, agent, label) for line, label in lines.items()}
-        tally = Tally(sum(hits[unit] > 0 for unit in units.values()), len(units))
-        sources.append(Source(f"Agent {agent}", model.file, tuple(_model_lines(model, units, hits, notes)), tally))
+        count = CoverageCount(sum(hits[unit] > 0 for unit in units.values()), len(units))
+        sources.append(Source(f"Agent {agent}", model.file, tuple(_model_lines(model, units, hits, notes)), count))
     return tuple(sources)
 
 
@@ -141,8 +141,8 @@ def _code_source(
         title=file.file,
         file="",
         lines=tuple(lines),
-        units=Tally(sum(hits[unit] > 0 for unit in needed), len(needed)),
-        branches=Tally(sum(tests > 0 for tests in taken.values()), len(taken)),
+        units=CoverageCount(sum(hits[unit] > 0 for unit in needed), len(needed)),
+        branches=CoverageCount(sum(tests > 0 for tests in taken.values()), len(taken)),
         waived=len(units) - len(needed),
     )
 

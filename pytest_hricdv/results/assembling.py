@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from pytest_hricdv._base.input_file import from_json
 from pytest_hricdv.coverage.code_map import CoverageError
-from pytest_hricdv.coverage.records import CodeUnderTest
+from pytest_hricdv.coverage.records import ReportedCode
 from pytest_hricdv.results.consistency import check_report
 from pytest_hricdv.results.derivation import derive
 from pytest_hricdv.results.journal import Journal
@@ -45,7 +45,7 @@ def assemble(
     try:
         return derive(report), ""
     except CoverageError as error:
-        nothing = CodeUnderTest(
+        nothing = ReportedCode(
             packages=code.packages, sha256="", waivers=(), map=(), measured=False, reason=str(error), files=()
         )
         return derive(replace(report, code_under_test=nothing)), str(error)

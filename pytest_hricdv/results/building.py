@@ -8,7 +8,7 @@ from typing import TypedDict
 
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.reachability import Reachability
-from pytest_hricdv.coverage.records import CodeUnderTest
+from pytest_hricdv.coverage.records import ReportedCode
 from pytest_hricdv.execution.case import CaseResult, HriCase
 from pytest_hricdv.execution.outcome import TestOutcome
 from pytest_hricdv.extra.closing.records import ClosingResult
@@ -193,7 +193,7 @@ def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Repor
         sampled_while=dict(testbench.sampled_while),
         outcome_label=testbench.outcome_label,
         state=testbench.film.state if testbench.film else "",
-        code_under_test=CodeUnderTest(
+        code_under_test=ReportedCode(
             packages=tuple(testbench.code),
             sha256=code.sha256,
             waivers=code.waivers,

@@ -14,7 +14,7 @@ from pytest_hricdv.coverage import gaps
 from pytest_hricdv.coverage.closure import PointIndex, closure_summary, cross_closure
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, percent
 from pytest_hricdv.coverage.cross_records import CrossCoverage
-from pytest_hricdv.coverage.records import Closure, CodeUnderTest, Gap, PlanCoverage, SuiteCode
+from pytest_hricdv.coverage.records import Closure, Gap, PlanCoverage, ReportedCode, SuiteCode
 from pytest_hricdv.coverage.suite_coverage import (
     RunCoverage,
     TestCoverage,
@@ -103,7 +103,7 @@ def coverage_of(test: TestResult) -> TestCoverage:
     return TestCoverage(test.nodeid, runs, test.sim_s, was_run=test.outcome != "not-run")
 
 
-def _code_under_test(declared: CodeUnderTest, code: CodeMap | None, total: Bits | None) -> CodeUnderTest:
+def _code_under_test(declared: ReportedCode, code: CodeMap | None, total: Bits | None) -> ReportedCode:
     complete = total is not None and total.branches is not None
     return replace(
         declared,

@@ -63,21 +63,21 @@ class Ended(msgspec.Struct, frozen=True, tag="ended", tag_field="record"):
     is_whole: bool = False
 
 
-Record = Began | Declared | Finished | Hindered | Ended
+JournalRecord = Began | Declared | Finished | Hindered | Ended
 
-_DECODER: msgspec.json.Decoder[Record] = msgspec.json.Decoder(Record)
+_DECODER: msgspec.json.Decoder[JournalRecord] = msgspec.json.Decoder(JournalRecord)
 _FLAGS = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0)
 _LONGEST_END = 200
 """Bytes: the line of an `Ended` is shorter."""
 
 
-def line(record: Record) -> bytes:
+def line(record: JournalRecord) -> bytes:
     """A record as a line of the file."""
     text = msgspec.json.encode(record)
     return b"%08x %d %s\n" % (zlib.crc32(text), len(text), text)
 
 
-def parse(text: bytes) -> Record | None:
+def parse(text: bytes) -> JournalRecord | None:
     """The record of a line; None where it is torn, or was changed."""
     head, _, rest = text.partition(b" ")
     length, _, body = rest.partition(b" ")
@@ -123,7 +123,7 @@ class Journal:
         """Node ids of the tests that need not run again."""
         return frozenset(self.results.keys() - self.reasons.keys())
 
-    def add(self, record: Record) -> None:
+    def add(self, record: JournalRecord) -> None:
         """Take in the next record."""
         self.is_ended = isinstance(record, Ended)
         self.is_whole = isinstance(record, Ended) and record.is_whole
@@ -158,7 +158,7 @@ def read(path: Path) -> Journal:
     return journal
 
 
-def records(path: Path) -> list[Record]:
+def records(path: Path) -> list[JournalRecord]:
     """The whole records of a journal, in order. Raises OSError where it cannot be read."""
     with path.open("rb") as file:
         return [record for record in map(parse, file) if record is not None]
@@ -194,7 +194,7 @@ class JournalWriter:
         self._file = os.open(path, _FLAGS, 0o666)
         os.ftruncate(self._file, size)
 
-    def append(self, record: Record) -> None:
+    def append(self, record: JournalRecord) -> None:
         """Append a record; `problem` says whether it could be written."""
         self._waiting.append(line(record))
         try:

@@ -23,9 +23,9 @@ from pytest_hricdv.coverage.cross_records import CrossCoverage, ExplorationRecor
 from pytest_hricdv.coverage.records import (
     Closure,
     CodeShare,
-    CodeUnderTest,
     CurvePoint,
     PlanCoverage,
+    ReportedCode,
     RequirementTally,
     SuiteCode,
 )
@@ -41,7 +41,7 @@ from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.difference import Difference
 from pytest_hricdv.results.generation import GenerationResult
-from pytest_hricdv.results.origin import Origin
+from pytest_hricdv.results.origin import ReportOrigin
 
 SCHEMA: Final = "hricdv-report/2"
 SuiteName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,100}\Z")]
@@ -277,7 +277,7 @@ class SessionSummary(PlainRecord, frozen=True, kw_only=True):
     selected: Count
     reported: Count
     shard: Shard
-    origin: Origin | None = None
+    origin: ReportOrigin | None = None
 
 
 class NcExemption(PlainRecord, frozen=True, kw_only=True):
@@ -356,7 +356,7 @@ class Report(PlainRecord, frozen=True, kw_only=True):
     rerun: RerunOptions
     requirements: Mapping[str, RequirementText]
     state: str
-    code_under_test: CodeUnderTest
+    code_under_test: ReportedCode
     models: Mapping[str, ModelSource]
     cross_products: Mapping[str, ProductDeclaration]
     exploration: ExplorationRecord
@@ -382,4 +382,4 @@ class Report(PlainRecord, frozen=True, kw_only=True):
     whole: str = ""
     plan: tuple[PlanPart, ...] = ()
     history: tuple[HistoryEntry, ...] = ()
-    origin: Origin | None = None
+    origin: ReportOrigin | None = None

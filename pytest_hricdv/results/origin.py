@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pytest_hricdv._base.record import Names, PlainRecord
 
 
-class Origin(PlainRecord, frozen=True, kw_only=True):
+class ReportOrigin(PlainRecord, frozen=True, kw_only=True):
     """Of one session. It is no result: reports of equal runs differ in it.
 
     Args:

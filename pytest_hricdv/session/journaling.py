@@ -23,8 +23,8 @@ from pytest_hricdv.results.journal import (
     Finished,
     Hindered,
     Journal,
+    JournalRecord,
     JournalWriter,
-    Record,
     read,
 )
 from pytest_hricdv.session.usage import usage_error
@@ -174,7 +174,7 @@ class Journaling:
         if not self._declared or (self._folder / REPORT_NAME).is_file():
             self._append(Ended(self._at_s, is_whole))
 
-    def _append(self, record: Record) -> None:
+    def _append(self, record: JournalRecord) -> None:
         if self._writer is not None:
             self._writer.append(record)
 

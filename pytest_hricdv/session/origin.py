@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.results.origin import Origin
+from pytest_hricdv.results.origin import ReportOrigin
 
 _TIMEOUT_S = 10.0
 _PACKAGES = ("pytest", "pytest-xdist", "coverage")
 
 
-def origin(config: pytest.Config, began: datetime.datetime, made_with: Mapping[str, str]) -> Origin:
+def origin(config: pytest.Config, began: datetime.datetime, made_with: Mapping[str, str]) -> ReportOrigin:
     """Where the report of this session comes from.
 
     Args:
@@ -25,7 +25,7 @@ def origin(config: pytest.Config, began: datetime.datetime, made_with: Mapping[s
         made_with: what records depend on, name -> version.
     """
     revision = _git(config.rootpath, "rev-parse", "HEAD")
-    return Origin(
+    return ReportOrigin(
         began=began.isoformat(timespec="seconds"),
         command=tuple(map(str, config.invocation_params.args)),
         revision=revision,

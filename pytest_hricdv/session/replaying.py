@@ -18,7 +18,7 @@ from msgspec import to_builtins
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.measurement import NoMeasurement
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
-from pytest_hricdv.extra.search.replay import Origin, Replay, ReplayError, differences, read, write
+from pytest_hricdv.extra.search.replay import Replay, ReplayError, ReplayOrigin, differences, read, write
 from pytest_hricdv.generate.abstract import slug
 from pytest_hricdv.generate.concrete import ConcreteTest, values_of
 from pytest_hricdv.generate.rng import digest
@@ -136,7 +136,7 @@ class Provenance:
         }
         return cls(hashes, made_with)
 
-    def replay(self, case: HriCase, result: TestResult, suite_seed: int, origin: Origin | None = None) -> Replay:
+    def replay(self, case: HriCase, result: TestResult, suite_seed: int, origin: ReplayOrigin | None = None) -> Replay:
         """What to write of a test that was run here."""
         return Replay(
             test=case.abstract,
@@ -243,7 +243,7 @@ class Rerunning:
         """Whether it is, and, where its violations are known under a condition only, outside of that."""
         return result.verdict == "Failed" and (requirement not in self.known_while or result.outside)
 
-    def keep(self, case: HriCase, result: CaseResult, nodeid: str, origin: Origin) -> tuple[HriCase, str | None]:
+    def keep(self, case: HriCase, result: CaseResult, nodeid: str, origin: ReplayOrigin) -> tuple[HriCase, str | None]:
         """Keep a test made from `case` with its result; returns it, and the name of its replay file if it has one."""
         test = replace(
             case.abstract,

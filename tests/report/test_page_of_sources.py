@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv.report.sources_view import Tally, code_sources
+from pytest_hricdv.report.sources_view import CoverageCount, code_sources
 from tests.report import sample
 from tests.report.watched import Watched
 
@@ -27,13 +27,13 @@ def test_what_is_waived_counts_neither_as_covered_nor_as_missing() -> None:
     assert source.units.total == len(file.statements) - 1
     assert source.units.missing == kinds.count("missed") > 0
     assert source.branches.total == len([arc for arc in file.branches if 60 not in arc])
-    assert Tally(1, 3) + Tally(2, 2) == Tally(3, 5)
+    assert CoverageCount(1, 3) + CoverageCount(2, 2) == CoverageCount(3, 5)
 
 
 def test_the_list_of_files_has_totals_and_is_sorted_by_a_click(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(_missed(), tmp_path, "code")
     sources = code_sources(sample.typed(_missed()))
-    total = sum((each.units for each in sources), Tally())
+    total = sum((each.units for each in sources), CoverageCount())
     cells = page.locator("#code tfoot td").all_inner_texts()
     assert cells[:3] == ["all", str(total.total), str(total.missing)]
     heading = page.locator("#code .coverage thead th").nth(2).locator("button")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.coverage.cross_records import Coordinate, ExplorationRecord, ImpossibleBin, ProductDeclaration, Proof
-from pytest_hricdv.coverage.records import CodeUnderTest, MappedFile, WaiverRecord
+from pytest_hricdv.coverage.records import MappedFile, ReportedCode, WaiverRecord
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
 from pytest_hricdv.results.generation import Diagnosis, GenerationResult, LastNewPlan
@@ -25,7 +25,7 @@ from pytest_hricdv.results.model import (
 
 STATEMENTS = 5
 SIZE = 6
-CODE = CodeUnderTest(
+CODE = ReportedCode(
     packages=("robot",),
     sha256="5e" * 32,
     waivers=(WaiverRecord(file="robot/b.py", line=2, reason="the port never closes"),),

@@ -14,7 +14,7 @@ from itertools import zip_longest
 import msgspec
 
 from pytest_hricdv.extra.campaign.execution import TASK_RUNS, Execution
-from pytest_hricdv.extra.campaign.plan import Plan, RunKey
+from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.row import LOST
 from pytest_hricdv.extra.cluster.cluster import Lost, Question
 from pytest_hricdv.extra.cluster.service import Answer, WorkerName
@@ -26,7 +26,7 @@ PERCENT = 1.0
 _PARTS = 10_000
 
 
-def chosen(plan: Plan, percent: float) -> Iterator[RunKey]:
+def chosen(plan: CampaignPlan, percent: float) -> Iterator[RunKey]:
     """The runs to repeat: by their names, so that the same are whenever and wherever a campaign runs."""
     for key in plan.everything():
         number = int.from_bytes(hashlib.sha256(f"audit {plan.name(key)}".encode()).digest()[:8], "big")

@@ -21,7 +21,7 @@ from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.extra.campaign import audit, page
 from pytest_hricdv.extra.campaign.execution import CancelledError, Execution
-from pytest_hricdv.extra.campaign.plan import CampaignError, Plan, plan
+from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan, plan
 from pytest_hricdv.extra.campaign.progress import Progress, outcomes
 from pytest_hricdv.extra.campaign.reporting import campaign_report
 from pytest_hricdv.extra.campaign.row import LOST
@@ -63,7 +63,7 @@ def _arguments(options: argparse.Namespace) -> tuple[str, ...]:
     return (f"--hri-suite={options.suite}", f"--hri-seed={options.seed}", *tests, *options.pytest)
 
 
-def _held(path: Path, now: Plan) -> Store:
+def _held(path: Path, now: CampaignPlan) -> Store:
     """The store, new or old, which nobody else writes. Raises CampaignError where it is of another campaign."""
     if not path.exists():
         store = Store.created(path, now)
@@ -82,13 +82,13 @@ def _held(path: Path, now: Plan) -> Store:
     return store
 
 
-def _headline(options: argparse.Namespace, now: Plan, counts: Counts) -> str:
+def _headline(options: argparse.Namespace, now: CampaignPlan, counts: Counts) -> str:
     tests = f"{len(now.planned.tests):,} abstract tests, {now.concretizations} seeds of each"
     done = f"; {counts.stored:,} are done" if counts.stored else ""
     return f"campaign {options.state}: {tests}: {now.runs:,} runs{done}; on {options.cluster}"
 
 
-def _execute(options: argparse.Namespace, now: Plan, store: Store, archive: bytes, progress: Progress) -> str:
+def _execute(options: argparse.Namespace, now: CampaignPlan, store: Store, archive: bytes, progress: Progress) -> str:
     """Run what is missing; returns why it ended before all was done."""
     began_s = time.monotonic()
     try:
@@ -109,7 +109,7 @@ def _execute(options: argparse.Namespace, now: Plan, store: Store, archive: byte
     return ""
 
 
-def _ended(state: Path, now: Plan, store: Store, progress: Progress, why: str) -> int:
+def _ended(state: Path, now: CampaignPlan, store: Store, progress: Progress, why: str) -> int:
     counts = store.counts()
     if why:
         progress.say(f"ended before all was done: {why}")
@@ -123,7 +123,7 @@ def _ended(state: Path, now: Plan, store: Store, progress: Progress, why: str) -
     return FAILED_RUNS if failed or counts.differing else OK
 
 
-def _summary(now: Plan, store: Store, counts: Counts) -> Iterator[str]:
+def _summary(now: CampaignPlan, store: Store, counts: Counts) -> Iterator[str]:
     """How far a campaign is, and what is wrong with it."""
     yield f"expected {now.runs:,}, stored {counts.stored:,}: {outcomes(counts.outcomes)}"
     if 0 < now.runs - counts.stored <= _SHOWN:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import msgspec
 
-from pytest_hricdv.extra.campaign.plan import Plan, RunKey
+from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.store import Store
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question
 from pytest_hricdv.extra.cluster.service import Answer, Service
@@ -43,7 +43,7 @@ class Execution:
         on_progress: called whenever something was stored, and from time to time.
     """
 
-    plan: Plan
+    plan: CampaignPlan
     store: Store
     cluster: Cluster
     run_s: float

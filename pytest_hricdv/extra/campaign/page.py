@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from textwrap import fill
 
-from pytest_hricdv.extra.campaign.plan import Plan
+from pytest_hricdv.extra.campaign.plan import CampaignPlan
 from pytest_hricdv.extra.campaign.records import CampaignRequirement, CampaignResult
 from pytest_hricdv.extra.campaign.view import share_text
 from pytest_hricdv.report.formatting import by_requirement, line_ranges, percent, plural, quantity
@@ -16,7 +16,7 @@ _WIDTH = 120
 _SHOWN_VERSIONS = ("python", "machine", "pytest_hricdv", "pybullet", "mujoco_core", "numpy", "coverage")
 
 
-def text(report: Report, plan: Plan) -> str:
+def text(report: Report, plan: CampaignPlan) -> str:
     """The page; the same runs give the same bytes."""
     result = report.campaign
     assert result is not None, "it is a campaign's"
@@ -40,7 +40,7 @@ def text(report: Report, plan: Plan) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _what(result: CampaignResult, plan: Plan) -> str:
+def _what(result: CampaignResult, plan: CampaignPlan) -> str:
     command = " ".join(plan.planned.arguments)
     last = plan.run((0, plan.concretizations - 1)).test.id
     introduction = (
@@ -129,7 +129,7 @@ def _repeated(result: CampaignResult) -> str:
     return f"{summary}\n\n{differing}".strip()
 
 
-def _versions(plan: Plan) -> str:
+def _versions(plan: CampaignPlan) -> str:
     versions = plan.planned.versions
     named = [f"{name} {versions[name]}" for name in _SHOWN_VERSIONS if name in versions]
     return f"{', '.join(named)}; {len(plan.planned.project)} files of the project, whose hashes the campaign has."

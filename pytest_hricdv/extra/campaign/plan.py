@@ -66,7 +66,7 @@ class PlannedRun:
 
 
 @dataclass(frozen=True)
-class Plan:
+class CampaignPlan:
     """What a campaign runs.
 
     Args:
@@ -121,12 +121,12 @@ class Plan:
         return msgspec.json.encode({"planned": self.planned, "concretizations": self.concretizations})
 
     @classmethod
-    def from_json(cls, text: bytes) -> Plan:
+    def from_json(cls, text: bytes) -> CampaignPlan:
         """The plan that `to_json` wrote. Raises msgspec.DecodeError."""
         kept = msgspec.json.decode(text, type=_Kept)
         return cls(kept.planned, kept.concretizations)
 
-    def difference(self, now: Plan) -> str:
+    def difference(self, now: CampaignPlan) -> str:
         """In what another plan differs, on one line; empty where runs of both may stand in one report."""
         if self.planned.arguments != now.planned.arguments:
             return f"it is of 'pytest {' '.join(self.planned.arguments)}', not of '{' '.join(now.planned.arguments)}'"
@@ -143,7 +143,7 @@ class _Kept(msgspec.Struct):
     concretizations: int
 
 
-def plan(arguments: tuple[str, ...], concretizations: int, root: Path) -> Plan:
+def plan(arguments: tuple[str, ...], concretizations: int, root: Path) -> CampaignPlan:
     """Let pytest collect the tests of a campaign.
 
     Args:
@@ -156,11 +156,11 @@ def plan(arguments: tuple[str, ...], concretizations: int, root: Path) -> Plan:
     """
     try:
         with started(planning_process.__name__, root) as process:
-            process.send(planning_process.Job(arguments))
+            process.send(planning_process.PlanningJob(arguments))
             (line,) = process.answer()
     except ProcessError as error:
         raise CampaignError(f"the tests cannot be planned: {error}") from None
     planned = msgspec.json.decode(line, type=Planned)
     if not planned.tests:
         raise CampaignError(f"{' '.join(arguments)}: no tests: there is nothing to run")
-    return Plan(planned, concretizations)
+    return CampaignPlan(planned, concretizations)

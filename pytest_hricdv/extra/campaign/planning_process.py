@@ -21,7 +21,7 @@ _WITHOUT = ("--collect-only", "-q", "-n0", *UNWARNED)
 
 
 @dataclass(frozen=True)
-class Job:
+class PlanningJob:
     """The line that is sent: the arguments of pytest."""
 
     arguments: tuple[str, ...]
@@ -30,7 +30,7 @@ class Job:
 class _Planning:
     """A plugin of pytest that answers what was collected."""
 
-    def __init__(self, job: Job, write: Callable[[bytes], None]) -> None:
+    def __init__(self, job: PlanningJob, write: Callable[[bytes], None]) -> None:
         self._job = job
         self._write = write
 
@@ -63,9 +63,9 @@ class _Planning:
 
 
 def main() -> None:
-    """Plan: the line of standard input is a `Job`."""
+    """Plan: the line of standard input is a `PlanningJob`."""
     with session() as (messages, write), tempfile.TemporaryDirectory() as folder:
-        job = msgspec.json.decode(messages.readline(), type=Job)
+        job = msgspec.json.decode(messages.readline(), type=PlanningJob)
         arguments = [*job.arguments, f"--hri-report={folder}", *_WITHOUT]
         status = pytest.main(arguments, plugins=[_Planning(job, write)])
     sys.exit(int(status))

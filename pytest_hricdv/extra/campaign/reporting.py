@@ -11,7 +11,7 @@ from msgspec import structs
 
 from pytest_hricdv._base.atomic_file import write_text
 from pytest_hricdv._base.project_files import differences
-from pytest_hricdv.extra.campaign.plan import Plan, RunKey
+from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.records import CampaignResult, DifferingRun, LostRun
 from pytest_hricdv.extra.campaign.statistics import Statistics
 from pytest_hricdv.extra.campaign.store import Store
@@ -20,7 +20,7 @@ from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.session.replaying import FOLDER
 
 
-def campaign_report(store: Store, plan: Plan, most: int, output: Path) -> tuple[Report, str]:
+def campaign_report(store: Store, plan: CampaignPlan, most: int, output: Path) -> tuple[Report, str]:
     """The report, and what is wrong with it: see `assemble`.
 
     Args:
@@ -70,7 +70,7 @@ def _results(store: Store, keys: list[RunKey], folder: Path) -> Iterator[TestRes
         yield structs.replace(result, replay=os.path.relpath(path))
 
 
-def _differing(store: Store, plan: Plan) -> Iterator[DifferingRun]:
+def _differing(store: Store, plan: CampaignPlan) -> Iterator[DifferingRun]:
     repeats, workers = store.repeats(), store.workers()
     hashes = store.hashes(repeat.key for repeat in repeats)
     for repeat in repeats:

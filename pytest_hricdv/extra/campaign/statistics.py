@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from pytest_hricdv.extra.campaign.plan import Plan, RunKey
+from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.records import CampaignRequirement, CampaignTest, FailedShare, LeastMargin
 from pytest_hricdv.extra.campaign.row import LOST, Row
 from pytest_hricdv.results.proportion import share
@@ -85,11 +85,11 @@ class Statistics:
         tightest = [least[1] for name in self.requirements if (least := self.least(name)) is not None]
         return sorted({*tightest, *(key for test in self._tests.values() for key in test.keep)})
 
-    def of_requirements(self, plan: Plan) -> dict[str, CampaignRequirement]:
+    def of_requirements(self, plan: CampaignPlan) -> dict[str, CampaignRequirement]:
         """Each requirement over all runs."""
         return {name: self._of_requirement(name, plan) for name in self.requirements}
 
-    def _of_requirement(self, name: str, plan: Plan) -> CampaignRequirement:
+    def _of_requirement(self, name: str, plan: CampaignPlan) -> CampaignRequirement:
         verdicts = [test.verdicts[name] for test in self._tests.values() if name in test.verdicts]
         counts: Counter[str] = sum(verdicts, Counter())
         least = self.least(name)
@@ -105,7 +105,7 @@ class Statistics:
             least=None if least is None else LeastMargin(margin=least[0], run=plan.name(least[1])),
         )
 
-    def of_tests(self, plan: Plan) -> Iterator[CampaignTest]:
+    def of_tests(self, plan: CampaignPlan) -> Iterator[CampaignTest]:
         """Each abstract test over all of its seeds."""
         kept = {key: plan.name(key) for key in self.kept()}
         by_test: dict[int, list[str]] = {}
@@ -123,7 +123,7 @@ class Statistics:
             )
 
 
-def _named(least: Mapping[str, tuple[float, RunKey]], plan: Plan) -> dict[str, LeastMargin]:
+def _named(least: Mapping[str, tuple[float, RunKey]], plan: CampaignPlan) -> dict[str, LeastMargin]:
     return {name: LeastMargin(margin=margin, run=plan.name(key)) for name, (margin, key) in least.items()}
 
 

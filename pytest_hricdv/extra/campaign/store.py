@@ -18,7 +18,7 @@ from typing import Self
 
 import msgspec
 
-from pytest_hricdv.extra.campaign.plan import CampaignError, Plan, RunKey
+from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.row import LOST, Row, columns, note, read_row
 from pytest_hricdv.extra.cluster.service import WorkerName
 from pytest_hricdv.results.codec import encode
@@ -79,7 +79,7 @@ class Store:
         self._lock: FolderLock | None = None
 
     @classmethod
-    def created(cls, path: Path, plan: Plan) -> Self:
+    def created(cls, path: Path, plan: CampaignPlan) -> Self:
         """A new store. Raises CampaignError where there is a file already."""
         if path.exists():
             raise CampaignError(f"{path}: there is such a file already")
@@ -125,16 +125,16 @@ class Store:
             self._lock.release()
             self._lock = None
 
-    def plan(self) -> Plan:
+    def plan(self) -> CampaignPlan:
         """What the campaign runs."""
         with _located(self.path):
             text = self._get("plan")
         try:
-            return Plan.from_json(zlib.decompress(text or b""))
+            return CampaignPlan.from_json(zlib.decompress(text or b""))
         except (zlib.error, msgspec.DecodeError) as error:
             raise _damaged(self.path, error) from None
 
-    def begin(self, utc: str, plan: Plan) -> None:
+    def begin(self, utc: str, plan: CampaignPlan) -> None:
         """A session begins; the number of concretizations may have grown."""
         with _located(self.path), self._connection:
             self._put("plan", zlib.compress(plan.to_json()))

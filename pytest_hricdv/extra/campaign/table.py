@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv._base.atomic_file import replaced
-from pytest_hricdv.extra.campaign.plan import CampaignError, Plan
+from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan
 from pytest_hricdv.extra.campaign.row import Row
 from pytest_hricdv.extra.campaign.store import Store
 
 BATCH = 10_000
 
 
-def write_parquet(store: Store, plan: Plan, path: Path) -> int:
+def write_parquet(store: Store, plan: CampaignPlan, path: Path) -> int:
     """Write all runs; returns how many.
 
     Columns: run, test, suite, k, outcome, note, sim_s (s), sha256 of the record, statements and branches covered,
@@ -54,7 +54,7 @@ def _columns(arrow: Any, names: list[str]) -> list[tuple[str, Any]]:
     return columns
 
 
-def _records(store: Store, plan: Plan, names: list[str]) -> Iterator[dict[str, object]]:
+def _records(store: Store, plan: CampaignPlan, names: list[str]) -> Iterator[dict[str, object]]:
     workers = store.workers()
     for row in store.rows():
         test, worker = plan.planned.tests[row.key[0]], workers.get(row.worker)

@@ -16,7 +16,7 @@ from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.execution.separate_process import ProcessError, started
 from pytest_hricdv.extra.mutation import process as mutant_process
 from pytest_hricdv.extra.mutation.mutants import Mutant, all_mutants, sample
-from pytest_hricdv.extra.mutation.process import Job, RunTold, Told, Trial, TrialTest, TrialTold
+from pytest_hricdv.extra.mutation.process import MutantRunEnded, MutationJob, Trial, TrialEnded, TrialEvent, TrialTest
 from pytest_hricdv.extra.mutation.records import (
     MutantResult,
     MutantRun,
@@ -107,11 +107,11 @@ class Mutating:
             found.append(Candidate(result.id, result.suite, bits.statements, points, result.sim_s))
         return found
 
-    def _job(self, trials: Sequence[Trial], tests: Mapping[str, TestResult]) -> Job:
+    def _job(self, trials: Sequence[Trial], tests: Mapping[str, TestResult]) -> MutationJob:
         options = self.context.options.mutation
         slowest_s = max(result.wall_s or 0.0 for result in tests.values())
         one_of_each = {result.nodeid.partition("[")[0]: result.id for result in tests.values()}
-        return Job(
+        return MutationJob(
             arguments=arguments_of(self.context.collection.config),
             tests={name: self._trial_test(result) for name, result in tests.items()},
             control=Trial("", tuple(one_of_each.values())),
@@ -152,7 +152,7 @@ class _Trials:
         plans = [(mutant, self._order.tests(mutant.statement)) for mutant in self._mutants]
         return [Trial(mutant.id, tests, paths[mutant.file], mutant.text) for mutant, tests in plans if tests]
 
-    def follow(self, job: Job, directory: Path) -> MutationEnd:
+    def follow(self, job: MutationJob, directory: Path) -> MutationEnd:
         """Have a job done in a process that starts in this directory.
 
         Raises:
@@ -162,7 +162,7 @@ class _Trials:
             with started(mutant_process.__name__, directory) as process:
                 process.send(job)
                 for line in process.lines():
-                    self._note(msgspec.json.decode(line, type=Told), len(job.trials))
+                    self._note(msgspec.json.decode(line, type=TrialEvent), len(job.trials))
         except ProcessError as error:
             raise MutationError(f"mutants could not be tried: {error}") from None
         except KeyboardInterrupt:
@@ -188,17 +188,17 @@ class _Trials:
             difference=self._differences.get(mutant.id, "") if status == "survived" else "",
         )
 
-    def _note(self, told: Told, total: int) -> None:
-        if isinstance(told, RunTold):
-            self.runs[told.mutant].append(told.run)
-            if told.behaviour is not None:
-                self._differences[told.mutant] = _difference(self._tests[told.run.test], told.behaviour)
-        elif isinstance(told, TrialTold):
-            self._done.add(told.mutant)
+    def _note(self, event: TrialEvent, total: int) -> None:
+        if isinstance(event, MutantRunEnded):
+            self.runs[event.mutant].append(event.run)
+            if event.behaviour is not None:
+                self._differences[event.mutant] = _difference(self._tests[event.run.test], event.behaviour)
+        elif isinstance(event, TrialEnded):
+            self._done.add(event.mutant)
             self._tell_progress(len(self._done), total)
         else:
             raise MutationError(
-                f"no mutant was tried: {told.reason}, where the code under test is as it was in the session; does "
+                f"no mutant was tried: {event.reason}, where the code under test is as it was in the session; does "
                 "a fixture of the test function change what a run depends on?"
             )
 

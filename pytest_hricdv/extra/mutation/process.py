@@ -68,7 +68,7 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Job:
+class MutationJob:
     """What the process is to do.
 
     Args:
@@ -98,7 +98,7 @@ class Job:
         return tuple(test for test in trial.tests if test not in done and self.tests[test].suite not in over)
 
 
-class RunTold(msgspec.Struct, frozen=True, tag=True):
+class MutantRunEnded(msgspec.Struct, frozen=True, tag=True):
     """A run of a mutant; the first one that changed and in which nothing failed has its whole behaviour."""
 
     mutant: str
@@ -106,32 +106,34 @@ class RunTold(msgspec.Struct, frozen=True, tag=True):
     behaviour: Behaviour | None = None
 
 
-class TrialTold(msgspec.Struct, frozen=True, tag=True):
+class TrialEnded(msgspec.Struct, frozen=True, tag=True):
     """All runs of a mutant that were needed are done."""
 
     mutant: str
 
 
-class Unlike(msgspec.Struct, frozen=True, tag=True):
+class ControlDiffers(msgspec.Struct, frozen=True, tag=True):
     """Without any fault, runs are not those of the session: nothing was tried."""
 
     reason: str
 
 
-Told = RunTold | TrialTold | Unlike
+TrialEvent = MutantRunEnded | TrialEnded | ControlDiffers
 
 
-def told(job: Job) -> Iterator[Told]:
+def events(job: MutationJob) -> Iterator[TrialEvent]:
     """Do a job; what there is to tell, as soon as it is known."""
     for event in _tried(replace(job, seconds=None), [job.control]):
-        if isinstance(event, RunTold) and (event.run.oracles or event.run.changed):
+        if isinstance(event, MutantRunEnded) and (event.run.oracles or event.run.changed):
             failed = ", ".join(event.run.oracles)
-            yield Unlike(f"{event.run.test}: {event.run.note or (failed and f'{failed} failed') or 'another record'}")
+            yield ControlDiffers(
+                f"{event.run.test}: {event.run.note or (failed and f'{failed} failed') or 'another record'}"
+            )
             return
     yield from _tried(job, job.trials)
 
 
-def _tried(job: Job, trials: Sequence[Trial]) -> Iterator[RunTold | TrialTold]:
+def _tried(job: MutationJob, trials: Sequence[Trial]) -> Iterator[MutantRunEnded | TrialEnded]:
     began_s = time.monotonic()
     runs: dict[str, list[MutantRun]] = {trial.mutant: [] for trial in trials}
     queue = deque(trials)
@@ -139,19 +141,19 @@ def _tried(job: Job, trials: Sequence[Trial]) -> Iterator[RunTold | TrialTold]:
     for event in pool.run(queue):
         trial = event.item
         if isinstance(event, Line):
-            run_told = msgspec.json.decode(event.text, type=RunTold)
-            runs[trial.mutant].append(run_told.run)
-            yield run_told
+            ended = msgspec.json.decode(event.text, type=MutantRunEnded)
+            runs[trial.mutant].append(ended.run)
+            yield ended
             continue
         left = job.left(trial, runs[trial.mutant])
         if left:  # the process ended within a run
             runs[trial.mutant].append(_ended_run(job.tests[left[0]].suite, left[0], event.problem))
-            yield RunTold(trial.mutant, runs[trial.mutant][-1])
+            yield MutantRunEnded(trial.mutant, runs[trial.mutant][-1])
             left = job.left(trial, runs[trial.mutant])
         if left:
             queue.appendleft(replace(trial, tests=left))
         else:
-            yield TrialTold(trial.mutant)
+            yield TrialEnded(trial.mutant)
         if job.seconds is not None and time.monotonic() - began_s > job.seconds:
             queue.clear()
 
@@ -167,7 +169,7 @@ def _ended_run(suite: str, test: str, problem: str) -> MutantRun:
 class _Trying:
     """Tries one mutant in its own process; a plugin of the pytest that is configured there."""
 
-    def __init__(self, job: Job, trial: Trial, send: Send) -> None:
+    def __init__(self, job: MutationJob, trial: Trial, send: Send) -> None:
         self._job = job
         self._trial = trial
         self._send = send
@@ -215,7 +217,7 @@ class _Trying:
     ) -> None:
         suite, note = self._job.tests[name].suite, _ADDRESS.sub("0x...", note)
         self._runs.append(MutantRun(test=name, suite=suite, oracles=oracles, changed=changed, note=note))
-        self._send(encode(RunTold(self._trial.mutant, self._runs[-1], behaviour)))
+        self._send(encode(MutantRunEnded(self._trial.mutant, self._runs[-1], behaviour)))
 
 
 def _failed(result: CaseResult, known: Container[str]) -> Iterator[str]:
@@ -236,12 +238,12 @@ def _behaviour(test: TrialTest, result: CaseResult, context: RunContext) -> Beha
 
 
 def main() -> None:
-    """Do the job that is read from standard input; a line of standard output is a `Told`."""
+    """Do the job that is read from standard input; a line of standard output is a `TrialEvent`."""
     preload()
     with session() as (messages, write):
-        job = msgspec.json.decode(messages.readline(), type=Job)
-        for each in told(job):
-            write(msgspec.json.encode(each))
+        job = msgspec.json.decode(messages.readline(), type=MutationJob)
+        for event in events(job):
+            write(msgspec.json.encode(event))
 
 
 if __name__ == "__main__":

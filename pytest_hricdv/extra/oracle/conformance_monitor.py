@@ -11,7 +11,7 @@ from pytest_hricdv.coupling.events import Events, Happening
 from pytest_hricdv.coupling.hears import CouplingError
 from pytest_hricdv.extra.oracle.declaration import MODEL, ConformanceError
 from pytest_hricdv.extra.oracle.oracle import Oracle
-from pytest_hricdv.extra.oracle.product import NOTHING, Deviation, Heard, Observation, Product
+from pytest_hricdv.extra.oracle.product import NOTHING, Deviation, Heard, ObservedEvent, Product
 from pytest_hricdv.monitor import Trigger, Value, Verdict, Violation
 
 
@@ -40,7 +40,7 @@ class ConformanceMonitor:
         events = [event for _, _, event in self._declared]
         names = (name for event in events for name in event.sources.values())
         self._events = Events((event.condition for event in events), names)
-        self._log: list[Observation] = []
+        self._log: list[ObservedEvent] = []
         self._delayed: frozenset[int] = frozenset()
         self._product = Product(oracle, self._limits)
         self._left_s: float | None = None
@@ -86,12 +86,12 @@ class ConformanceMonitor:
                 self._go_on(partial(Product.finish, time_s=happening.time_s))
                 continue
             try:
-                observation = self._observation(happening)
+                event = self._observed_event(happening)
             except CouplingError as error:
                 self._error = error
                 continue
-            self._go_on(partial(Product.step, observation=observation))
-            self._log.append(observation)
+            self._go_on(partial(Product.step, event=event))
+            self._log.append(event)
 
     def _go_on(self, step: Callable[[Product], None]) -> None:
         """Take a step; where it deviates, with an agent that heard an input after its time-out, if that conforms."""
@@ -102,8 +102,8 @@ class ConformanceMonitor:
                 return
             for number in reversed(self._product.races[-2:]):
                 product = Product(self._oracle, self._limits, self._delayed | {number})
-                for observation in self._log:
-                    product.step(observation)
+                for event in self._log:
+                    product.step(event)
                 step(product)
                 if product.deviation is None:
                     self._product, self._delayed, self._doubted = product, self._delayed | {number}, deviation
@@ -111,7 +111,7 @@ class ConformanceMonitor:
         except BdiError as error:
             self._error = error
 
-    def _observation(self, happening: Happening) -> Observation:
+    def _observed_event(self, happening: Happening) -> ObservedEvent:
         heard: list[Heard] = []
         does: dict[int, Bindings] = {}
         fails: dict[int, Bindings] = {}
@@ -123,7 +123,7 @@ class ConformanceMonitor:
                 heard.append(Heard(event.literal(bindings), declared.source, declared.is_goal))
             else:
                 (does if kind == "does" else fails)[number] = bindings
-        return Observation(happening.time_s, happening.name, happening.text, tuple(heard), does, fails)
+        return ObservedEvent(happening.time_s, happening.name, happening.text, tuple(heard), does, fails)
 
     def _deviation(self) -> Deviation | None:
         """The deviation: the doubted one, if a second one has come of the doubt."""

@@ -28,20 +28,20 @@ class Heard:
 
 
 @dataclass(frozen=True)
-class Observation:
+class ObservedEvent:
     """An event of the run that corresponds to something.
 
     Args:
         time_s: when it happened (s).
-        event: the topic of the message, or the signal.
+        source: the topic of the message, or the signal.
         text: message or signal with its values, for people.
         heard: what the agent hears by it.
-        does: the numbers of the acts that it is the observation of, with the values of their variables.
+        does: the numbers of the acts that it shows, with the values of their variables.
         fails: the numbers of the acts that fail by it, with the values of their variables.
     """
 
     time_s: float
-    event: str
+    source: str
     text: str
     heard: tuple[Heard, ...] = ()
     does: Mapping[int, Bindings] = field(default_factory=dict)
@@ -75,7 +75,7 @@ class Product:
     Args:
         oracle: what the run is compared with.
         limits: belief -> the duration (s) that the agent believes in this run.
-        delayed: the numbers of the observations (from 0) that the agent hears only after the tolerance.
+        delayed: the numbers of the observed events (from 0) that the agent hears only after the tolerance.
     """
 
     def __init__(self, oracle: Oracle, limits: Mapping[str, float], delayed: frozenset[int] = frozenset()) -> None:
@@ -84,7 +84,7 @@ class Product:
         self._tolerance_s = oracle.declaration.tolerance_s
         self._delayed = delayed
         self._count = 0
-        self._early: deque[Observation] = deque()
+        self._early: deque[ObservedEvent] = deque()
         """Observed before the agent was ready for it, and not yet a deviation."""
         self._hears_later: deque[tuple[float, Heard]] = deque()
         self._end_s = math.inf
@@ -93,23 +93,23 @@ class Product:
         self.triggers: list[Trigger] = []
         """The acts that have been observed, in order."""
         self.races: list[int] = []
-        """The numbers of the observations that were heard at most the tolerance before a time-out of the agent."""
+        """The numbers of the observed events that were heard at most the tolerance before a time-out of the agent."""
 
-    def step(self, observation: Observation) -> None:
-        """An event has happened; observations come in the order of time."""
-        self.advance(observation.time_s)
+    def step(self, event: ObservedEvent) -> None:
+        """An event has happened; they come in the order of time."""
+        self.advance(event.time_s)
         number, self._count = self._count, self._count + 1
-        if observation.heard and self.follower.due_s <= observation.time_s + self._tolerance_s:
+        if event.heard and self.follower.due_s <= event.time_s + self._tolerance_s:
             self.races.append(number)
         # What comes after something unexpected waits for its turn. A failure that nobody waits for is none.
-        if observation.does and (self._early or not self._match(observation)):
-            self._early.append(observation)
-        elif not observation.does:
-            self._match(observation)
+        if event.does and (self._early or not self._match(event)):
+            self._early.append(event)
+        elif not event.does:
+            self._match(event)
         if number in self._delayed:
-            self._hears_later += ((observation.time_s + self._tolerance_s, heard) for heard in observation.heard)
+            self._hears_later += ((event.time_s + self._tolerance_s, heard) for heard in event.heard)
         else:
-            self._hear(observation.heard)
+            self._hear(event.heard)
 
     def advance(self, time_s: float) -> None:
         """The run has reached `time_s` (s), and nothing has happened in between."""
@@ -143,16 +143,16 @@ class Product:
         while self._early and self.deviation is None and self._match(self._early[0]):
             self._early.popleft()
 
-    def _match(self, observation: Observation) -> bool:
+    def _match(self, event: ObservedEvent) -> bool:
         """Let the agent do what has been observed; whether it was ready for any of it, or a deviation was found."""
-        does, fails = dict(observation.does), dict(observation.fails)
+        does, fails = dict(event.does), dict(event.fails)
         matched = False
         while (matching := self._ready_for(does, fails)) is not None:
             act, number, succeeded = matching
             (does if succeeded else fails).pop(number)
-            wait_s = max(observation.time_s - act.ready_s, 0.0)
+            wait_s = max(event.time_s - act.ready_s, 0.0)
             if succeeded and wait_s < self._does[number].within_s[0]:
-                self._deviate(observation.time_s, [act], f"{observation.text} after {wait_s:.1f} s", observation.event)
+                self._deviate(event.time_s, [act], f"{event.text} after {wait_s:.1f} s", event.source)
                 return True
             self.triggers.append(Trigger(act.ready_s, act.ready_s + wait_s, "passed"))
             self.follower.observe(act, succeeded)
@@ -180,7 +180,7 @@ class Product:
         last_s, late = min(overdue, key=lambda deadline: deadline[0], default=(math.inf, None))
         early = self._early[0] if self._early else None
         if early is not None and early.time_s + self._tolerance_s < before_s and early.time_s <= last_s:
-            self._deviate(early.time_s, ready, early.text, early.event)
+            self._deviate(early.time_s, ready, early.text, early.source)
         elif late is not None:
             self._deviate(last_s, [late], NOTHING, NOTHING)
 

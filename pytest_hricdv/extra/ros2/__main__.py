@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_hricdv._base.message import InputError
-from pytest_hricdv.extra.ros2.conformance import FileResult, conformance, run_file, tests_of
+from pytest_hricdv.extra.ros2.rclpy_tests import RclpyFileResult, run_apart, run_file, tests_of
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -31,7 +31,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _print_table(results: Sequence[FileResult]) -> None:
+def _print_table(results: Sequence[RclpyFileResult]) -> None:
     width = max(len(result.file) for result in results)
     columns = (("passed",), ("failed", "stopped the run"), ("skipped",))
     print(f"\n{'file':{width}}  passed  failed  skipped")
@@ -63,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     results = []
     for number, file in enumerate(files, start=1):
         print(f"{number}/{len(files)} {file.name}", file=sys.stderr)
-        results.append(conformance(file))
+        results.append(run_apart(file))
     _print_table(results)
     return int(sum(result.count("failed", "stopped the run") for result in results) > options.may_fail)
 

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from pytest_hricdv.execution.case import CaseResult, HriCase
 from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.extra.search.records import SearchResult, ShrunkTest
-from pytest_hricdv.extra.search.replay import Origin
+from pytest_hricdv.extra.search.replay import ReplayOrigin
 from pytest_hricdv.extra.search.searching import Searching
 from pytest_hricdv.extra.search.shrink import FailureSignature, Shrunk, failure_signature, has_signature, shrink
 from pytest_hricdv.generate.concrete import ConcreteTest
@@ -103,7 +103,7 @@ class Shrinking:
     def _record(self, found: Shrunk, note: str = "") -> ShrunkTest:
         made, replay = None, None
         if self._best is not None and found.test != self.case.concrete:
-            origin = Origin(SHRUNK, self.case.abstract.id, self.requirement.id, found.runs)
+            origin = ReplayOrigin(SHRUNK, self.case.abstract.id, self.requirement.id, found.runs)
             made, replay = self.rerunning.keep(self.case, self._best, self.nodeid, origin)
         return ShrunkTest(
             id=None if made is None else made.abstract.id,

@@ -26,7 +26,7 @@ class ReplayError(InputError):
 
 
 @dataclass(frozen=True)
-class Origin:
+class ReplayOrigin:
     """Where a test outside the suites came from.
 
     Args:
@@ -66,7 +66,7 @@ class Replay:
     requirements: Mapping[str, Any] = field(hash=False)
     code: Mapping[str, str] = field(hash=False)
     made_with: Mapping[str, str] = field(hash=False)
-    origin: Origin | None = None
+    origin: ReplayOrigin | None = None
 
     def to_json(self) -> str:
         """The file's text; floats are exact."""
@@ -112,7 +112,7 @@ class Replay:
             requirements=file.requirements,
             code=file.code,
             made_with=file.made_with,
-            origin=Origin(origin.how, origin.test, origin.requirement, origin.runs) if origin else None,
+            origin=ReplayOrigin(origin.how, origin.test, origin.requirement, origin.runs) if origin else None,
         )
 
 

@@ -13,7 +13,7 @@ from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.extra.search.evolution_strategy import Evaluation, SearchOutcome, search_violation
 from pytest_hricdv.extra.search.records import SearchResult
-from pytest_hricdv.extra.search.replay import Origin
+from pytest_hricdv.extra.search.replay import ReplayOrigin
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.monitor import Criterion, RequirementResult
@@ -104,7 +104,7 @@ class Searching:
         result = self.rerunning.run(_named(found.test, requirement))
         if result is None:
             return record, None
-        origin = Origin(SEARCH, start.id, requirement.id, found.runs)
+        origin = ReplayOrigin(SEARCH, start.id, requirement.id, found.runs)
         made, replay = self.rerunning.keep(self.chosen[start.nodeid], result, start.nodeid, origin)
         return replace(record, id=made.abstract.id, replay=replay, abstract=made.abstract.lines), made
 

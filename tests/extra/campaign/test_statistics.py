@@ -7,7 +7,7 @@ from collections import Counter
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.extra.campaign.plan import Plan, Planned, PlannedTest
+from pytest_hricdv.extra.campaign.plan import CampaignPlan, Planned, PlannedTest
 from pytest_hricdv.extra.campaign.row import LOST, Row
 from pytest_hricdv.extra.campaign.statistics import Statistics, failed_share
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -50,13 +50,13 @@ def rows(draw: st.DrawFn) -> list[Row]:
     return found
 
 
-def planned() -> Plan:
+def planned() -> CampaignPlan:
     """A plan of these tests."""
     tests = [
         AbstractTest(f"s-t{number}-0000000{number}", "s", "t", (), ("go",), seed=number) for number in range(TESTS)
     ]
     listed = tuple(PlannedTest("s", f"test.py::test[{test.id}]", test.to_data()) for test in tests)
-    return Plan(Planned((), "", listed, {}, {}, b"{}"), SEEDS)  # type: ignore[arg-type]
+    return CampaignPlan(Planned((), "", listed, {}, {}, b"{}"), SEEDS)  # type: ignore[arg-type]
 
 
 def added(found: list[Row]) -> Statistics:

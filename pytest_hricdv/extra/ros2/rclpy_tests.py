@@ -34,10 +34,8 @@ _TIMEOUT_S = 300.0
 
 
 @dataclass(frozen=True)
-class TestResult:
+class RclpyTestResult:
     """How one test ended: "passed", "failed", "skipped" or `_STOPPED`, and why, in one line."""
-
-    __test__ = False
 
     name: str
     outcome: str
@@ -45,11 +43,11 @@ class TestResult:
 
 
 @dataclass(frozen=True)
-class FileResult:
+class RclpyFileResult:
     """The tests of one file."""
 
     file: str
-    tests: tuple[TestResult, ...]
+    tests: tuple[RclpyTestResult, ...]
 
     def count(self, *outcomes: str) -> int:
         """How many ended so."""
@@ -60,7 +58,7 @@ class _Collector:
     """A plugin of pytest that notes how each test ended, and which one runs."""
 
     def __init__(self) -> None:
-        self.results: dict[str, TestResult] = {}
+        self.results: dict[str, RclpyTestResult] = {}
         self.running: str | None = None
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
@@ -71,11 +69,11 @@ class _Collector:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         if report.when == "call" or report.outcome != "passed":
-            self.results[report.nodeid] = TestResult(report.nodeid, report.outcome, _reason(report))
+            self.results[report.nodeid] = RclpyTestResult(report.nodeid, report.outcome, _reason(report))
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:
-            self.results[report.nodeid] = TestResult(report.nodeid, "failed", _reason(report))
+            self.results[report.nodeid] = RclpyTestResult(report.nodeid, "failed", _reason(report))
 
 
 def _reason(report: pytest.TestReport | pytest.CollectReport) -> str:
@@ -107,7 +105,7 @@ def run_file(file: Path, result: Path, deselected: Sequence[str]) -> None:
             why = str(error)
     results = list(collector.results.values())
     if not ended and collector.running is not None:
-        results.append(TestResult(collector.running, _STOPPED, why))
+        results.append(RclpyTestResult(collector.running, _STOPPED, why))
     written = [vars(test) for test in results]
     result.write_text(json.dumps({"complete": bool(ended), "tests": written}), encoding="utf-8")
 
@@ -129,23 +127,23 @@ def tests_of(source: Path) -> list[Path]:
     return files
 
 
-def conformance(file: Path) -> FileResult:
+def run_apart(file: Path) -> RclpyFileResult:
     """Run the tests of one file, again without those that stop the run, so that the others are run, too."""
     with tempfile.TemporaryDirectory() as folder:
         tests = Path(folder) / _PACKAGE
         # The package's own __init__ wants the tests to be installed. Some tests read files beside them.
         shutil.copytree(file.parent, tests, ignore=shutil.ignore_patterns("__init__.py", "__pycache__"))
         (tests / "__init__.py").touch()
-        results: dict[str, TestResult] = {}
+        results: dict[str, RclpyTestResult] = {}
         while True:
             stopped = [test.name for test in results.values() if test.outcome == _STOPPED]
             read = _run_in_process(tests / file.name, Path(folder) / "result.json", stopped)
             results |= {test.name: test for test in read[1]}
             if read[0] or len(stopped) == sum(test.outcome == _STOPPED for test in results.values()):
-                return FileResult(file.name, tuple(results.values()))
+                return RclpyFileResult(file.name, tuple(results.values()))
 
 
-def _run_in_process(file: Path, result: Path, deselected: Sequence[str]) -> tuple[bool, list[TestResult]]:
+def _run_in_process(file: Path, result: Path, deselected: Sequence[str]) -> tuple[bool, list[RclpyTestResult]]:
     """Whether all tests were run, and how each ended."""
     result.unlink(missing_ok=True)
     command = [sys.executable, "-m", "pytest_hricdv.ros2", "run-file", str(file), str(result), *deselected]
@@ -153,9 +151,9 @@ def _run_in_process(file: Path, result: Path, deselected: Sequence[str]) -> tupl
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=_TIMEOUT_S, env=environment, check=False)
     except subprocess.TimeoutExpired:
-        return True, [TestResult(file.name, "failed", f"not over after {_TIMEOUT_S:g} s")]
+        return True, [RclpyTestResult(file.name, "failed", f"not over after {_TIMEOUT_S:g} s")]
     if not result.exists():
         last = (done.stderr.strip() or "no output").splitlines()[-1]
-        return True, [TestResult(file.name, "failed", f"the process ended with {done.returncode}: {last}")]
+        return True, [RclpyTestResult(file.name, "failed", f"the process ended with {done.returncode}: {last}")]
     read = json.loads(result.read_text(encoding="utf-8"))
-    return read["complete"], [TestResult(**fields) for fields in read["tests"]]
+    return read["complete"], [RclpyTestResult(**fields) for fields in read["tests"]]
