@@ -193,6 +193,7 @@ class Run:
                     raise  # by the requirements or the testbench, in whichever node it was noticed
                 why, self.ending = f"{error.node} failed", Ending("failed", error.time_s, error)
             finally:
+                # Before the nodes end: it looks at where they wait.
                 if self.rclpy is not None:
                     self.rclpy.notice_stuck_nodes(self.kernel, is_idle=why == "idle")
                 self.kernel.close()

@@ -37,7 +37,7 @@ def checked(candidate: object, where: str) -> Testbench:
         )
     _check_kinds(candidate, where)
     try:
-        _prepare_ros2(candidate)
+        _prepare_ros2(candidate)  # before the vocabulary: that imports the classes of messages, and with them rclpy
         topics = candidate.vocabulary().messages
         disturbance_faults = faults(candidate.disturbances, candidate.concretization.commands, topics)
         for fault in (

@@ -14,7 +14,7 @@ from pytest_hricdv.coupling.coupled_run import CoupledRun
 from pytest_hricdv.coupling.terms import comparable
 
 
-@dataclass(eq=False)
+@dataclass(eq=False)  # two intentions before the same act are two: `ready_acts.remove` has to find this one
 class ReadyAct:
     """Something that the agent is ready to do, and does not do until it is told to.
 
@@ -65,6 +65,7 @@ class CoupledAgent(Agent, ABC):
         self.ready_acts.remove(act)
         if act.literal is not None:
             self._released, self.run.succeeds = act.intention, succeeded
+        # To the front: what follows the act belongs to the instant at which it was done.
         self.intentions.appendleft(act.intention)
         self.awake = True
 
@@ -79,6 +80,7 @@ class CoupledAgent(Agent, ABC):
 
     def stop_before(self, intention: Intention, text: str, literal: Structure | None, acts: tuple[int, ...]) -> None:
         """An intention stops before an act."""
+        # The innermost plan that has a label: plans without one are details of it.
         labelled = [means.plan.label for means in intention.stack if means.plan.has_label]
         plan = labelled[-1] if labelled else ""
         self.ready_acts.append(ReadyAct(text, literal, plan, self.run.now_s, intention, acts))

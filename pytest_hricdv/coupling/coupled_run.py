@@ -18,7 +18,8 @@ MS_PER_S = 1000
 TICKS_PER_S = TICKS_PER_MS * MS_PER_S
 
 MAX_CYCLES = 10_000
-"""An agent that is still busy after so many reasoning cycles without time passing waits busily."""
+"""An agent that is still busy after so many reasoning cycles without time passing waits busily. Chosen: in the tests of
+the table (tests/hri) no agent takes more than 10."""
 
 _NOBODY = AgentTemplate("", Program("", (), (), ()), (), PlanLibrary(()), [])
 """An agent that is only there to be sent to."""
@@ -52,6 +53,7 @@ class CoupledRun(SystemRun):
 
     def deadline(self, wait_ms: float) -> float:
         """The tick at which a wait that begins now is over: never before its time."""
+        # Up, while `ticks` rounds down: a wait that begins between two ticks would else be over too early.
         return math.ceil(self._exact_ticks()) + ticks_of(wait_ms)
 
     @property

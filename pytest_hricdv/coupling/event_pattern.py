@@ -94,6 +94,7 @@ def _sources(
     fields = {
         field: f"{topic}.{field}" for topic in sorted(topics_of([condition])) for field in vocabulary.messages[topic]
     }
+    # A field of the event's own message comes before a signal of the same name.
     sources = {name: name for name in vocabulary.signals} | fields
     bound: dict[Variable, str] = {}
     for variable in sorted(variables_of(pattern)) if pattern is not None else ():

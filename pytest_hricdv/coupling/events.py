@@ -64,6 +64,7 @@ class Events:
         """A message of a topic in `topics` has arrived: what has happened up to it."""
         yield from self.flush()
         self.values.update((f"{topic}.{name}", value) for name, value in fields.items())
+        # The monitors' clock is ahead by the instants that were kept apart, and may not go back.
         self._now_s = max(time_s, self._now_s)
         self._monitors.message(self._now_s, topic, fields)
         yield from self._judge(time_s, topic, _message_text(topic, fields))

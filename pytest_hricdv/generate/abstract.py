@@ -41,15 +41,17 @@ from pytest_hricdv.generate.rng import canonical_json, derive_seed, digest
 #: Executed coverage plans: agent -> plan labels, sorted.
 Plans = Mapping[str, tuple[str, ...]]
 
+# \Z and not $, here and wherever input is checked: $ matches before a line break at the end, too.
 _ID = re.compile(r"[A-Za-z0-9_-]+\Z")
 MAX_SUITE_NAME = 100
 """Longest name of a suite, in characters: it is part of the names of files, which have at most 255."""
 _NOT_IN_IDS = re.compile(r"[^A-Za-z0-9_]+")
 _WORD = r"[A-Za-z_]\w*"
 _VALUE = rf"(?:{_WORD}|[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)"
+# ASCII: else \w and \d take the letters and digits of all scripts, and two spellings of a number are two commands.
 _ACTION = re.compile(rf"\s*({_WORD})\s*(?:\(\s*({_VALUE})\s*(?:,\s*({_VALUE})\s*)?\))?\s*\Z", re.ASCII)
 _COMMAND = re.compile(rf"\s*({_WORD})(?:\s+({_VALUE})(?:\s*=\s*({_VALUE}))?)?\s*\Z", re.ASCII)
-SEED_LIMIT = 2**63
+SEED_LIMIT = 2**63  # signed 64-bit integers are the largest of TOML, SQLite and Arrow
 
 
 class TestData(Struct, frozen=True):
@@ -236,6 +238,7 @@ def content_digest(
     suite: str, beliefs: Sequence[str], lines: Sequence[str], seed: int, occurrence: int, values: Values
 ) -> str:
     """SHA-256 (hex) of everything that distinguishes a test from others; its id has the first 8 digits."""
+    # Nothing is added where nothing was chosen: a test without values has the id it had before values existed.
     chosen = [canonical_json(chosen_values.to_data(values))] if values else []
     return digest("id", suite, tuple(beliefs), tuple(lines), seed, occurrence, *chosen)
 

@@ -17,6 +17,7 @@ Values = Mapping[int, Mapping[str, float]]
 
 RUN = 0
 _RUN_KEY = "run"
+# Six digits: more than any test has commands, and int() of thousands of digits takes its time.
 _NUMBER = re.compile(r"[1-9]\d{0,5}\Z", re.ASCII)
 
 
@@ -35,6 +36,7 @@ def check(values: Values, commands: int) -> None:
         for name, value in chosen.items():
             if name.split() != [name] or "," in name:
                 raise GenerateError(f"values of {where}: parameter {name!r}: expected one word without a comma")
+            # A bool is an int: True would be read as 1.0 without a word.
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                 raise GenerateError(f"values of {where}: {name} is {value!r}; expected a finite number")
 

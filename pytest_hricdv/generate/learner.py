@@ -56,7 +56,7 @@ def softmax(values: Sequence[float], temperature_kt: float) -> list[float]:
     """Boltzmann probabilities exp(v / kT) / sum; the largest value is subtracted first, which avoids overflow."""
     highest = max(values)
     weights = [math.exp((value - highest) / temperature_kt) for value in values]
-    total = math.fsum(weights)
+    total = math.fsum(weights)  # exact, so that the order of the values has no effect on the last digit
     return [weight / total for weight in weights]
 
 
@@ -67,7 +67,7 @@ def boltzmann_choice(rng: Random, choices: Sequence[str], row: Mapping[str, floa
         mark -= probability
         if mark < 0.0:
             return choice
-    return choices[-1]
+    return choices[-1]  # rounded probabilities can add up to a little less than the mark
 
 
 def learn(
@@ -96,6 +96,7 @@ def learn(
     """
     if not space.others:
         raise GenerateError("the belief space has start beliefs only; expected others to choose from")
+    # The first round has no number in its key: learning in one round is the same as before there were several.
     key = ("qlearning", seed, round_number) if round_number else ("qlearning", seed)
     reward = REWARDS[parameters.reward](parameters.tier, suite or {}, start.maxima)
     learner = _Learner(runner, space, parameters, make_rng(*key), reward)
@@ -173,6 +174,7 @@ class _Learner:
 
     def _update(self, state: str, belief: str, alpha: float, reward: float, options: Sequence[str]) -> float:
         """Update one cell; returns its change. `options` are the beliefs that can still be added in the next state."""
+        # 0 where nothing can be added any more: a subset that is full has no next state, and cells begin at 0.
         best_next = max((self.q[belief][option] for option in options), default=0.0)
         old = self.q[state][belief]
         new = (1.0 - alpha) * old + alpha * (reward + self.parameters.gamma * best_next)
@@ -207,12 +209,13 @@ def policy_subsets(
     `patience` walks in a row without a new subset, all subsets of the policy are enumerated, shortest first. So fewer
     than `count` are returned only if fewer exist. Each round of learning has its own random stream.
     """
-    key = (seed, round_number) if round_number else (seed,)
+    key = (seed, round_number) if round_number else (seed,)  # as in `learn`
     ranked = rankings(q, space, *key)
     rng = make_rng("policy-walks", *key)
     subsets: dict[tuple[str, ...], None] = {}
     fruitless = walks = 0
     while len(subsets) < count and fruitless < parameters.patience:
+        # In turn and not drawn: each start belief has its share of a small suite, too.
         walk = [space.start[walks % len(space.start)]]
         size = parameters.subset_size(rng)
         while len(walk) < size and (options := _options(ranked[walk[-1]], walk, parameters.alternatives)):

@@ -26,6 +26,8 @@ from pytest_hricdv.generate.suite_files import Files
 if TYPE_CHECKING:
     from pytest_hricdv.generate.model_runner import ModelRunner
 
+# Never reached by chance: to draw each of n subsets once takes about ln n + 0.6 draws a subset (the coupon collector),
+# 12 for 100,000. It ends the loop where subsets that count as different turn out the same.
 _DRAWS_PER_TEST = 1000
 
 
@@ -96,6 +98,7 @@ class Pseudorandom:
         """
         if not context.commands:
             raise GenerateError("pseudorandom tests need the commands that can be executed, but the testbench has none")
+        # Each test has a stream of its own, by its number: a larger suite begins with the smaller one.
         drafts = [self._draw(context, number) for number in range(context.tests or self.size)]
         return Suite.of_drafts(self.name, context.seed, drafts, Generation())
 
@@ -176,6 +179,7 @@ class ReinforcementLearning:
                 start=context.start,
             )
             chosen = {run.beliefs for run in selector.chosen}
+            # Asked for as many more as were chosen before: the policy of this round may lead to those, too.
             wanted = parameters.suite_size * parameters.candidates
             subsets = policy_subsets(learned.q, space, parameters, wanted + len(chosen), context.seed, number)
             new = [subset for subset in subsets if subset not in chosen][:wanted]

@@ -36,6 +36,7 @@ def digest(*key: Json) -> str:
 
 def derive_seed(*key: Json) -> int:
     """A seed of 63 bits: it fits into a signed 64-bit integer."""
+    # 16 hexadecimal digits are 64 bits; any part of SHA-256 is as good as another.
     return int(digest(*key)[:16], 16) >> 1
 
 

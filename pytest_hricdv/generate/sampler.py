@@ -95,6 +95,7 @@ class Range(Sampler):
     def sample(self, rng: Random) -> float:
         """A value in the range; rounding never takes it above the high end."""
         share = rng.random()
+        # Not low + share * (high - low): the difference of two finite bounds can be infinite.
         return self.clipped(self.low * (1.0 - share) + self.high * share)
 
     def corners(self) -> tuple[float, ...]:
@@ -160,7 +161,7 @@ class Chance(Sampler):
 #: How parameters are drawn: a function of the sampler and of the parameter's own random stream.
 Sampling = Callable[[Sampler, Random], float]
 
-_AT_A_CORNER = 0.5
+_AT_A_CORNER = 0.5  # chosen: of three parameters, all are extreme in one draw of eight, and all are drawn in another
 
 
 def uniform(sampler: Sampler, rng: Random) -> float:

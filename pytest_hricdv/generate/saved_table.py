@@ -75,6 +75,7 @@ class SavedTable:
         """
         expected = "expected what --hri-rl-save writes, with this version of the plugin"
         try:
+            # First the schema alone: what another version wrote should be called that, and not malformed.
             schema = from_json(text, _Head).schema
             if schema != SCHEMA:
                 raise GenerateError(f"{where}: expected schema {SCHEMA!r}, found {quoted(schema)}; {expected}")

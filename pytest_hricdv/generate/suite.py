@@ -119,6 +119,7 @@ class Suite:
             GenerateError: the text is not such a suite, or one of another version.
         """
         try:
+            # First the schema alone: what another version wrote should be called that, and not malformed.
             schema = from_json(text, _Head).schema
             if schema != SCHEMA:
                 raise GenerateError(f"a suite of schema {quoted(schema)}; expected {SCHEMA!r}: generate it again")

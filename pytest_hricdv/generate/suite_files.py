@@ -163,6 +163,7 @@ def _draft_of_block(block: _Block) -> Draft:
     headers = block.headers
     _check_values(block)
     name = headers.get("name", "")
+    # 40 characters: the id of a named test, with its suite and eight digits, still fits a line of a terminal.
     target = headers.get("aim") or (slug(name)[:40].rstrip("-") if name else target_of_commands(block.commands))
     beliefs = tuple(headers.get("beliefs", "").split())
     return Draft(target, beliefs, tuple(block.commands), _plans(block), name, block.values)
@@ -229,7 +230,7 @@ class Files:
             read = _from_json(self.path, context, notes)
         else:
             read = self._from_text(context)
-        tests = tuple(islice(read, MAX_TESTS + 1))
+        tests = tuple(islice(read, MAX_TESTS + 1))  # one too many is enough to be refused
         if len(tests) > MAX_TESTS:
             raise GenerateError(f"{self.path}: more than {MAX_TESTS} tests; expected fewer in one file or folder")
         if not tests:

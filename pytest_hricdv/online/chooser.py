@@ -16,7 +16,8 @@ NONE = ""
 """The option to choose none of the beliefs of a group, to post no goal, or not to disturb."""
 
 RARE_WEIGHT = 0.01
-"""The weight of a goal or a disturbance that nothing is known about; that of none is 1."""
+"""The weight of a goal or a disturbance that nothing is known about; that of none is 1. Chosen: with the 27
+disturbances of the table, an agent without experience disturbs at one decision in five, and lives else as modelled."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ class WeightedChooser:
             left -= weight
             if left < 0:
                 return option
-        return decision.options[0]
+        return decision.options[0]  # all weights are 0, or rounding left a little over
 
     def _weight(self, decision: Decision, option: str) -> float:
         situation = decision.situation

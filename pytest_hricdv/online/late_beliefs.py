@@ -57,7 +57,7 @@ class LateBeliefs:
         group = self._group_of.get(key)
         if group is None or group in self._decided:
             return
-        self._decided.add(group)
+        self._decided.add(group)  # before it is decided: to believe something looks the group up again
         members = self._space.groups[group]
         neutral = [belief for belief in members if belief in self._space.neutral]
         if any(self._is_held(belief) for belief in members if belief not in neutral):

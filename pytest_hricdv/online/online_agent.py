@@ -159,11 +159,13 @@ class OnlineAgent:
             self._late.reopen()
             self._agent.go_on_after(done)
             self._run.settle()
+        # Signals change at instants that are judged when the next one begins: the last one would wait for ever.
         self._note(self._events.flush())
         if self._error is not None:
             raise self._error
         self.heard += len(self._heard)
         while self._heard:
+            # Its waits end at their times between what it hears: one may be over before the answer comes.
             happened_s, literal, source, goal = self._heard.popleft()
             self._advance(happened_s)
             self._run.tell(self._agent, literal, source, goal)
@@ -206,6 +208,7 @@ class OnlineAgent:
         ready = self._agent.ready_acts
         if not ready:
             return None
+        # Of equal acts the first one is done: the last entry of a dictionary wins, so it is filled from behind.
         by_text = {act.text: act for act in reversed(ready)}
         options = tuple(dict.fromkeys(act.text for act in ready))
         chosen = options[0] if len(options) == 1 else self._choose(ACT, options)

@@ -21,9 +21,10 @@ from pytest_hricdv.extra.cluster.service import Answer, WorkerName
 from pytest_hricdv.session.run_process import RunTold
 
 PERCENT = 1.0
-"""Share of the runs that are done again."""
+"""Share of the runs that are done again. Chosen: it costs a hundredth of the time, and in a campaign of 6,560 runs a
+record that differs in one run of twenty is found with probability 1 - 0.95**65 = 96 %."""
 
-_PARTS = 10_000
+_PARTS = 10_000  # so that shares can be given to a hundredth of a per cent
 
 
 def chosen(plan: CampaignPlan, percent: float) -> Iterator[RunKey]:

@@ -20,10 +20,11 @@ TASK_RUNS = 20
 """Runs of a task: seconds of work, so that handing it out costs nothing, and little is done again when it is lost."""
 
 SHARES = 4
-"""A thread has at least so many tasks: with fewer, the others would wait for the last one at the end."""
+"""A thread has at least so many tasks: with fewer, the others would wait for the last one at the end. With four they
+wait for a quarter of a thread's work at most; a campaign of thousands of runs has tasks of TASK_RUNS anyway."""
 
 TRIES = 3
-"""A run that ends its process so often is lost."""
+"""A run that ends its process so often is lost: once may be a machine without memory, three times is the run."""
 
 
 class CancelledError(Exception):
@@ -109,6 +110,7 @@ class Execution:
         left = [key for key in task if key not in {run.key for run in ran}]
         if not left:
             return ()
+        # A process does its runs in order, so that the first without a result is the one that ended it.
         culprit, others = left[0], left[1:]
         self._tries[culprit] += 1
         if self._tries[culprit] >= TRIES:

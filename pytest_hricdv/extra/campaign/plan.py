@@ -95,6 +95,7 @@ class CampaignPlan:
         """The run with this key."""
         planned, first = self.planned.tests[key[0]], self.tests[key[0]]
         test = variant(first, key[1])
+        # From the right: a folder may be named as the test is.
         head, bracket, rest = planned.nodeid.rpartition(first.id)
         return PlannedRun(key, planned.suite, f"{head}{test.id}{rest}" if bracket else planned.nodeid, test)
 

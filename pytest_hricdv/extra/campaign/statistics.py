@@ -50,7 +50,7 @@ class Statistics:
         if row.outcome == LOST:
             self.lost.append((row.key, row.note))
             return
-        if self._adds_coverage(row) | self._adds_violation(test, row):
+        if self._adds_coverage(row) | self._adds_violation(test, row):  # not `or`: the first one takes note of the run
             test.keep.append(row.key)
         for name, verdict, triggers, margin in zip(
             self.requirements, row.verdicts, row.triggers, row.margins, strict=True
@@ -101,6 +101,7 @@ class Statistics:
             share=failed_share(counts),
             ever=sum(by_verdict[FAILED] > 0 for by_verdict in verdicts),
             always=sum(0 < by_verdict[FAILED] == by_verdict.total() for by_verdict in verdicts),
+            # A unary plus leaves the counts of 0 out.
             unsettled=sum(len(+by_verdict) > 1 for by_verdict in verdicts),
             least=None if least is None else LeastMargin(margin=least[0], run=plan.name(least[1])),
         )

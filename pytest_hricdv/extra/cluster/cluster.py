@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from distributed import Future
 
 AHEAD = 3
-"""So many questions a thread are handed out: enough that none waits, and few when a worker is lost with them."""
+"""So many questions a thread are handed out: one that is asked, one that is there already, and one on its way. So none
+waits, and few are lost with a worker."""
 
+# Chosen: a job scheduler starts workers within a minute or not soon; a process of this machine imports Dask in seconds.
 WAIT_FOR_WORKERS_S, WAIT_FOR_LOCAL_S = 60.0, 10.0
 
 TICK_S = 0.5
@@ -107,7 +109,7 @@ class Cluster:
                         if result is not None:
                             yield question, result
                 except GONE as error:
-                    queue.extendleft(reversed([*pending.values()]))
+                    queue.extendleft(reversed([*pending.values()]))  # it turns the order round
                     pending.clear()
                     self._renew(error)
         finally:
@@ -131,6 +133,7 @@ class Cluster:
             service,
             question.message,
             archive,
+            # Never a key twice: Dask would hand out the answer that it has, and audits ask the same again on purpose.
             key=f"hricdv-{question.key}-{time.monotonic_ns()}",
             pure=False,
             workers=allowed if limited else None,
@@ -203,6 +206,7 @@ class Cluster:
     def _threads_of_workers(self) -> dict[str, int]:
         if not self.connection.is_open:
             raise OSError("the scheduler is gone")
+        # -1: all of them, which is not the default of all versions of Dask.
         workers = self.connection.client.scheduler_info(n_workers=-1)["workers"]
         return {address: int(worker["nthreads"]) for address, worker in workers.items()}
 

@@ -17,7 +17,7 @@ MOST_BYTES = 100_000_000
 """A project of code and models has less; more is a data set, or a folder of results."""
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-"""Of all files in an archive: the same files give the same archive."""
+"""The first date that ZIP knows, of all files in an archive: the same files give the same archive."""
 
 
 _REPORT = "report.json"
@@ -65,7 +65,7 @@ def unpacked(archive: bytes) -> Path:
     try:
         with zipfile.ZipFile(io.BytesIO(archive)) as packed:
             packed.extractall(made)
-        made.rename(folder)
+        made.rename(folder)  # at once: nobody finds half of it
     except OSError:
         if not folder.is_dir():  # otherwise another worker was faster
             raise

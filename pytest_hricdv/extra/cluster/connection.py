@@ -17,6 +17,7 @@ from pytest_hricdv.extra.cluster.address import Address, ClusterError
 if TYPE_CHECKING:
     from distributed import Client
 
+# Chosen: a scheduler that is up answers in milliseconds; one that its service starts anew is back in two minutes.
 CONNECT_S, WAIT_FOR_SCHEDULER_S = 5.0, 120.0
 MOST_RESTARTS = 20
 """So often workers of this machine are started anew; they end where a run kills its worker, or nothing can run."""
@@ -146,7 +147,7 @@ def _quiet() -> Iterator[None]:
     """Dask's log says what is said here in fewer words."""
     log = logging.getLogger("distributed")
     before = log.level
-    log.setLevel(logging.CRITICAL + 1)
+    log.setLevel(logging.CRITICAL + 1)  # above all that it says
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -162,6 +163,6 @@ def _local_cluster(workers: int) -> Any:
         n_workers=workers,
         threads_per_worker=1,
         processes=True,
-        memory_limit=0,
+        memory_limit=0,  # none: runs take place in other processes, and a worker that is restarted loses them
         silence_logs=logging.CRITICAL,
     )

@@ -26,7 +26,7 @@ from pytest_hricdv.session.run_process import Job, Order, RunTold, Task
 from pytest_hricdv.session.serving import arguments_of
 
 RUN_S = 120.0
-"""A run that takes longer (s of wall time) is given up."""
+"""A run that takes longer (s of wall time) is given up: a hundred times what one of the table takes."""
 
 
 @dataclass

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 US_PER_S = 1_000_000
 
 FRAMES = 240
-"""Approximate number of pictures at regular intervals; the film of a longer run is faster."""
+"""Approximate number of pictures at regular intervals: 20 s at 12 a second; the film of a longer run is faster."""
 
-SHORTEST_STEP_S = 0.2
+SHORTEST_STEP_S = 0.2  # in a short run, too, nothing happens that five pictures a second do not show
 SLOW_BEFORE_S, SLOW_AFTER_S = 0.5, 1.5
 """Around a violation a picture is taken in every period, which gives slow motion."""
 
@@ -171,7 +171,7 @@ def schedule(moments: Sequence[Moment], violations_s: Sequence[float], end_s: fl
     times = set(range(0, end_us, step_us))
     slow = [_slow(time_s, period_us, end_us) for time_s in sorted(violations_s)[:SLOW_VIOLATIONS]]
     for begin, end in slow:
-        times.update(range(begin, end, period_us))
+        times.update(range(begin, end, period_us))  # a set: a time of both kinds is one picture
     keys: dict[str, int | None] = {}
     for moment in moments[:-1]:
         time_us = None if moment.time_s is None else _next(moment.time_s, period_us)

@@ -26,6 +26,7 @@ BAR_PX = 72
 BLOCK_PX = 16
 """Encoders require frames of whole blocks."""
 
+# Chosen by looking at films of the table: what is written can still be read on the strip.
 EDGE_PX = 12
 FRAME_PX = 6
 EVENT_PX = (17, 15, 13)
@@ -45,7 +46,7 @@ ALARM_S = 3.0
 
 PANEL_PX = 640
 COLUMNS = 3
-NEVER_US = 1 << 62
+NEVER_US = 1 << 62  # later than any run: 146,000 years
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ def captioned(picture: Image, caption: Caption) -> Image:
     """A copy of the picture with the caption in a bar below it, enlarged to whole blocks."""
     from PIL import Image, ImageDraw
 
-    width = -(-picture.width // BLOCK_PX) * BLOCK_PX
+    width = -(-picture.width // BLOCK_PX) * BLOCK_PX  # rounded up
     height = -(-(picture.height + BAR_PX) // BLOCK_PX) * BLOCK_PX
     frame = Image.new("RGB", (width, height), PAPER)
     frame.paste(picture, (0, 0))
@@ -183,7 +184,7 @@ def _fitting(draw: ImageDraw, text: str, room: int, size: int) -> str:
     return text + "..."
 
 
-@cache
+@cache  # Pillow parses the font at each call
 def _font(size: int) -> FreeTypeFont | BitmapFont:
     from PIL import ImageFont
 

@@ -11,7 +11,7 @@ from pytest_hricdv._base.atomic_file import temporary_path
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-FRAMES_PER_S = 12
+FRAMES_PER_S = 12  # chosen: movement still looks like one, and a film has half the frames of 24 to render
 
 # Chosen: x264's own quality is 23. A film explains a run, and is kept beside many others: size counts more than edges.
 QUALITY = ("-crf", "26", "-preset", "veryfast")
@@ -20,7 +20,7 @@ ENCODER_TIMEOUT_S = 60.0
 """Time for the encoder to finish after the last frame."""
 
 GIF_WIDTH_PX = 480
-GIF_COLOURS = 64
+GIF_COLOURS = 64  # chosen: the scene has a dozen colours and their shades
 GIF_EVERY = 2
 """A GIF has every second frame, each for twice as long: a GIF is about ten times as large as an MP4."""
 

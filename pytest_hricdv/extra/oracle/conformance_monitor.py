@@ -128,6 +128,7 @@ class ConformanceMonitor:
     def _deviation(self) -> Deviation | None:
         """The deviation: the doubted one, if a second one has come of the doubt."""
         deviation, doubted = self._product.deviation, self._doubted
+        # The input was delayed by the tolerance, and what follows from it may come as much too late.
         soon_s = 2 * self._oracle.declaration.tolerance_s
         return doubted if deviation and doubted and deviation.time_s - doubted.time_s <= soon_s else deviation
 

@@ -131,7 +131,7 @@ class Product:
         """The run has ended at `time_s` (s): acts that could still come are not expected any more."""
         self.advance(time_s)
         self._end_s = time_s
-        if self._early:
+        if self._early:  # one tolerance until it counts as early, another one for inputs that are heard late
             self.advance(time_s + 2 * self._tolerance_s)
 
     def _hear(self, heard: Iterable[Heard]) -> None:
@@ -177,6 +177,7 @@ class Product:
         """Find what should have happened before `before_s`, or should not have."""
         ready = self.follower.agent.ready_acts
         overdue = [(last_s, act) for act in ready if (last_s := self._last_s(act)) < min(before_s, self._end_s)]
+        # By time alone: acts cannot be compared.
         last_s, late = min(overdue, key=lambda deadline: deadline[0], default=(math.inf, None))
         early = self._early[0] if self._early else None
         if early is not None and early.time_s + self._tolerance_s < before_s and early.time_s <= last_s:

@@ -35,6 +35,7 @@ def write(path: Path, trace: Trace) -> None:
                 if name not in schemas:
                     schemas[name] = writer.register_schema(name, "jsonschema", json.dumps(schema).encode())
                 numbers[channel] = writer.register_channel(channel.topic, "json", schemas[name], dict(channel.metadata))
+            # A text of the code under test may have half a surrogate pair, which UTF-8 has no bytes for.
             data = json.dumps(event.content, ensure_ascii=False).encode("utf-8", "backslashreplace")
             writer.add_message(numbers[channel], event.time_ns, data, event.time_ns)
         writer.finish()  # type: ignore[no-untyped-call]

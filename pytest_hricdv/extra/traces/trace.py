@@ -84,6 +84,7 @@ class Trace:
     def events(self) -> list[Event]:
         """All of them in the order of time; those of one instant in the order of this module."""
         parts = (self._scene(), self._signals(), self._messages(), self._actions(), self._violations(), self._end())
+        # A stable sort, so that those of one instant keep the order of the parts.
         return sorted(chain.from_iterable(parts), key=lambda event: event.time_ns)
 
     def _messages(self) -> Iterator[Event]:
